@@ -1,0 +1,98 @@
+"""Commands to the RC-400 link master itself, at body 7F: code X (RC-420 manual 13.9-13.11, 17.2)."""
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field
+
+from protocols.rorze.notation import Flag, Text
+from protocols.rorze.row import LinkMasterCommand
+from protocols.table import Ack, Reply, Retry, Wire
+
+MEMBER_PATTERN = r"[0-6][0-9A-F]|7[0-7]"
+GROUP_PATTERN = r"8[0-9A-F]|9[0-9A-E]"
+
+MOST_MEMBERS = 18
+"""As many as fit in the 60 characters of a command (RC-420 manual 12)."""
+
+
+class BodyList(Wire):
+    """Body numbers joined by commas."""
+
+    pattern = r"[0-9A-F]{2}(?:,[0-9A-F]{2})*"
+
+    def encode(self, value: Any) -> str:
+        """Join the numbers."""
+        return ",".join(value)
+
+    def decode(self, text: str) -> list[str]:
+        """Split at the commas."""
+        return text.split(",")
+
+
+def no_repeats(members: list[str]) -> list[str]:
+    """Refuse to list a body twice."""
+    if len(set(members)) != len(members):
+        raise ValueError("a body is listed twice")
+    return members
+
+
+Member = Annotated[str, Field(pattern=rf"^(?:{MEMBER_PATTERN})$")]
+Members = Annotated[
+    list[Member], Field(min_length=1, max_length=MOST_MEMBERS), AfterValidator(no_repeats), BodyList()
+]
+
+
+class ConnectedControllers(Reply, args="{text}"):
+    """What the link master answers to XID; the RC-420 manual does not say in which form."""
+
+    text: Annotated[str, Field(pattern=r"^[ -~]*$"), Text(r"[ -~]*")]
+
+
+class IdentifyControllers(
+    LinkMasterCommand[ConnectedControllers],
+    code="XID",
+    program=False,
+    retry=Retry.SETTING,
+    # The manual prints the command only; the list in the reply is an assumption.
+    example=("&7FXID", ">&7FXID00,02,3F"),
+):
+    """接続コントローラの確認: identify the connected controllers.
+
+    From then on the link master passes on events and program messages (RC-420 manual 13.11).
+    """
+
+
+class SetReplyFormat(
+    LinkMasterCommand[Ack],
+    code="XRS",
+    args="M{end_of_move}",
+    program=False,
+    errors=frozenset({0x4A}),
+    retry=Retry.SETTING,
+    example=("&7FXRSM1", ">&7FXRS"),
+):
+    """応答書式の設定: set the form of replies.
+
+    Of its settings only M is known.
+    """
+
+    end_of_move: Flag = Field(
+        description="1: a frame from body 7D tells the end of every move; 0: none does."
+    )
+
+
+class SetGroup(
+    LinkMasterCommand[Ack],
+    code="XVS",
+    args="{group},{members}",
+    program=False,
+    errors=frozenset({0x4A}),
+    retry=Retry.SETTING,
+    example=("&7FXVS80,02,03,04", ">&7FXVS"),
+):
+    """仮想ボディ・ナンバーの設定: set the members of a virtual body."""
+
+    group: Annotated[str, Field(pattern=rf"^(?:{GROUP_PATTERN})$"), Text("[0-9A-F]{2}")] = Field(
+        description="Virtual body number, 80 to 9E hexadecimal."
+    )
+    members: Members = Field(description="Body numbers, 00 to 77 hexadecimal, in the order of the replies.")

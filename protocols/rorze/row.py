@@ -1,0 +1,75 @@
+"""The columns of the RC-420 command table, and the body numbers a command can be addressed to."""
+
+from typing import ClassVar, TypeVar
+
+from protocols.rorze.notation import PositionReference
+from protocols.table import Command, Reply, Retry
+
+R_co = TypeVar("R_co", bound=Reply, covariant=True)
+
+LAST_BODY = 0x77
+FIRST_GROUP, LAST_GROUP = 0x80, 0x9E
+MOVE_ENDED, EVENT, LINK_MASTER = 0x7D, 0x7E, 0x7F
+
+MAX_COMMAND_LENGTH = 60
+"""Characters between introducer and CR; longer commands are refused with error 23h (RC-420 manual 12)."""
+
+
+class RorzeCommand(Command[R_co]):
+    """A row of RC-420 manual chapter 19, with the columns of its page in chapter 14."""
+
+    modes: ClassVar[str] = "012"
+    """Operating modes in which it is allowed: 0 stepping, 1 encoder, 2 servo."""
+    moving: ClassVar[bool] = True
+    """Allowed while the motor moves."""
+    program: ClassVar[bool] = True
+    """Allowed in a user program."""
+    errors: ClassVar[frozenset[int]] = frozenset()
+    """Error codes its page lists."""
+    takes_s: ClassVar[float] = 0.0
+    """Seconds before the reply comes, beyond the usual: 1.5 for the flash memory (RC-420 manual 14.12)."""
+
+    def __init_subclass__(
+        cls,
+        *,
+        code: str | None = None,
+        args: str | None = None,
+        modes: str | None = None,
+        moving: bool | None = None,
+        program: bool | None = None,
+        errors: frozenset[int] | None = None,
+        takes_s: float | None = None,
+        retry: Retry | None = None,
+        echo: tuple[str, ...] | None = None,
+        example: tuple[str, ...] | None = None,
+    ) -> None:
+        """Take the columns from the class keywords."""
+        super().__init_subclass__(args="" if args is None and code else args)
+        columns: dict[str, object] = {
+            "code": code,
+            "modes": modes,
+            "moving": moving,
+            "program": program,
+            "errors": errors,
+        }
+        columns |= {"takes_s": takes_s, "retry": retry, "echo": echo, "example": example}
+        for name, value in columns.items():
+            if value is not None:
+                setattr(cls, name, value)
+
+    def may_repeat(self) -> bool:
+        """Whether it may be sent again by itself: a read that does not step the position index."""
+        return self.retry is Retry.READ and not any(map(_steps, self.__dict__.values()))
+
+    @classmethod
+    def starts_motion(cls) -> bool:
+        """Whether the controller answers at once and then moves: a third letter M (RC-420 manual 12)."""
+        return cls.code.endswith("M")
+
+
+def _steps(value: object) -> bool:
+    return isinstance(value, PositionReference) and isinstance(value.position, str)
+
+
+class LinkMasterCommand(RorzeCommand[R_co]):
+    """A command to the RC-400 itself, at body number 7F."""

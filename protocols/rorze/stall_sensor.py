@@ -1,0 +1,92 @@
+"""Step-out detection by the STALL sensor: code Q (RC-420 manual 13.6, 14)."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from protocols.rorze.notation import Digits, Flag, FlagValue, Number
+from protocols.rorze.row import RorzeCommand
+from protocols.table import Ack, Reply, Retry
+
+
+class Enabled(Reply, args="{enabled}"):
+    """Whether a function is switched on."""
+
+    enabled: FlagValue = Field(description="0 off, 1 on.")
+
+
+class StallError(Reply, args="{stalled}"):
+    """Whether a STALL error stands."""
+
+    stalled: FlagValue = Field(description="0 no STALL error, 1 STALL error.")
+
+
+class StallInterval(Reply, args="{interval}"):
+    """The distance between the edges of the STALL sensor's dogs."""
+
+    interval: Annotated[int, Field(ge=100, le=65_535), Digits(5)] = Field(description="In pulses, 100-65535.")
+
+
+class GetStallSensorInterval(
+    RorzeCommand[StallInterval],
+    code="QID",
+    retry=Retry.READ,
+    example=("&3FQID", ">&3FQID00100"),
+):
+    """脱調検出間隔取得: get the distance between the edges of the STALL sensor's dogs."""
+
+
+class SetStallSensorInterval(
+    RorzeCommand[Ack],
+    code="QIS",
+    args="{interval}",
+    moving=False,
+    errors=frozenset({0x4A}),
+    retry=Retry.SETTING,
+    example=("&3FQIS100", ">&3FQIS"),
+):
+    """脱調検出間隔設定: set the distance between the edges of the STALL sensor's dogs; 2048 by default."""
+
+    interval: Annotated[int, Field(ge=100, le=65_535), Number()] = Field(description="In pulses, 100-65535.")
+
+
+class GetStallSensorError(
+    RorzeCommand[StallError],
+    code="QRD",
+    retry=Retry.READ,
+    example=("&3FQRD", ">&3FQRD0"),
+):
+    """脱調検出状態取得: get whether the STALL sensor has found a step-out."""
+
+
+class ClearStallSensorError(
+    RorzeCommand[Ack],
+    code="QRS",
+    moving=False,
+    retry=Retry.CONDITIONAL,
+    example=("&3FQRS", ">&3FQRS"),
+):
+    """脱調検出状態解除: clear the STALL error found by the STALL sensor."""
+
+
+class GetStallSensorDetection(
+    RorzeCommand[Enabled],
+    code="QSD",
+    retry=Retry.READ,
+    example=("&3FQSD", ">&3FQSD1"),
+):
+    """脱調検出設定取得: get whether the STALL sensor is watched for step-outs."""
+
+
+class SetStallSensorDetection(
+    RorzeCommand[Ack],
+    code="QSS",
+    args="{enabled}",
+    moving=False,
+    errors=frozenset({0x4A}),
+    retry=Retry.SETTING,
+    example=("&3FQSS1", ">&3FQSS"),
+):
+    """脱調検出設定: set whether the STALL sensor is watched for step-outs; off by default."""
+
+    enabled: Flag = Field(description="0 off, 1 on.")

@@ -1,0 +1,347 @@
+"""What a command row is: one typed class per controller command, its wire form included, and no behaviour."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from inspect import getdoc
+from itertools import chain, product
+from types import NoneType, UnionType
+from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar, Union, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+
+
+class WireFault(ValueError):
+    """Text from the wire that is not what it should be."""
+
+
+class SyntaxFault(WireFault):
+    """The text does not have the form its row prescribes."""
+
+
+class RangeFault(WireFault):
+    """The form is right, but a value lies outside its range."""
+
+
+class Retry(StrEnum):
+    """What may be done by itself when the outcome of a command is not known."""
+
+    READ = "read"
+    """Changes nothing: may be repeated after a passed fence."""
+    SETTING = "setting"
+    """Absolute and readable: read back first, repeat only if it differs."""
+    CONDITIONAL = "conditional"
+    """Repeating may hide an alarm, wear flash or move: only a person or evidence decides."""
+    NEVER = "never"
+    """Repeating does it twice."""
+    STOP = "stop"
+    """Repeated until standstill is proved."""
+
+
+class Wire:
+    """How one value is written on the wire, as a regular expression without groups and two functions."""
+
+    pattern: str
+
+    def encode(self, value: Any) -> str:
+        """Write a value that is valid for its field."""
+        return str(value)
+
+    def decode(self, text: str) -> object:
+        """Read text that matches `pattern`; the range is checked by the field."""
+        return text
+
+
+@dataclass(frozen=True)
+class Choice(Wire):
+    """The first of several notations that fits."""
+
+    wires: tuple[Wire, ...]
+
+    @cached_property
+    def pattern(self) -> str:  # type: ignore[override]  # computed here, constant elsewhere
+        """Any of the notations."""
+        return "|".join(wire.pattern for wire in self.wires)
+
+    def encode(self, value: Any) -> str:
+        """Write the value in the first notation that can hold it."""
+        for wire in self.wires:
+            text = _try_encode(wire, value)
+            if text is not None:
+                return text
+        raise RangeFault(f"{value!r} has no notation on the wire")
+
+    def decode(self, text: str) -> object:
+        """Read with the first notation that fits."""
+        for wire in self.wires:
+            if re.fullmatch(wire.pattern, text):
+                return wire.decode(text)
+        raise SyntaxFault(f"{text!r} is in no known notation")
+
+
+def _try_encode(wire: Wire, value: object) -> str | None:
+    """Write the value if this notation can hold it and reads back as the same."""
+    try:
+        text = wire.encode(value)
+        same = re.fullmatch(wire.pattern, text) is not None and wire.decode(text) == value
+    except (TypeError, ValueError, AttributeError, KeyError):
+        return None
+    return text if same else None
+
+
+def wire_of(annotation: object, metadata: Sequence[object] = ()) -> Wire:
+    """Find the notation of a field: a `Wire` in its `Annotated`, or those of the members of its union."""
+    for item in metadata:
+        if isinstance(item, Wire):
+            return item
+    if get_origin(annotation) is Annotated:
+        inner, *extras = get_args(annotation)
+        return wire_of(inner, extras)
+    if get_origin(annotation) in (Union, UnionType):
+        members = [wire_of(member) for member in get_args(annotation) if member is not NoneType]
+        return members[0] if len(members) == 1 else Choice(tuple(members))
+    raise TypeError(f"{annotation} does not say how it is written on the wire")
+
+
+@dataclass(frozen=True)
+class _Literal:
+    text: str
+
+
+@dataclass(frozen=True)
+class _Value:
+    name: str
+    wire: Wire
+
+
+@dataclass(frozen=True)
+class _Optional:
+    parts: "tuple[_Part, ...]"
+
+
+_Part = _Literal | _Value | _Optional
+_TOKEN = re.compile(r"\{(\w+)\}|([<>])|([^{}<>]+)")
+
+
+class Form:
+    """One written form of a row's parameters, such as `<A[{pattern}],>{distance}`; reads and writes it."""
+
+    def __init__(self, syntax: str, wires: Mapping[str, Wire]) -> None:
+        self.syntax = syntax
+        self._parts = _parse(syntax, wires)
+        self._pattern = re.compile(_pattern(self._parts))
+
+    def variants(self) -> set[frozenset[str]]:
+        """Which sets of fields this form can write: every choice of its optional groups."""
+        return set(_variants(self._parts))
+
+    def read(self, text: str) -> dict[str, object] | None:
+        """Decode the fields present in the text; None where the text has another form."""
+        match = self._pattern.fullmatch(text)
+        if match is None:
+            return None
+        wires = {part.name: part.wire for part in _values(self._parts)}
+        return {
+            name: wires[name].decode(found) for name, found in match.groupdict().items() if found is not None
+        }
+
+    def write(self, values: Mapping[str, object]) -> str:
+        """Encode the given fields; their set must be one of `variants`."""
+        return _write(self._parts, values)
+
+
+def _parse(syntax: str, wires: Mapping[str, Wire]) -> tuple[_Part, ...]:
+    stack: list[list[_Part]] = [[]]
+    for name, bracket, text in _TOKEN.findall(syntax):
+        if name:
+            stack[-1].append(_Value(name, wires[name]))
+        elif text:
+            stack[-1].append(_Literal(text))
+        elif bracket == "<":
+            stack.append([])
+        else:
+            group = tuple(stack.pop())
+            stack[-1].append(_Optional(group))
+    return tuple(stack[0])
+
+
+def _pattern(parts: Sequence[_Part]) -> str:
+    return "".join(
+        re.escape(part.text)
+        if isinstance(part, _Literal)
+        else f"(?P<{part.name}>{part.wire.pattern})"
+        if isinstance(part, _Value)
+        else f"(?:{_pattern(part.parts)})?"
+        for part in parts
+    )
+
+
+def _values(parts: Sequence[_Part]) -> Iterator[_Value]:
+    for part in parts:
+        if isinstance(part, _Value):
+            yield part
+        elif isinstance(part, _Optional):
+            yield from _values(part.parts)
+
+
+def _variants(parts: Sequence[_Part]) -> Iterator[frozenset[str]]:
+    choices: list[list[frozenset[str]]] = []
+    for part in parts:
+        if isinstance(part, _Value):
+            choices.append([frozenset([part.name])])
+        elif isinstance(part, _Optional):
+            choices.append([frozenset(), *_variants(part.parts)])
+    for chosen in product(*choices):
+        yield frozenset(chain.from_iterable(chosen))
+
+
+def _write(parts: Sequence[_Part], values: Mapping[str, object]) -> str:
+    out: list[str] = []
+    for part in parts:
+        if isinstance(part, _Literal):
+            out.append(part.text)
+        elif isinstance(part, _Value):
+            out.append(part.wire.encode(values[part.name]))
+        elif any(value.name in values for value in _values(part.parts)):
+            out.append(_write(part.parts, values))
+    return "".join(out)
+
+
+class Spoken(BaseModel):
+    """A model with a written form: the parameters of a command, or those of a reply.
+
+    The class keyword `args` is its syntax: fields in braces, optional groups in angle brackets, alternatives
+    separated by `|`. A field is absent when it is None. A combination that no form can write cannot be built.
+    """
+
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid")
+
+    forms: ClassVar[tuple[Form, ...]] = ()
+    _syntax: ClassVar[str] = ""
+    _writer: ClassVar[dict[frozenset[str], Form]] = {}
+
+    def __init_subclass__(cls, *, args: str | None = None) -> None:
+        """Take the class keywords; pydantic completes the fields afterwards."""
+        super().__init_subclass__()
+        if args is not None:
+            cls._syntax = args
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: object) -> None:
+        """Compile the forms, now that the fields are known."""
+        wires = {
+            name: wire_of(field.annotation, field.metadata)
+            for name, field in cls.model_fields.items()
+            if f"{{{name}}}" in cls._syntax
+        }
+        cls.forms = tuple(Form(syntax, wires) for syntax in cls._syntax.split("|"))
+        # Where two forms write the same fields, the first is the one we speak.
+        cls._writer = {variant: form for form in reversed(cls.forms) for variant in form.variants()}
+
+    @model_validator(mode="after")
+    def _has_a_form(self) -> Self:
+        if self._given() not in self._writer:
+            raise ValueError(f"this combination of parameters cannot be written: {' or '.join(self.usage())}")
+        return self
+
+    def _given(self) -> frozenset[str]:
+        return frozenset(name for name, value in self.__dict__.items() if value is not None)
+
+    @classmethod
+    def usage(cls) -> list[str]:
+        """The written forms, in words a person can follow."""
+        return [form.syntax or "no parameters" for form in cls.forms]
+
+    def written(self) -> str:
+        """The parameters as they stand on the wire, without code and frame."""
+        given = self._given()
+        return self._writer[given].write({name: getattr(self, name) for name in given})
+
+    def form_index(self) -> int:
+        """Which of the row's forms writes this one."""
+        return self.forms.index(self._writer[self._given()])
+
+    @classmethod
+    def read(cls, text: str) -> Self:
+        """Decode the text after the code.
+
+        :raises SyntaxFault: it has none of the forms.
+        :raises RangeFault: a value is outside its range.
+        """
+        return cls.read_form(text, cls.forms)
+
+    @classmethod
+    def read_form(cls, text: str, forms: Sequence[Form]) -> Self:
+        """Decode the text, which must have one of the given forms."""
+        try:
+            for form in forms:
+                values = form.read(text)
+                if values is not None:
+                    return cls.model_validate(values)
+        except ValidationError as error:
+            raise RangeFault(f"{text!r}: {error.errors()[0]['msg']}") from None
+        raise SyntaxFault(f"{text!r} is not of the form {' or '.join(cls.usage())}")
+
+
+class Reply(Spoken):
+    """What a controller answers; numbers always have their printed width."""
+
+
+class Ack(Reply, args=""):
+    """The bare echo of the code: accepted."""
+
+
+R_co = TypeVar("R_co", bound=Reply, covariant=True)
+_WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+
+
+class Command(Spoken, Generic[R_co]):
+    """A row of a controller's command table: an instance is one command with its parameters."""
+
+    code: ClassVar[str] = ""
+    retry: ClassVar[Retry] = Retry.NEVER
+    echo: ClassVar[tuple[str, ...]] = ()
+    """Fields that the reply repeats and that must be equal."""
+    example: ClassVar[tuple[str, ...]] = ()
+    """Command and reply in turn, without CR, as the manual prints them (misprints mended, spaces removed)."""
+
+    @classmethod
+    def reply_type(cls) -> type[Reply]:
+        """The R of `Command[R]`."""
+        for base in cls.__mro__:
+            arguments = getattr(base, "__pydantic_generic_metadata__", {}).get("args") or ()
+            if arguments and isinstance(arguments[0], type) and issubclass(arguments[0], Reply):
+                return arguments[0]
+        raise TypeError(f"{cls.__name__} does not say what is answered")
+
+    @classmethod
+    def name(cls) -> str:
+        """The row's name in paths and on the command line, such as `move-clockwise`."""
+        return _WORD.sub("-", cls.__name__).lower()
+
+    @classmethod
+    def titles(cls) -> tuple[str, str]:
+        """The manual's title in Japanese, and ours in English: the halves of the docstring's first line."""
+        japanese, _, english = (getdoc(cls) or "").partition("\n")[0].partition(": ")
+        return japanese, english.rstrip(".")
+
+    def read_reply(self, text: str) -> R_co:
+        """Decode the payload of the reply to this very command.
+
+        Where command and reply have equally many forms, they correspond one to one: asked for one bit, a
+        controller answers one bit. Repeated fields must be equal, where the command gave them.
+
+        :raises WireFault: it cannot be the reply to this command.
+        """
+        model: Any = self.reply_type()
+        forms: tuple[Form, ...] = model.forms
+        if len(forms) == len(self.forms) > 1:
+            forms = (forms[self.form_index()],)
+        reply: R_co = model.read_form(text, forms)
+        for name in self.echo:
+            asked, repeated = getattr(self, name), getattr(reply, name)
+            if asked is not None and repeated != asked:
+                raise SyntaxFault(f"the reply repeats {name} as {repeated!r}, asked was {asked!r}")
+        return reply

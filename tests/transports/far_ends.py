@@ -1,0 +1,134 @@
+"""The other ends of real ports: a pseudo-terminal and a TCP server, driven by hand."""
+
+import os
+import socket
+import tty
+from abc import ABC, abstractmethod
+from pathlib import Path
+
+import anyio
+
+from transports import TransportLost
+
+
+class Ear:
+    """A receiver that remembers what it was told."""
+
+    def __init__(self) -> None:
+        self.heard = b""
+        self.losses: list[TransportLost] = []
+        self._news = anyio.Event()
+
+    def data_received(self, data: bytes) -> None:
+        self.heard += data
+        self._news.set()
+
+    def connection_lost(self, error: TransportLost) -> None:
+        self.losses.append(error)
+        self._news.set()
+
+    async def hears(self, count: int) -> bytes:
+        while len(self.heard) < count:
+            await self._next()
+        return self.heard
+
+    async def loses(self) -> TransportLost:
+        while not self.losses:
+            await self._next()
+        return self.losses[0]
+
+    async def _next(self) -> None:
+        with anyio.fail_after(10):
+            await self._news.wait()
+        self._news = anyio.Event()
+
+
+class FarEnd(ABC):
+    """What the port under test is connected to."""
+
+    address: str
+    fd: int = -1
+
+    @abstractmethod
+    def appear(self) -> None:
+        """Be there to be opened; again after it has gone."""
+
+    @abstractmethod
+    async def answer(self) -> None:
+        """Take the connection, once the port has been opened."""
+
+    @abstractmethod
+    def vanish(self) -> None:
+        """Hang up, and leave nothing to be opened."""
+
+    async def write(self, data: bytes) -> None:
+        while data:
+            with anyio.fail_after(10):
+                await anyio.wait_writable(self.fd)
+            data = data[os.write(self.fd, data) :]
+
+    async def read(self, count: int) -> bytes:
+        data = b""
+        while len(data) < count:
+            with anyio.fail_after(10):
+                await anyio.wait_readable(self.fd)
+            data += os.read(self.fd, 65536)
+        return data
+
+
+class PtyFarEnd(FarEnd):
+    """The master side of a pseudo-terminal whose slave has a name that lasts."""
+
+    def __init__(self, directory: Path) -> None:
+        self.name = directory / "port"
+        self.address = f"serial://{self.name}?baud=115200"
+        self.appear()
+
+    def appear(self) -> None:
+        self.fd, slave = os.openpty()
+        tty.setraw(slave)
+        os.set_blocking(self.fd, False)
+        self.name.symlink_to(os.ttyname(slave))
+        os.close(slave)
+
+    async def answer(self) -> None:
+        assert self.fd >= 0
+
+    def vanish(self) -> None:
+        if self.fd >= 0:
+            os.close(self.fd)
+            self.name.unlink()
+            self.fd = -1
+
+
+class TcpFarEnd(FarEnd):
+    """A TCP server for one client."""
+
+    def __init__(self) -> None:
+        self._port = 0
+        self.client = socket.socket()
+        self.appear()
+        self.address = f"tcp://127.0.0.1:{self._port}"
+
+    def appear(self) -> None:
+        self._server = socket.create_server(("127.0.0.1", self._port))
+        self._server.setblocking(False)
+        self._port = self._server.getsockname()[1]
+
+    async def answer(self) -> None:
+        with anyio.fail_after(10):
+            await anyio.wait_readable(self._server)
+        self.client.close()
+        self.client, _ = self._server.accept()
+        self.client.setblocking(False)
+        self.fd = self.client.fileno()
+
+    def vanish(self) -> None:
+        self.client.close()
+        self._server.close()
+
+    async def end(self) -> bytes:
+        """What is read at the end of a connection the port has closed: nothing."""
+        with anyio.fail_after(10):
+            await anyio.wait_readable(self.client)
+        return self.client.recv(1)

@@ -1,0 +1,124 @@
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+
+from tests.transports.far_ends import Ear
+from transports import Receiver, Transport, TransportLost
+from transports.recorder import RECORD_BYTES, Recorded, Recorder
+from transports.trace import TraceEntry
+from transports.trace_file import TraceFile
+
+
+class LoopBack(Transport):
+    """A port in memory that hears itself."""
+
+    receiver: Receiver | None = None
+    waiting = 0
+
+    @property
+    def byte_time_s(self) -> float:
+        return 0.001
+
+    async def open(self, receiver: Receiver) -> None:
+        self.receiver = receiver
+
+    def write(self, data: bytes) -> None:
+        if self.receiver is None:
+            raise TransportLost("loop is not open; nothing was sent.")
+        self.waiting += len(data)
+        self.receiver.data_received(data)
+
+    def unsent(self) -> int:
+        return self.waiting
+
+    async def close(self) -> None:
+        self.receiver = None
+
+
+def test_memory_keeps_the_newest_records_oldest_first() -> None:
+    recorder = Recorder(capacity=3)
+    for data in (b"1", b"2", b"3", b"4", b"5"):
+        recorder.record("rx", data)
+    assert [entry.data for entry in recorder.entries()] == [b"3", b"4", b"5"]
+    assert [entry.data for entry in recorder.entries(last=2)] == [b"4", b"5"]
+    assert [entry.data for entry in recorder.entries(last=99)] == [b"3", b"4", b"5"]
+    assert recorder.entries(last=0) == []
+    assert recorder.dropped == 0
+
+
+def test_entries_are_found_by_their_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    times = iter(range(1_790_000_000_000_000_999, 1_790_000_000_000_009_999, 1000))
+    monkeypatch.setattr("transports.recorder.time.time_ns", lambda: next(times))
+    recorder = Recorder()
+    for data in (b"1", b"2", b"3"):
+        recorder.record("tx", data)
+    second = recorder.entries()[1]
+    assert [entry.data for entry in recorder.entries(since=second.at)] == [b"2", b"3"]
+    assert [entry.data for entry in recorder.entries(last=1, since=second.at)] == [b"3"]
+    assert recorder.entries(since=second.at + timedelta(microseconds=2)) == []
+
+
+def test_a_flood_is_cut_into_records_of_bounded_size() -> None:
+    flood = bytes(range(256)) * 10
+    recorder = Recorder()
+    recorder.record("rx", flood)
+    entries = recorder.entries()
+    assert [len(entry.data) for entry in entries] == [RECORD_BYTES] * 5
+    assert b"".join(entry.data for entry in entries) == flood
+
+
+def test_the_file_holds_what_memory_has_forgotten(tmp_path: Path) -> None:
+    path = tmp_path / "line.jsonl"
+    recorder = Recorder(capacity=1, file=TraceFile(path))
+    recorder.record("opened")
+    recorder.record("tx", b"&3F6PD\r")
+    recorder.close()
+    entries = [TraceEntry.model_validate_json(line) for line in path.read_bytes().splitlines()]
+    assert [(entry.kind, entry.data) for entry in entries] == [("opened", b""), ("tx", b"&3F6PD\r")]
+    assert entries[1:] == recorder.entries()
+
+
+def test_what_the_file_has_lost_is_counted() -> None:
+    recorder = Recorder(file=TraceFile(Path("/dev/full")))
+    recorder.record("opened")
+    recorder.close()
+    assert recorder.dropped == 1
+    assert len(recorder.entries()) == 1
+
+
+def story(recorder: Recorder) -> list[tuple[str, bytes]]:
+    return [(entry.kind, entry.data) for entry in recorder.entries()]
+
+
+@pytest.mark.anyio
+async def test_a_recorded_port_tells_its_whole_story() -> None:
+    recorder, ear, loop = Recorder(), Ear(), LoopBack("loop")
+    port = Recorded(loop, recorder)
+    await port.open(ear)
+    port.write(b"&3F6PD\r")
+    assert (port.address, port.byte_time_s, port.unsent()) == ("loop", 0.001, 7)
+    await port.close()
+    await port.close()
+    assert ear.heard == b"&3F6PD\r"
+    assert story(recorder) == [("opened", b""), ("rx", b"&3F6PD\r"), ("tx", b"&3F6PD\r"), ("closed", b"")]
+
+
+@pytest.mark.anyio
+async def test_a_loss_is_recorded_and_passed_on_and_closing_afterwards_is_not() -> None:
+    recorder, ear, loop = Recorder(), Ear(), LoopBack("loop")
+    port = Recorded(loop, recorder)
+    await port.open(ear)
+    loss = TransportLost("unplugged")
+    port.connection_lost(loss)
+    await port.close()
+    assert ear.losses == [loss]
+    assert story(recorder) == [("opened", b""), ("lost", b"")]
+
+
+@pytest.mark.anyio
+async def test_bytes_that_the_port_refuses_are_not_recorded_as_sent() -> None:
+    recorder = Recorder()
+    with pytest.raises(TransportLost):
+        Recorded(LoopBack("loop"), recorder).write(b"&3F1+M\r")
+    assert story(recorder) == []

@@ -1,0 +1,62 @@
+"""What a transport is: it moves bytes and knows no commands."""
+
+from abc import ABC, abstractmethod
+from typing import Protocol
+
+
+class TransportError(OSError):
+    """A port could not be used; the message says which and why."""
+
+
+class TransportUnavailable(TransportError):
+    """The port could not be opened: missing, refused, or taken by another program. Nothing was written."""
+
+
+class TransportLost(TransportError):
+    """The port has gone: unplugged or closed by the far end. What was written last may not have arrived."""
+
+
+class Receiver(Protocol):
+    """Whoever listens to an open transport. Both calls come on the event loop's thread."""
+
+    def data_received(self, data: bytes) -> None:
+        """One or more bytes have arrived."""
+
+    def connection_lost(self, error: TransportLost) -> None:
+        """The port has gone by itself; called at most once per opening, and never after `close`."""
+
+
+class Transport(ABC):
+    """One port. It can be opened again after it was lost or closed."""
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+
+    @property
+    def byte_time_s(self) -> float:
+        """Seconds one byte takes on the wire at this port's speed; 0.0 where the wire does not pace us."""
+        return 0.0
+
+    @abstractmethod
+    async def open(self, receiver: Receiver) -> None:
+        """Open the port exclusively, without ever blocking the event loop.
+
+        The receiver is called only after this has returned, and never when it has failed.
+
+        :raises TransportUnavailable: nothing was opened.
+        """
+
+    @abstractmethod
+    def write(self, data: bytes) -> None:
+        """Hand bytes to the operating system, all of them, in order.
+
+        :raises TransportLost: the port is not open.
+        """
+
+    @abstractmethod
+    def unsent(self) -> int:
+        """Bytes that were written but have not left this machine, as far as the operating system tells."""
+
+    @abstractmethod
+    async def close(self) -> None:
+        """Close at once; unsent bytes are dropped. Closing twice is harmless."""

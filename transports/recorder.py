@@ -1,0 +1,102 @@
+"""The flight recorder of a port: which bytes went which way, and when."""
+
+import time
+from collections import deque
+from datetime import datetime
+from itertools import islice
+
+from transports.base import Receiver, Transport, TransportLost
+from transports.trace import Kind, Record, TraceEntry, wall_ns
+from transports.trace_file import TraceFile
+
+# Longer data becomes several records, so that a bound on records is a bound on bytes.
+RECORD_BYTES = 512
+
+
+class Recorder:
+    """Keeps the newest records in memory and, given a file, hands each one to it as well."""
+
+    def __init__(self, capacity: int = 10_000, file: TraceFile | None = None) -> None:
+        self._records: deque[Record] = deque(maxlen=capacity)
+        self._file = file
+
+    @property
+    def dropped(self) -> int:
+        """Records that the file has lost; memory loses none but the oldest."""
+        return self._file.dropped if self._file is not None else 0
+
+    def record(self, kind: Kind, data: bytes = b"") -> None:
+        """Keep what happened just now."""
+        if len(data) > RECORD_BYTES:
+            for start in range(0, len(data), RECORD_BYTES):
+                self.record(kind, data[start : start + RECORD_BYTES])
+            return
+        record = (time.time_ns(), time.monotonic_ns(), kind, data)
+        self._records.append(record)
+        if self._file is not None:
+            self._file.put(record)
+
+    def entries(self, last: int | None = None, since: datetime | None = None) -> list[TraceEntry]:
+        """What memory holds, oldest first: of the `last` entries those not before `since` (an aware time).
+
+        Formatting takes microseconds an entry: ask for thousands in a thread.
+        """
+        skipped = 0 if last is None else max(0, len(self._records) - last)
+        earliest = 0 if since is None else wall_ns(since)
+        kept = list(islice(self._records, skipped, None))  # a copy first: records go on arriving
+        return [TraceEntry.of(record) for record in kept if record[0] >= earliest]
+
+    def close(self) -> None:
+        """Finish the file. It waits for the disk: keep it off the event loop."""
+        if self._file is not None:
+            self._file.close()
+
+
+class Recorded(Transport):
+    """A transport with a recorder between its port and its receiver, in both directions."""
+
+    def __init__(self, transport: Transport, recorder: Recorder) -> None:
+        super().__init__(transport.address)
+        self._transport = transport
+        self._recorder = recorder
+        self._receiver: Receiver | None = None
+
+    @property
+    def byte_time_s(self) -> float:
+        """The recorded port's."""
+        return self._transport.byte_time_s
+
+    async def open(self, receiver: Receiver) -> None:
+        """Open the recorded port."""
+        await self._transport.open(self)
+        self._receiver = receiver
+        self._recorder.record("opened")
+
+    def write(self, data: bytes) -> None:
+        """Write, then record what the port took."""
+        self._transport.write(data)
+        self._recorder.record("tx", data)
+
+    def unsent(self) -> int:
+        """The recorded port's."""
+        return self._transport.unsent()
+
+    async def close(self) -> None:
+        """Close the recorded port; the recorder stays open."""
+        if self._receiver is not None:
+            self._receiver = None
+            self._recorder.record("closed")
+        await self._transport.close()
+
+    def data_received(self, data: bytes) -> None:
+        """Record what the port received, and pass it on."""
+        self._recorder.record("rx", data)
+        if self._receiver is not None:
+            self._receiver.data_received(data)
+
+    def connection_lost(self, error: TransportLost) -> None:
+        """Record that the port was lost, and pass it on."""
+        self._recorder.record("lost")
+        receiver, self._receiver = self._receiver, None
+        if receiver is not None:
+            receiver.connection_lost(error)
