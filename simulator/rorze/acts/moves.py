@@ -1,0 +1,145 @@
+"""Moves at high and low speed: commands 1 and 2 (RC-420 manual 13.2, 13.3, 14)."""
+
+from typing import Literal
+
+from protocols.rorze.moves import (
+    MoveClockwise,
+    MoveClockwiseSlowly,
+    MoveCounterclockwise,
+    MoveCounterclockwiseSlowly,
+    MoveTo,
+    MoveToSlowly,
+)
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.profile import Profile, ProfileError, plan, steady
+from simulator.rorze.actions import OUT_OF_RANGE, Refused, acts_out
+from simulator.rorze.acts.patterns import changes_of, ramps_of
+from simulator.rorze.acts.position_table import number_of, step_index
+from simulator.rorze.controller import Rc420
+from simulator.rorze.motion import Direction
+from simulator.rorze.motor import Leg, Task, limit_ahead
+from simulator.rorze.settings import FARTHEST
+from simulator.rorze.world import CCW, CW, EMS
+
+EMS_ON, STALLED, LIMIT_ON, TOO_FAR, ERROR_OUTPUT_ON = 0x51, 0x52, 0x55, 0x5E, 0x66
+
+RelativeMove = MoveClockwise | MoveCounterclockwise | MoveClockwiseSlowly | MoveCounterclockwiseSlowly
+AbsoluteMove = MoveTo | MoveToSlowly
+
+
+def require_safe(axis: Rc420) -> None:
+    """What any move asks of the controller's state.
+
+    :raises Refused: 51 with EMS on, 66 with an error output standing.
+    """
+    if axis.sees(EMS):
+        raise Refused(EMS_ON)
+    if axis.io.error_output_on():
+        raise Refused(ERROR_OUTPUT_ON)
+
+
+def require_free(axis: Rc420, direction: Direction) -> None:
+    """What a move in one direction asks.
+
+    The limit sensor ahead refuses it, the one behind does not, an assumption: how else to leave a limit.
+
+    :raises Refused: 51, 52, 55 or 66.
+    """
+    require_safe(axis)
+    if axis.stalled:
+        raise Refused(STALLED)
+    if axis.sees(limit_ahead(direction)):
+        raise Refused(LIMIT_ON)
+
+
+def _profile(axis: Rc420, distance: int | None, pattern: int | None, low: bool) -> Profile:
+    up, down = ramps_of(axis, pattern)
+    if low:
+        return steady(distance, up.low, up, down)
+    try:
+        return plan(distance, up, down, changes_of(axis, pattern))
+    except ProfileError as error:
+        raise Refused(error.code) from None
+
+
+def _require_in_range(axis: Rc420, target: int) -> None:
+    first, last = axis.settings.movable_range
+    if not first <= target <= last:
+        raise Refused(OUT_OF_RANGE)
+
+
+def _straight(direction: Direction, profile: Profile) -> Task:
+    """A move of one leg; none at all where there is nothing to go."""
+    if profile.distance != 0:
+        yield Leg(direction, profile)
+
+
+def _amount(axis: Rc420, given: int | PositionReference | Literal["endless"]) -> int | None:
+    """The distance to go, in the unit of the operating mode; None without an end."""
+    if given == "endless":
+        return None
+    distance = axis.positions[number_of(axis, given)] if isinstance(given, PositionReference) else given
+    if distance < 1:
+        raise Refused(OUT_OF_RANGE)
+    return distance
+
+
+def _move_by(axis: Rc420, command: RelativeMove, direction: Direction, low: bool, now: float) -> None:
+    amount = _amount(axis, command.distance)
+    _require_in_range(axis, axis.position(now) + direction * (1 if amount is None else amount))
+    distance = None if amount is None else axis.to_pulses(amount)
+    _start(axis, command, direction, distance, low, now)
+
+
+def _go_to(axis: Rc420, command: AbsoluteMove, low: bool, now: float) -> None:
+    given = command.position
+    target = axis.positions[number_of(axis, given)] if isinstance(given, PositionReference) else given
+    _require_in_range(axis, target)
+    amount = axis.to_pulses(target - axis.position(now))
+    _start(axis, command, CW if amount >= 0 else CCW, abs(amount), low, now)
+
+
+def _start(
+    axis: Rc420,
+    command: RelativeMove | AbsoluteMove,
+    direction: Direction,
+    distance: int | None,
+    low: bool,
+    now: float,
+) -> None:
+    if distance is not None and distance > FARTHEST:
+        raise Refused(TOO_FAR)
+    profile = _profile(axis, distance, command.pattern, low)
+    require_free(axis, direction)
+    step_index(axis, command.distance if isinstance(command, RelativeMove) else command.position)
+    axis.start(command.code, _straight(direction, profile), now)
+
+
+@acts_out(MoveClockwise)
+def _move_clockwise(axis: Rc420, command: MoveClockwise, now: float) -> None:
+    _move_by(axis, command, CW, low=False, now=now)
+
+
+@acts_out(MoveCounterclockwise)
+def _move_counterclockwise(axis: Rc420, command: MoveCounterclockwise, now: float) -> None:
+    _move_by(axis, command, CCW, low=False, now=now)
+
+
+@acts_out(MoveTo)
+def _move_to(axis: Rc420, command: MoveTo, now: float) -> None:
+    _go_to(axis, command, low=False, now=now)
+
+
+@acts_out(MoveClockwiseSlowly)
+def _move_clockwise_slowly(axis: Rc420, command: MoveClockwiseSlowly, now: float) -> None:
+    _move_by(axis, command, CW, low=True, now=now)
+
+
+@acts_out(MoveCounterclockwiseSlowly)
+def _move_counterclockwise_slowly(axis: Rc420, command: MoveCounterclockwiseSlowly, now: float) -> None:
+    _move_by(axis, command, CCW, low=True, now=now)
+
+
+@acts_out(MoveToSlowly)
+def _move_to_slowly(axis: Rc420, command: MoveToSlowly, now: float) -> None:
+    _go_to(axis, command, low=True, now=now)

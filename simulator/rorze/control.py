@@ -1,0 +1,347 @@
+"""The hand in the simulated plant: an HTTP interface to move sensors, cut power and spoil the line."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, fields, replace
+from typing import Annotated, Any, Literal, Protocol, TypeVar
+
+from fastapi import FastAPI, HTTPException, Path, Query
+from pydantic import BaseModel, ConfigDict, Field
+
+from simulator.rorze.controller import Rc420
+from simulator.rorze.faults import Direction, Fault, Switch
+from simulator.rorze.line import Rc400Line
+from simulator.rorze.rc400 import LinkSettings
+from simulator.rorze.world import (
+    CCW_LIMIT,
+    CW_LIMIT,
+    EMS,
+    IN_POSITION,
+    INPUTS,
+    ORIGIN,
+    STALL,
+    Slits,
+    Span,
+)
+
+T = TypeVar("T")
+
+SensorName = Literal["stall", "origin", "cw_limit", "ccw_limit", "in_position", "ems"]
+SENSOR_BITS: Mapping[SensorName, int] = {
+    "stall": STALL,
+    "origin": ORIGIN,
+    "cw_limit": CW_LIMIT,
+    "ccw_limit": CCW_LIMIT,
+    "in_position": IN_POSITION,
+    "ems": EMS,
+}
+
+MOST_FACTS = 10_000
+"""Facts of the truth log in one answer."""
+
+
+class Plant(Protocol):
+    """Where the running machine can be touched."""
+
+    def touch(self, deed: Callable[[float], T]) -> T:
+        """Do something to the machine now, and what follows from it."""
+
+
+class Strict(BaseModel):
+    """A model that takes nothing for what it is not."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+class Power(Strict):
+    """Whether something has power."""
+
+    on: bool
+
+
+class Level(Strict):
+    """The raw level of an input, before the controller's logic."""
+
+    on: bool
+
+
+class Hold(Strict):
+    """A sensor held by hand; null lets go of it."""
+
+    on: bool | None
+
+
+class Stretch(Strict):
+    """Where a sensor is covered, ends included, in pulses from where the axis stood at first, CW positive."""
+
+    first: int
+    last: int
+
+
+class Disc(Strict):
+    """A slit disc: covered for the first half of every `period` pulses, from `phase` on."""
+
+    phase: int
+    period: int = Field(ge=2)
+
+
+class Mechanics(Strict):
+    """What is bolted to an axis; what is left out stays as it is."""
+
+    origin: Stretch | None = None
+    cw_limit: Stretch | None = None
+    ccw_limit: Stretch | None = None
+    slits: Disc | None = None
+    slipped: int | None = Field(default=None, description="Pulses the motor did not follow, CW positive.")
+
+
+class BodyState(Strict):
+    """One controller and its motor as they really are; words are bits as the manual counts them."""
+
+    body: str
+    powered: bool
+    moving: bool
+    position: int = Field(description="As 6PD tells it.")
+    pulses: int = Field(description="Pulses from where the axis stood at first, CW positive.")
+    status: int = Field(description="As 9CD tells it.")
+    end_cause: int = Field(description="As 9MD tells it.")
+    sensors: dict[SensorName, bool]
+    inputs: int
+    outputs: int
+    mechanics: Mechanics
+
+
+class LinkState(Strict):
+    """The link master: its power, the frames it has been sent, its settings."""
+
+    powered: bool
+    requests: int
+    settings: dict[str, Any]
+
+
+class LinkChange(Strict):
+    """Settings of the link master; what is left out stays as it is."""
+
+    reply_delay_s: float | None = Field(default=None, ge=0, le=60)
+    error_codes: bool | None = None
+    absent_bodies: Literal["silent", "error"] | None = None
+    interjection: Literal["accept", "drop"] | None = None
+    line_end: Literal["\r", "\r\n"] | None = None
+
+
+class FaultSwitch(Strict):
+    """One fault on the line; neither probability nor next frames turn it off."""
+
+    fault: Fault = Field(strict=False)
+    direction: Direction = Field(strict=False)
+    probability: float = Field(default=0.0, ge=0, le=1, description="Chance of each frame.")
+    next_frames: int = Field(default=0, ge=0, le=1_000_000, description="So many frames for certain.")
+    delay_s: float = Field(default=0.1, ge=0, le=3600, description="For silence, split, late and doubled.")
+    spread_s: float = Field(default=0.0, ge=0, le=3600, description="A random part of this is added.")
+
+
+class ProgramMessage(Strict):
+    """The text of a user program."""
+
+    text: str = Field(min_length=1, max_length=16, pattern=r"^[!-~]+$")
+
+
+class FactLine(Strict):
+    """One fact of the truth log."""
+
+    kind: str
+    time_s: float
+    body: str
+    request: int | None
+    facts: dict[str, Any]
+
+
+class TruthTail(Strict):
+    """Facts in order; `next` is what to ask for as `after` next time."""
+
+    next: int
+    facts: list[FactLine]
+
+
+BodyId = Annotated[str, Path(pattern="^[0-7][0-9A-Fa-f]$", description="Two hexadecimal digits.")]
+InputNumber = Annotated[int, Path(ge=0, lt=INPUTS)]
+
+
+# All routes are coroutines: they run on the event loop's thread, as the machine does.
+def create_control(line: Rc400Line, plant: Plant) -> FastAPI:
+    """Build the interface to a line that runs in this event loop."""
+    app = FastAPI(title="Simulated RC-400 line", docs_url=None, redoc_url=None)
+    _add_bodies(app, line, plant)
+    _add_link(app, line, plant)
+    return app
+
+
+def _add_bodies(app: FastAPI, line: Rc400Line, plant: Plant) -> None:
+    def change(body_id: str, deed: Callable[[Rc420], None]) -> BodyState:
+        axis = _axis(line, body_id)
+
+        def act(now: float) -> BodyState:
+            axis.advance(now)
+            deed(axis)
+            axis.sense(now)
+            line.look_after(axis.body)
+            return _state(axis, now)
+
+        return plant.touch(act)
+
+    @app.get("/bodies")
+    async def list_bodies() -> list[BodyState]:
+        """Tell the state of every controller."""
+        return plant.touch(lambda now: [_state(axis, now) for axis in line.axes.values()])
+
+    @app.get("/bodies/{body_id}")
+    async def get_body(body_id: BodyId) -> BodyState:
+        """Tell the state of a controller."""
+        axis = _axis(line, body_id)
+        return plant.touch(lambda now: _state(axis, now))
+
+    @app.put("/bodies/{body_id}/power")
+    async def switch_body(body_id: BodyId, power: Power) -> BodyState:
+        """Cut or restore the power of a controller."""
+        axis = _axis(line, body_id)
+        plant.touch(lambda now: line.switch_body(axis.body, power.on, now))
+        return plant.touch(lambda now: _state(axis, now))
+
+    @app.put("/bodies/{body_id}/sensors/{sensor}")
+    async def hold_sensor(body_id: BodyId, sensor: SensorName, hold: Hold) -> BodyState:
+        """Hold a sensor on or off, or let go of it."""
+        return change(body_id, lambda axis: _hold(axis, SENSOR_BITS[sensor], hold.on))
+
+    @app.put("/bodies/{body_id}/inputs/{number}")
+    async def set_input(body_id: BodyId, number: InputNumber, level: Level) -> BodyState:
+        """Set the raw level of a general input."""
+        return change(body_id, lambda axis: _set_input(axis, number, level.on))
+
+    @app.patch("/bodies/{body_id}/mechanics")
+    async def move_mechanics(body_id: BodyId, mechanics: Mechanics) -> BodyState:
+        """Move the sensors along the axis, or let the motor slip."""
+        return change(body_id, lambda axis: _mount(axis, mechanics))
+
+    @app.post("/bodies/{body_id}/messages", status_code=204)
+    async def send_message(body_id: BodyId, message: ProgramMessage) -> None:
+        """Send a text as a user program would; it reaches the host only after XID."""
+        body = _axis(line, body_id).body
+        plant.touch(lambda now: line.send_program_message(body, message.text, now))
+
+
+def _add_link(app: FastAPI, line: Rc400Line, plant: Plant) -> None:
+    @app.get("/link")
+    async def get_link() -> LinkState:
+        """Tell the state of the link master."""
+        return _link_state(line)
+
+    @app.put("/link/power")
+    async def switch_link(power: Power) -> LinkState:
+        """Cut or restore the power of the link master; the controllers keep theirs."""
+        plant.touch(line.power_on if power.on else line.power_off)
+        return _link_state(line)
+
+    @app.patch("/link/settings")
+    async def set_link(change: LinkChange) -> LinkState:
+        """Change what the manual leaves open about the link master."""
+        line.settings = replace(line.settings, **change.model_dump(exclude_none=True))
+        return _link_state(line)
+
+    @app.get("/faults")
+    async def list_faults() -> list[FaultSwitch]:
+        """Tell the faults that are switched on."""
+        return [FaultSwitch(**asdict(switch)) for switch in line.faults.switches]
+
+    @app.put("/faults")
+    async def set_fault(fault: FaultSwitch) -> list[FaultSwitch]:
+        """Switch one fault in one direction."""
+        line.faults.set(Switch(**fault.model_dump()))
+        return await list_faults()
+
+    @app.delete("/faults", status_code=204)
+    async def clear_faults() -> None:
+        """Switch all faults off."""
+        line.faults.clear()
+
+    @app.get("/truth")
+    async def get_truth(
+        after: Annotated[int, Query(ge=0)] = 0, limit: Annotated[int, Query(ge=1, le=MOST_FACTS)] = 1000
+    ) -> TruthTail:
+        """Tell what has really happened since the first `after` facts; the oldest may be forgotten."""
+        return _truth(line, after, limit)
+
+
+def _axis(line: Rc400Line, body_id: str) -> Rc420:
+    axis = line.axes.get(int(body_id, 16))
+    if axis is None:
+        known = ", ".join(f"{body:02X}" for body in line.axes)
+        raise HTTPException(404, f"This line has no body {body_id.upper()}; it has {known}.")
+    return axis
+
+
+def _hold(axis: Rc420, sensor: int, on: bool | None) -> None:
+    if on is None:
+        axis.world.forced.pop(sensor, None)
+    else:
+        axis.world.forced[sensor] = on
+
+
+def _set_input(axis: Rc420, number: int, on: bool) -> None:
+    axis.world.inputs = axis.world.inputs & ~(1 << number) | on << number
+
+
+def _mount(axis: Rc420, mechanics: Mechanics) -> None:
+    world = axis.world
+    if mechanics.origin is not None:
+        world.origin = Span(mechanics.origin.first, mechanics.origin.last)
+    if mechanics.cw_limit is not None:
+        world.cw_limit = Span(mechanics.cw_limit.first, mechanics.cw_limit.last)
+    if mechanics.ccw_limit is not None:
+        world.ccw_limit = Span(mechanics.ccw_limit.first, mechanics.ccw_limit.last)
+    if mechanics.slits is not None:
+        world.slits = Slits(mechanics.slits.phase, mechanics.slits.period)
+    if mechanics.slipped is not None:
+        world.slipped = mechanics.slipped
+
+
+def _state(axis: Rc420, now: float) -> BodyState:
+    world, sensors = axis.world, axis.io.sensors()
+    return BodyState(
+        body=f"{axis.body:02X}",
+        powered=axis.powered,
+        moving=axis.motor.moving,
+        position=axis.position(now),
+        pulses=axis.motor.pulses(now),
+        status=axis.status_now(),
+        end_cause=axis.end_cause,
+        sensors={name: bool(sensors >> bit & 1) for name, bit in SENSOR_BITS.items()},
+        inputs=axis.io.inputs(),
+        outputs=axis.io.outputs.bits(),
+        mechanics=Mechanics(
+            origin=Stretch(**world.origin._asdict()),
+            cw_limit=Stretch(**world.cw_limit._asdict()),
+            ccw_limit=Stretch(**world.ccw_limit._asdict()),
+            slits=Disc(**world.slits._asdict()),
+            slipped=world.slipped,
+        ),
+    )
+
+
+def _link_state(line: Rc400Line) -> LinkState:
+    settings = {field.name: getattr(line.settings, field.name) for field in fields(LinkSettings)}
+    return LinkState(powered=line.powered, requests=line.requests, settings=settings)
+
+
+def _truth(line: Rc400Line, after: int, limit: int) -> TruthTail:
+    facts = line.truth.since(after)
+    oldest = line.truth.count - len(facts)
+    lines = [
+        FactLine(
+            kind=fact.kind,
+            time_s=fact.at,
+            body=f"{fact.body:02X}",
+            request=fact.request,
+            facts=fact.facts,
+        )
+        for fact in facts[:limit]
+    ]
+    return TruthTail(next=oldest + len(lines), facts=lines)

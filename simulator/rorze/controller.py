@@ -1,0 +1,327 @@
+"""One RC-420: a pure state machine that takes commands and the time, and moves an imaginary motor."""
+
+from dataclasses import dataclass
+
+from protocols.rorze.link import MoveEnded, StatusChanged
+from protocols.rorze.profile import SpeedChange
+from protocols.table import Retry
+from simulator.rorze.actions import Delayed, Order, Refused, understand
+from simulator.rorze.events import EventReporter
+from simulator.rorze.io import Ports
+from simulator.rorze.motion import Direction
+from simulator.rorze.motor import (
+    CCW_LIMIT_CAUSE,
+    CW_LIMIT_CAUSE,
+    EMS_CAUSE,
+    NORMAL_END,
+    STALL_CAUSE,
+    Edge,
+    Motor,
+    Task,
+)
+from simulator.rorze.settings import FARTHEST, Flash, Settings
+from simulator.rorze.truth import TruthLog
+from simulator.rorze.world import CW, EMS, STALL, World
+
+PULSES_RUNNING, LIMIT_ERROR, EMS_ERROR, COMMAND_ERROR, INITIALISATION_ERROR, RANGE_ERROR, STALL_ERROR = (
+    1 << bit for bit in range(7)
+)
+"""The controller status as 9CD tells it (RC-420 manual 13.8.2)."""
+
+MOVING = 0x50
+
+WRONG_MODE = 0x61
+"""An assumption: the manual marks commands by operating mode, but not what they answer in another one."""
+
+ENCODER_MODE = 1
+
+_END_ERRORS = {
+    CW_LIMIT_CAUSE: (LIMIT_ERROR, "limit"),
+    CCW_LIMIT_CAUSE: (LIMIT_ERROR, "limit"),
+    EMS_CAUSE: (EMS_ERROR, "ems"),
+    STALL_CAUSE: (STALL_ERROR, "stall"),
+}
+"""What an end cause does to the controller status, and the error output it drives (CES)."""
+
+
+def held(count: int) -> int:
+    """A count as its register holds it: it goes no further than nine digits."""
+    return max(-FARTHEST, min(FARTHEST, count))
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """The answer to a command: what follows the code, and how long after the command it leaves."""
+
+    payload: str
+    delay_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """Something the controller says by itself."""
+
+    at: float
+    frame: MoveEnded | StatusChanged
+
+
+class Rc420:
+    """One axis. Times are seconds on one clock and never go back; nothing happens but in a call.
+
+    Pulses are counted in two ways: since the axis was built, as the shaft knows them (`motor`, `world`),
+    and as the positions a host reads, which 6PS and an origin search shift and a loss of power clears.
+    """
+
+    def __init__(self, body: int, now: float, truth: TruthLog) -> None:
+        self.body = body
+        self.truth = truth
+        self.world = World()
+        self.flash = Flash()
+        self.motor = Motor(body, truth, self.sees, self._move_ended)
+        self.powered = False
+        self.power_on(now)
+
+    # Power
+
+    def power_on(self, now: float) -> None:
+        """Load flash into RAM; everything else starts from nothing (RC-420 manual 18)."""
+        self.settings: Settings = self.flash.settings
+        self.positions = list(self.flash.positions)
+        self.program = self.flash.program
+        self.status = 0
+        self.end_cause = 0
+        self.stalled = False
+        self.stop_speed_set: int | None = None
+        self.search_travel = 0
+        self.speed_changes: dict[int, dict[int, SpeedChange]] = {}
+        self.stall_centre: int | None = None
+        self._zero = self.motor.pulses(now)
+        self._encoder_zero: float = self._shaft(now)
+        self._messages: list[Message] = []
+        self._wake: float | None = None
+        self.io = Ports(self, now)
+        self.events = EventReporter(self)
+        self.powered = True
+        self._settle(now)
+
+    def power_off(self, now: float) -> None:
+        """Stop where it is; unsaved settings, positions and messages are lost."""
+        self.advance(now)
+        self.motor.cut_power(now)
+        self.powered = False
+        self._messages.clear()
+        self._wake = None
+
+    # Commands
+
+    def execute(self, text: str, now: float) -> Response:
+        """Do a command, given as its code and parameters without blanks."""
+        self.advance(now)
+        response, changed = self._do(text, now)
+        if changed:
+            self._settle(now)
+        self.truth.log("command", now, self.body, text=text, reply=response.payload)
+        return response
+
+    def _do(self, text: str, now: float) -> tuple[Response, bool]:
+        """The response, and whether anything but reading was done."""
+        try:
+            order = understand(text)
+            self._check(order)
+            outcome = order.act(self, order.command, now)
+        except Refused as refusal:
+            self.status |= COMMAND_ERROR
+            return Response(f"@{refusal.code:02X}"), True
+        changed = order.command.retry is not Retry.READ
+        if outcome is None:
+            return Response(""), changed
+        if isinstance(outcome, Delayed):
+            payload = outcome.reply.written() if outcome.reply else ""
+            return Response(payload, outcome.delay_s), changed
+        return Response(outcome.written()), changed
+
+    def _check(self, order: Order) -> None:
+        if str(self.settings.mode) not in order.command.modes:
+            raise Refused(WRONG_MODE)
+        if self.motor.moving and not order.command.moving:
+            raise Refused(MOVING)
+
+    # Time
+
+    def wake_at(self) -> float | None:
+        """The next moment at which something happens by itself."""
+        return self._wake
+
+    def advance(self, now: float) -> None:
+        """Let everything happen that is due, in the order of time."""
+        while self._wake is not None and self._wake <= now:
+            self._happen(self._wake)
+
+    def sense(self, now: float) -> None:
+        """Look at the world again, after somebody has changed it by hand."""
+        if self.powered:
+            self.advance(now)
+            self._look(now)
+            self._settle(now)
+
+    def take_messages(self) -> list[Message]:
+        """What the controller has said by itself since the last call, in the order of time."""
+        messages, self._messages = self._messages, []
+        return messages
+
+    def say(self, frame: MoveEnded | StatusChanged, now: float) -> None:
+        """Add a message of the controller's own."""
+        self._messages.append(Message(now, frame))
+
+    def _happen(self, now: float) -> None:
+        self._look(now)
+        self.io.advance(now)
+        train = self.motor.train
+        if train is not None and not train.running(now):
+            self.motor.leg_over(now)
+        self._settle(now)
+
+    def _look(self, now: float) -> None:
+        """Show the ports what the sensors see, and watch stalling and range while moving."""
+        pulses = self.motor.pulses(now)
+        self.io.sense(self.world.levels(pulses), now)
+        self._check_stall(pulses, now)
+        self._check_range(pulses, now)
+
+    def _settle(self, now: float) -> None:
+        """After any change: report it, and find out when to wake next."""
+        self.events.report(now)
+        moments = [at for at in (self._motor_wakes(now), self.io.wake_at()) if at is not None]
+        self._wake = min(moments, default=None)
+
+    def _motor_wakes(self, now: float) -> float | None:
+        """The end of the leg, or the next pulse on the way at which there is something to see."""
+        train = self.motor.train
+        if train is None:
+            return None
+        here = self.motor.pulses(now)
+        ahead = [abs(place - here) for place in self._places_ahead(here, train.direction)]
+        emitted = train.emitted(now)
+        seen_at = train.time_when(emitted + min(ahead)) if ahead else None
+        return min((at for at in (seen_at, train.ends_at) if at is not None), default=None)
+
+    def _places_ahead(self, here: int, direction: Direction) -> list[int]:
+        """Pulse counts ahead at which a sensor changes, the range is left, or stalling is looked for."""
+        places = [self.world.next_edge(here, direction), *self._stall_checks(here)]
+        places += [self._range_exit(direction), self._zero + direction * FARTHEST]
+        return [place for place in places if place is not None and (place - here) * direction > 0]
+
+    def _range_exit(self, direction: Direction) -> int:
+        """The first pulse count outside the movable range (EPS)."""
+        bound = self.settings.movable_range[direction == CW]
+        return self._zero + self.to_pulses(bound) + direction
+
+    def _check_range(self, pulses: int, now: float) -> None:
+        """A move may leave the movable range only without an end or in a search; the register's end stops it.
+
+        That it is stopped there, and normally, is an assumption.
+        """
+        if self.motor.train is None:
+            return
+        direction = self.motor.train.direction
+        if pulses == self._range_exit(direction):
+            self.status |= RANGE_ERROR
+        if pulses == self._zero + direction * FARTHEST:
+            self.motor.stop(NORMAL_END, now)
+
+    # Sensors
+
+    def sees(self, sensor: int) -> bool:
+        """Whether a sensor is on, as CLD tells it."""
+        return self.io.sensor(sensor)
+
+    def sensor_changed(self, sensor: int, on: bool, now: float) -> None:
+        """React to a sensor, once the ports have made up their mind about it."""
+        if sensor == EMS and on:
+            self.motor.stop(EMS_CAUSE, now)
+        else:
+            self.motor.sensor_changed(Edge(sensor, on), now)
+
+    def _stall_checks(self, here: int) -> tuple[int, ...]:
+        """Where the STALL sensor is compared: the middle of each covered and each open stretch (13.6.2)."""
+        if not self.settings.stall_detection or self.stall_centre is None:
+            return ()
+        half = self.settings.stall_interval // 2
+        before = here - (here - self.stall_centre) % half
+        return before - half, before, before + half
+
+    def _check_stall(self, pulses: int, now: float) -> None:
+        watched = self.motor.moving and not self.motor.searching
+        if not watched or self.stall_centre is None or pulses not in self._stall_checks(pulses):
+            return
+        covered = (pulses - self.stall_centre) // (self.settings.stall_interval // 2) % 2 == 0
+        if self.sees(STALL) != covered:
+            self.motor.stop(STALL_CAUSE, now)
+
+    # Counters
+
+    def to_pulses(self, amount: int) -> int:
+        """An amount in the unit of the operating mode, in pulses: encoder mode counts by the encoder."""
+        if self.settings.mode == ENCODER_MODE:
+            return round(amount * self.settings.encoder_ratio)
+        return amount
+
+    def pulse_position(self, now: float) -> int:
+        """The position in output pulses, whatever the operating mode."""
+        return held(self.motor.pulses(now) - self._zero)
+
+    def encoder(self, now: float) -> int:
+        """The encoder counter."""
+        return held(round((self._shaft(now) - self._encoder_zero) / self.settings.encoder_ratio))
+
+    def encoder_in_pulses(self, now: float) -> int:
+        """The encoder counter converted to output pulses (6MD)."""
+        return held(round(self.encoder(now) * self.settings.encoder_ratio))
+
+    def position(self, now: float) -> int:
+        """The position in the unit of the operating mode (6PD)."""
+        return self.encoder(now) if self.settings.mode == ENCODER_MODE else self.pulse_position(now)
+
+    def set_pulse_position(self, pulses: int, now: float) -> None:
+        """Call the present position this many pulses."""
+        self._zero = self.motor.pulses(now) - pulses
+
+    def set_encoder(self, count: int, now: float) -> None:
+        """Call the present encoder count this."""
+        self._encoder_zero = self._shaft(now) - count * self.settings.encoder_ratio
+
+    def set_origin(self, begun: int, centred: bool, now: float) -> None:
+        """Call this place 0, found from `begun` pulses; `centred` says it is the middle of a slit (0QM)."""
+        here = self.motor.pulses(now)
+        self.search_travel = begun - here
+        self.stall_centre = here if centred else None
+        self.set_pulse_position(0, now)
+        self.set_encoder(0, now)
+        self.clear_stall()
+
+    def _shaft(self, now: float) -> int:
+        return self.world.shaft(self.motor.pulses(now))
+
+    # Moves
+
+    def start(self, code: str, task: Task, now: float) -> None:
+        """Begin a move that has been found allowed."""
+        self.end_cause = 0
+        self.motor.start(code, task, now)
+
+    def status_now(self) -> int:
+        """The controller status with its live bit 0."""
+        return self.status | (PULSES_RUNNING if self.motor.moving else 0)
+
+    def clear_stall(self) -> None:
+        """End the STALL error: after an origin search, or by QRS and PRS."""
+        self.stalled = False
+        self.status &= ~STALL_ERROR
+
+    def _move_ended(self, code: str, cause: int, now: float) -> None:
+        self.end_cause = cause
+        self.stalled |= cause == STALL_CAUSE
+        error, output = _END_ERRORS.get(cause, (0, ""))
+        self.status |= error
+        self.io.move_ended(output, now)
+        self.say(MoveEnded(self.body, code, cause), now)

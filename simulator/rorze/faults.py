@@ -1,0 +1,136 @@
+"""What can go wrong on the wire: faults that hit whole frames, either way, by chance or on demand."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from random import Random
+
+
+class Fault(StrEnum):
+    """What happens to a frame."""
+
+    SILENCE = "silence"
+    """It is lost, and so is all that follows within the delay."""
+    LOST = "lost"
+    GARBLED = "garbled"
+    """One bit of one byte is flipped, the CR included."""
+    MERGED = "merged"
+    """It loses its CR and runs into the next frame."""
+    NOISE = "noise"
+    """Up to 20 random bytes stand before it."""
+    SPLIT = "split"
+    """It comes in two pieces with the delay between them."""
+    LATE = "late"
+    """It comes after the delay; others may overtake it."""
+    DOUBLED = "doubled"
+    """It comes once more after the delay."""
+
+
+class Direction(StrEnum):
+    """Which way the frame goes."""
+
+    REQUESTS = "requests"
+    """From the host to the link master."""
+    REPLIES = "replies"
+    """From the link master to the host, frames nobody asked for included."""
+
+
+MOST_NOISE = 20
+"""Bytes of noise before a frame, at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """One fault, switched on."""
+
+    fault: Fault
+    direction: Direction
+    probability: float = 0.0
+    """Of each frame, 0 to 1."""
+    next_frames: int = 0
+    """So many frames are hit for certain."""
+    delay_s: float = 0.1
+    """For silence, split, late and doubled."""
+    spread_s: float = 0.0
+    """The delay is longer by a random part of this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """One way in which a frame arrives: after a delay, in one piece or in two with a gap between them."""
+
+    delay_s: float
+    pieces: tuple[bytes, ...]
+    gap_s: float = 0.0
+
+
+class Faults:
+    """The switches and the dice. The same seed and the same frames give the same faults."""
+
+    def __init__(self, dice: Random) -> None:
+        self._dice = dice
+        self._switches: dict[tuple[Direction, Fault], Switch] = {}
+        self._silent_until: dict[Direction, float] = {}
+
+    @property
+    def switches(self) -> list[Switch]:
+        """The switches that are on."""
+        return list(self._switches.values())
+
+    def set(self, switch: Switch) -> None:
+        """Turn a fault on, or off if neither chance nor certainty is left."""
+        key = (switch.direction, switch.fault)
+        self._switches.pop(key, None)
+        if switch.probability or switch.next_frames:
+            self._switches[key] = switch
+
+    def clear(self) -> None:
+        """Turn all faults off; a silence ends at once."""
+        self._switches.clear()
+        self._silent_until.clear()
+
+    def distort(
+        self, frame: bytes, direction: Direction, now: float
+    ) -> tuple[list[Flight], dict[Fault, float]]:
+        """Let a frame, CR included, meet its faults: how it arrives, and the faults with their delays."""
+        if not self._switches and not self._silent_until:
+            return [Flight(0.0, (frame,))], {}
+        hits = dict(self._hits(direction))
+        if Fault.SILENCE in hits:
+            self._silent_until[direction] = now + hits[Fault.SILENCE]
+        elif now < self._silent_until.get(direction, now):
+            hits = {Fault.SILENCE: 0.0}
+        if Fault.SILENCE in hits or Fault.LOST in hits:
+            return [], hits
+        return self._flights(self._bend(frame, hits), hits), hits
+
+    def _hits(self, direction: Direction) -> Iterable[tuple[Fault, float]]:
+        for fault in Fault:
+            switch = self._switches.get((direction, fault))
+            if switch is None:
+                continue
+            if switch.next_frames:
+                self.set(replace(switch, next_frames=switch.next_frames - 1))
+            elif self._dice.random() >= switch.probability:
+                continue
+            yield fault, switch.delay_s + self._dice.uniform(0.0, switch.spread_s)
+
+    def _bend(self, frame: bytes, hits: dict[Fault, float]) -> bytes:
+        if Fault.GARBLED in hits:
+            place = self._dice.randrange(len(frame))
+            flipped = frame[place] ^ (1 << self._dice.randrange(8))
+            frame = frame[:place] + bytes([flipped]) + frame[place + 1 :]
+        if Fault.MERGED in hits:
+            frame = frame.removesuffix(b"\r")
+        if Fault.NOISE in hits:
+            frame = self._dice.randbytes(self._dice.randint(1, MOST_NOISE)) + frame
+        return frame
+
+    def _flights(self, frame: bytes, hits: dict[Fault, float]) -> list[Flight]:
+        late = hits.get(Fault.LATE, 0.0)
+        whole = Flight(late, (frame,))
+        if Fault.SPLIT in hits and len(frame) > 1:
+            cut = self._dice.randrange(1, len(frame))
+            whole = Flight(late, (frame[:cut], frame[cut:]), hits[Fault.SPLIT])
+        again = [Flight(late + hits[Fault.DOUBLED], (frame,))] if Fault.DOUBLED in hits else []
+        return [whole, *again]

@@ -1,0 +1,386 @@
+"""The RC-400 link master: the host's line on one side, its RC-420s on the other, a pure state machine."""
+
+import heapq
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from math import inf
+from random import Random
+from typing import Generic, Literal, NamedTuple, Protocol, TypeVar
+
+from protocols.rorze.link import CR, MoveEnded, Request, RequestReader, StatusChanged
+from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
+from protocols.rorze.row import EVENT, LINK_MASTER, MOVE_ENDED
+from protocols.table import WireFault
+from simulator.rorze.actions import BAD_PARAMETER, CODE_LENGTH, UNKNOWN_CODE
+from simulator.rorze.controller import Message, Response
+from simulator.rorze.faults import Direction, Fault, Faults
+from simulator.rorze.truth import TruthLog
+
+TOO_LONG, BUSY = 0x23, 0x4C
+
+PROGRAM_MESSAGE, PROGRAM_MESSAGE_CODE = 0x7C, "USD"
+"""An assumption: no manual gives the frame in which a user program's text (SDC, SDD) reaches the host."""
+
+LONGEST_FRAME = 1024
+"""Bytes without a CR after which the link master stops waiting for one."""
+
+STATUS_DIGITS = {"C": 2, "M": 2, "S": 2, "I": 4, "O": 4}
+"""Hexadecimal digits of an event's fields (RC-420 manual 13.11.3)."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkSettings:
+    """What the RC-420 manual leaves open about its link master; each value is an assumption."""
+
+    reply_delay_s: float = 0.0
+    """From the end of a command to the start of its reply; messages of the controllers take as long."""
+    error_codes: bool = True
+    """Whether a refusal carries its code: `@4A` or just `@` (RC-420 manual 12)."""
+    absent_bodies: Literal["silent", "error"] = "silent"
+    """A body or group that is not there does not answer, or answers `@4C`."""
+    interjection: Literal["accept", "drop"] = "accept"
+    """What becomes of a command that arrives before the last reply has left."""
+    line_end: Literal["\r", "\r\n"] = "\r"
+    """Ends every frame to the host; RC-420 manual 17.1 hints that XRS can add the LF."""
+
+
+class Axis(Protocol):
+    """An RC-420, as its link master sees it."""
+
+    @property
+    def powered(self) -> bool:
+        """Whether it is there at all."""
+
+    def execute(self, text: str, now: float) -> Response:
+        """Do a command."""
+
+    def advance(self, now: float) -> None:
+        """Let everything happen that is due."""
+
+    def wake_at(self) -> float | None:
+        """The next moment at which something happens by itself."""
+
+    def take_messages(self) -> list[Message]:
+        """What it has said by itself since the last call."""
+
+    def power_off(self, now: float) -> None:
+        """Cut its power."""
+
+    def power_on(self, now: float) -> None:
+        """Give it power again."""
+
+
+class _Due(NamedTuple):
+    """Something that will happen; what is due at the same time happens in the order it was planned."""
+
+    at: float
+    order: int
+    happen: Callable[[float], None]
+
+
+A = TypeVar("A", bound=Axis)
+
+
+class Rc400(Generic[A]):
+    """The link master and the line in front of it, faults included.
+
+    Every frame of the host has a running number, from 1, in the order of their CRs. Whatever it brought about
+    carries that number in the truth log, the reply included.
+    """
+
+    def __init__(
+        self,
+        axes: Mapping[int, A],
+        truth: TruthLog,
+        faults: Faults | None = None,
+        settings: LinkSettings | None = None,
+    ) -> None:
+        self.axes = dict(axes)
+        self.truth = truth
+        self.faults = faults or Faults(Random(0))  # noqa: S311  # dice of a simulation
+        self.settings = settings or LinkSettings()
+        self.requests = 0
+        """How many frames the host has sent."""
+        self.powered = False
+        self._now = -inf
+        self._planned = 0
+        self._wakes = {body: at for body, axis in self.axes.items() if (at := axis.wake_at()) is not None}
+        self._output = bytearray()
+        self._boot()
+
+    # Power
+
+    def _boot(self) -> None:
+        """Start with nothing set: XID, XRS and XVS are assumed to be lost with the power."""
+        self._events_on = False
+        self._move_ends_on = False
+        self._groups: dict[int, list[int]] = {}
+        self._reader = RequestReader()
+        self._arriving = b""
+        self._agenda: list[_Due] = []
+        self._line_free = dict.fromkeys(Direction, -inf)
+        self._unanswered = 0
+        self.powered = True
+
+    def power_off(self, now: float) -> None:
+        """Cut the power of the link master; the RC-420s keep theirs, and their moves go on."""
+        self._advance(now)
+        self._agenda.clear()
+        self._output.clear()
+        self.powered = False
+        self.truth.log("power", self._now, LINK_MASTER, on=False)
+
+    def power_on(self, now: float) -> None:
+        """Give the link master power again."""
+        self._advance(now)
+        if not self.powered:
+            self._boot()
+            self.truth.log("power", self._now, LINK_MASTER, on=True)
+
+    def switch_body(self, body: int, on: bool, now: float) -> None:
+        """Cut or restore the power of one RC-420."""
+        self._advance(now)
+        axis = self.axes[body]
+        if axis.powered != on:
+            (axis.power_on if on else axis.power_off)(self._now)
+            self.truth.log("power", self._now, body, on=on)
+        self.look_after(body)
+
+    # The host's side
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Take bytes from the host."""
+        self._advance(now)
+        if not self.powered:
+            return
+        *ends, self._arriving = (self._arriving + data).split(CR)
+        frames = [end + CR for end in ends]
+        if len(self._arriving) > LONGEST_FRAME:
+            frames.append(self._arriving)
+            self._arriving = b""
+        for frame in frames:
+            self.requests += 1
+            self._travel(frame, Direction.REQUESTS, self.requests, self._now)
+
+    def take_output(self, now: float) -> bytes:
+        """Give the bytes that have left for the host by now."""
+        self._advance(now)
+        output = bytes(self._output)
+        self._output.clear()
+        return output
+
+    def wake_at(self) -> float | None:
+        """The next moment at which something happens by itself."""
+        at = self._next()
+        return None if at == inf else at
+
+    def send_program_message(self, body: int, text: str, now: float) -> None:
+        """Send the text of a user program to the host, which has to have asked for it by XID."""
+        self._advance(now)
+        if self.powered and self._events_on:
+            self._send(f">&{PROGRAM_MESSAGE:02X}{PROGRAM_MESSAGE_CODE}[{body:02X}:{text}]", None, self._now)
+
+    # Time
+
+    def _next(self) -> float:
+        wake = min(self._wakes.values()) if self._wakes else inf
+        return min(wake, self._agenda[0].at) if self._agenda else wake
+
+    def _advance(self, now: float) -> None:
+        """Let everything happen that is due, in the order of time; a time gone by already counts as now."""
+        while (at := self._next()) <= now:
+            woken = [body for body, wake in self._wakes.items() if wake <= at]
+            for body in woken:
+                self.axes[body].advance(at)
+            if woken:
+                self.look_after(*woken)
+            else:
+                heapq.heappop(self._agenda).happen(at)
+        self._now = max(self._now, now)
+
+    def _plan(self, at: float, now: float, happen: Callable[[float], None]) -> None:
+        """Do it at its time, which may be now."""
+        if at <= now:
+            happen(now)
+        else:
+            self._planned += 1
+            heapq.heappush(self._agenda, _Due(at, self._planned, happen))
+
+    # The line, both ways
+
+    def _travel(self, frame: bytes, direction: Direction, request: int | None, now: float) -> None:
+        """Send a frame on its way through the faults."""
+        flights, hits = self.faults.distort(frame, direction, now)
+        self._log_frame(frame, direction, request, now, hits)
+        for flight in flights:
+            arrive = partial(self._enter_line, direction, request, flight.pieces, flight.gap_s)
+            self._plan(now + flight.delay_s, now, arrive)
+
+    def _log_frame(
+        self, frame: bytes, direction: Direction, request: int | None, now: float, hits: Mapping[Fault, float]
+    ) -> None:
+        kind = "request" if direction is Direction.REQUESTS else "reply" if request else "message"
+        self.truth.request = request
+        text = frame.strip(b"\r\n").decode("ascii", "backslashreplace")
+        if hits:
+            self.truth.log(kind, now, LINK_MASTER, frame=text, faults=dict(hits))
+        else:
+            self.truth.log(kind, now, LINK_MASTER, frame=text)
+        self.truth.request = None
+
+    def _enter_line(
+        self, direction: Direction, request: int | None, pieces: tuple[bytes, ...], gap_s: float, now: float
+    ) -> None:
+        """Deliver the pieces; one frame never comes between the pieces of another."""
+        deliver = self._hear if direction is Direction.REQUESTS else self._put_out
+        start = max(now, self._line_free[direction])
+        for place, piece in enumerate(pieces):
+            at = start + place * gap_s
+            self._plan(at, now, partial(deliver, request, piece))
+            self._line_free[direction] = at
+
+    def _put_out(self, _request: int | None, piece: bytes, _now: float) -> None:
+        self._output += piece
+
+    def _send(self, text: str, request: int | None, now: float) -> None:
+        self._travel((text + self.settings.line_end).encode("ascii"), Direction.REPLIES, request, now)
+
+    # Commands
+
+    def _hear(self, number: int | None, piece: bytes, now: float) -> None:
+        for request in self._reader.feed(piece):
+            if not isinstance(request, Request) or len(request.text) < CODE_LENGTH:
+                continue  # an assumption: what has no code cannot be answered
+            if self._unanswered and self.settings.interjection == "drop":
+                continue
+            self.truth.request = number
+            self._obey(request, number, now)
+            self.truth.request = None
+
+    def _obey(self, request: Request, number: int | None, now: float) -> None:
+        answer = self._answer(request, now)
+        if answer is None:
+            answer = self._refusal(BUSY) if self.settings.absent_bodies == "error" else None
+        if answer is not None:
+            address = f"{request.body:02X}" if request.introducer == "&" else f"{request.body:X}"
+            reply = f">{request.introducer}{address}{request.text[:CODE_LENGTH]}{answer.payload}"
+            self._unanswered += 1
+            leaves_at = now + self.settings.reply_delay_s + answer.delay_s
+            self._plan(leaves_at, now, partial(self._reply, reply, number))
+        self.look_after(*self._members(request.body))
+
+    def _reply(self, text: str, number: int | None, now: float) -> None:
+        self._unanswered -= 1
+        self._send(text, number, now)
+
+    def _answer(self, request: Request, now: float) -> Response | None:
+        """The answer of whoever is addressed; None if nobody is there."""
+        if request.too_long():
+            return self._refusal(TOO_LONG)
+        if request.body == LINK_MASTER:
+            return self._link_command(request.text)
+        if request.body in self._groups:
+            return self._group_command(request, now)
+        axis = self.axes.get(request.body)
+        if axis is None or not axis.powered:
+            return None
+        response = axis.execute(request.text, now)
+        return self._shown(response)
+
+    def _members(self, body: int) -> Iterable[int]:
+        return self._groups.get(body, (body,))
+
+    def _refusal(self, error: int) -> Response:
+        return self._shown(Response(f"@{error:02X}"))
+
+    def _shown(self, response: Response) -> Response:
+        """The response, without its error code if that is the setting."""
+        if self.settings.error_codes or not re.fullmatch("@[0-9A-F]{2}", response.payload):
+            return response
+        return Response("@", response.delay_s)
+
+    def _group_command(self, request: Request, now: float) -> Response | None:
+        """Let every member do the command; a member that is not there is left out of the reply."""
+        present = [
+            (body, axis)
+            for body in self._groups[request.body]
+            if (axis := self.axes.get(body)) is not None and axis.powered
+        ]
+        if not present:
+            return None
+        answers = {body: self._shown(axis.execute(request.text, now)) for body, axis in present}
+        mark = "@" if any(answer.payload.startswith("@") for answer in answers.values()) else ""
+        payload = "".join(f"[{body:02X}:{answer.payload}]" for body, answer in answers.items())
+        return Response(mark + payload, max(answer.delay_s for answer in answers.values()))
+
+    def _link_command(self, text: str) -> Response:
+        code, arguments = text[:CODE_LENGTH], text[CODE_LENGTH:]
+        act = {
+            IdentifyControllers.code: self._identify,
+            SetReplyFormat.code: self._set_reply_format,
+            SetGroup.code: self._set_group,
+        }.get(code)
+        if act is None:
+            return self._refusal(UNKNOWN_CODE)
+        try:
+            return Response(act(arguments))
+        except WireFault:
+            return self._refusal(BAD_PARAMETER)
+
+    def _identify(self, arguments: str) -> str:
+        IdentifyControllers.read(arguments)
+        self._events_on = True
+        return ",".join(f"{body:02X}" for body, axis in sorted(self.axes.items()) if axis.powered)
+
+    def _set_reply_format(self, arguments: str) -> str:
+        self._move_ends_on = bool(SetReplyFormat.read(arguments).end_of_move)
+        return ""
+
+    def _set_group(self, arguments: str) -> str:
+        command = SetGroup.read(arguments)
+        self._groups[int(command.group, 16)] = [int(member, 16) for member in command.members]
+        return ""
+
+    # The controllers' side
+
+    def look_after(self, *bodies: int) -> None:
+        """After these bodies were touched: pass on what they have said, and note when they wake next."""
+        messages: list[Message] = []
+        for body in bodies:
+            axis = self.axes.get(body)
+            if axis is None:
+                continue
+            messages += axis.take_messages()
+            wake = axis.wake_at()
+            if wake is None:
+                self._wakes.pop(body, None)
+            else:
+                self._wakes[body] = wake
+        if messages and self.powered:
+            self._pass_on(sorted(messages, key=lambda message: message.at))
+
+    def _pass_on(self, messages: list[Message]) -> None:
+        """Send what the host has asked for; members whose moves end together share a frame."""
+        ends: dict[tuple[float, str], list[MoveEnded]] = {}
+        for message in messages:
+            if isinstance(message.frame, MoveEnded):
+                ends.setdefault((message.at, message.frame.code), []).append(message.frame)
+            elif self._events_on:
+                self._announce(_event(message.frame), message.at)
+        for (at, code), ended in ends.items() if self._move_ends_on else ():
+            members = "".join(f"[{end.body:02X}:{end.cause:02X}]" for end in ended)
+            self._announce(f">&{MOVE_ENDED:02X}{code}{members}", at)
+
+    def _announce(self, text: str, at: float) -> None:
+        leaves_at = at + self.settings.reply_delay_s
+        self._plan(leaves_at, max(at, self._now), partial(self._send, text, None))
+
+
+def _event(change: StatusChanged) -> str:
+    fields = (
+        f"{name}:{value:+010d}" if name == "P" else f"{name}:H{value:0{STATUS_DIGITS[name]}X}"
+        for name, value in change.fields.items()
+    )
+    return f">&{EVENT:02X}XED[{change.body:02X}:{','.join(fields)}]"

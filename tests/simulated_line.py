@@ -1,0 +1,71 @@
+"""A transport that leads straight into a simulated link master, on the time of the running loop."""
+
+import asyncio
+
+from simulator.rorze.line import Rc400Line
+from transports.base import Receiver, Transport, TransportLost, TransportUnavailable
+
+
+class SimulatedLine(Transport):
+    """The wire between a gateway and a simulator in one process; timeless unless a baud rate is given."""
+
+    def __init__(self, machine: Rc400Line, baud: int | None = None) -> None:
+        super().__init__("simulated://")
+        self.machine = machine
+        self.plugged_in = True
+        self.written: list[bytes] = []
+        self._byte_time_s = 10 / baud if baud else 0.0
+        self._receiver: Receiver | None = None
+        self._timer: asyncio.TimerHandle | None = None
+
+    @property
+    def byte_time_s(self) -> float:
+        return self._byte_time_s
+
+    async def open(self, receiver: Receiver) -> None:
+        if not self.plugged_in:
+            raise TransportUnavailable("the simulated cable is not plugged in")
+        self._receiver = receiver
+        self._turn()
+
+    def write(self, data: bytes) -> None:
+        if self._receiver is None:
+            raise TransportLost("the simulated cable is not plugged in")
+        self.written.append(data)
+        loop = asyncio.get_running_loop()
+        loop.call_at(loop.time() + len(data) * self._byte_time_s, self._arrive, data)
+
+    def unsent(self) -> int:
+        return 0
+
+    async def close(self) -> None:
+        self._receiver = None
+        if self._timer:
+            self._timer.cancel()
+
+    def unplug(self) -> None:
+        """Pull the cable."""
+        self.plugged_in = False
+        receiver, self._receiver = self._receiver, None
+        if receiver:
+            receiver.connection_lost(TransportLost("the simulated cable was pulled"))
+
+    def _arrive(self, data: bytes) -> None:
+        self.machine.receive(data, asyncio.get_running_loop().time())
+        self._turn()
+
+    def _turn(self) -> None:
+        """Let the machine catch up, deliver what it says, and come back when it has more."""
+        loop = asyncio.get_running_loop()
+        output = self.machine.take_output(loop.time())
+        if output:
+            loop.call_at(loop.time() + len(output) * self._byte_time_s, self._deliver, output)
+        if self._timer:
+            self._timer.cancel()
+        wake_at = self.machine.wake_at()
+        if wake_at is not None:
+            self._timer = loop.call_at(max(wake_at, loop.time()), self._turn)
+
+    def _deliver(self, data: bytes) -> None:
+        if self._receiver:
+            self._receiver.data_received(data)
