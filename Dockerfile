@@ -1,0 +1,20 @@
+FROM python:3.11.14-slim-bookworm
+
+ENV PYTHONUNBUFFERED=1 PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
+
+# Group dialout owns the serial ports.
+RUN useradd --system --no-create-home --groups dialout gateway
+
+WORKDIR /opt/motion-gateway
+COPY requirements.txt .
+RUN pip install --require-hashes -r requirements.txt
+COPY . .
+RUN pip install --no-deps --no-build-isolation .
+
+USER gateway
+# The gateway listens on the loopback interface only: run it with --network host --device /dev/ttyUSB0
+# and with its configuration mounted read-only.
+EXPOSE 8420
+HEALTHCHECK --interval=10s --timeout=3s --start-period=10s \
+    CMD ["python", "-c", "from urllib.request import urlopen; urlopen('http://127.0.0.1:8420/livez', timeout=2)"]
+CMD ["motion-gateway", "serve", "--config", "/etc/motion-gateway/gateway.toml"]

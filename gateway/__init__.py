@@ -1,0 +1,1 @@
+"""The service core: lines, scheduling, moves, groups, events."""

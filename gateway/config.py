@@ -1,0 +1,321 @@
+"""What the configuration file may say: the server, the lines, their bodies and groups."""
+
+import re
+import tomllib
+from collections.abc import Iterable
+from difflib import get_close_matches
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self, TypeVar
+from urllib.parse import urlsplit
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import ErrorDetails
+
+from gateway.toml_lines import KeyPath, LineIndex
+from protocols.rorze.link import frame
+from protocols.rorze.row import FIRST_GROUP, LAST_BODY, LAST_GROUP, LINK_MASTER
+from transports import create
+from transports.addresses import Address
+
+
+class ConfigError(ValueError):
+    """The configuration cannot be used: each line names file, line number, key and what is expected."""
+
+
+class _Fault(ValueError):
+    """A fault at a place inside the table whose validator raises it."""
+
+    def __init__(self, message: str, *path: str | int) -> None:
+        super().__init__(message)
+        self.path = path
+
+
+class _Table(BaseModel):
+    """A TOML table: read-only, with the keys of its fields and no others."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _know_every_key(cls, table: Any) -> Any:
+        for key in table if isinstance(table, dict) else ():
+            if key not in cls.model_fields:
+                similar = get_close_matches(key, cls.model_fields, n=1)
+                hint = (
+                    f"did you mean {similar[0]}?" if similar else f"known are {', '.join(cls.model_fields)}"
+                )
+                raise _Fault(f"unknown key; {hint}", key)
+        return table
+
+
+def _hex_between(lowest: int, highest: int) -> AfterValidator:
+    def canonical(text: str) -> str:
+        if not re.fullmatch("[0-9A-Fa-f]{2}", text) or not lowest <= int(text, 16) <= highest:
+            raise ValueError(f"must be two hex digits from {lowest:02X} to {highest:02X}, not {text!r}")
+        return text.upper()
+
+    return AfterValidator(canonical)
+
+
+def _check_slug(text: str) -> str:
+    if not re.fullmatch("[a-z][a-z0-9-]{0,31}", text):
+        raise ValueError(
+            f"must be up to 32 lower-case letters, digits and hyphens, a letter first, not {text!r}"
+        )
+    return text
+
+
+def _check_address(text: str) -> str:
+    create(text)
+    return text
+
+
+def _check_loopback(host: str) -> str:
+    try:
+        loopback = host == "localhost" or ip_address(host).is_loopback
+    except ValueError:
+        loopback = False
+    if not loopback:
+        raise ValueError(
+            f"must be a loopback address such as 127.0.0.1, not {host!r}: there is no access control yet,"
+            " so whoever reached the gateway could move motors"
+        )
+    return host
+
+
+def _check_host(text: str) -> str:
+    if not re.fullmatch(r"[A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\]", text):
+        raise ValueError(f"must be a host name without scheme or port, not {text!r}")
+    return text.lower()
+
+
+def _check_origin(text: str) -> str:
+    url = urlsplit(text)
+    if url.scheme not in {"http", "https"} or not url.netloc or text != f"{url.scheme}://{url.netloc}":
+        raise ValueError(f"must be an origin such as http://panel.example:8080, not {text!r}")
+    return text.lower()
+
+
+def _check_pipeline(value: int) -> int:
+    if value != 1:
+        raise ValueError(
+            "must be 1: replies carry no number, so with a second command under way"
+            " a late reply could be credited to the wrong one"
+        )
+    return value
+
+
+def _check_printable(text: str) -> str:
+    if not text.isprintable() or not text.strip():
+        raise ValueError("must be printable text")
+    return text
+
+
+T = TypeVar("T")
+Array = Annotated[tuple[T, ...], Field(strict=False)]
+"""A TOML array; its elements stay strict."""
+
+BodyId = Annotated[str, _hex_between(0, LAST_BODY)]
+GroupId = Annotated[str, _hex_between(FIRST_GROUP, LAST_GROUP)]
+
+
+class Units(_Table):
+    """How pulses of a body relate to a physical unit."""
+
+    unit: Literal["mm", "um", "deg", "mdeg"]
+    pulses_per_unit: float = Field(gt=0, le=1_000_000_000)
+
+
+class Body(_Table):
+    """A controller on a line."""
+
+    id: BodyId
+    """Setting of the rotary switches, 00-77 hex (RC-420 manual 2.2)."""
+    name: Annotated[str, Field(max_length=64), AfterValidator(_check_printable)] | None = None
+    units: Units | None = None
+
+    @property
+    def number(self) -> int:
+        """The body number as it is, 0-119."""
+        return int(self.id, 16)
+
+
+class Group(_Table):
+    """A virtual body: a command to it goes to all members at once (RC-420 manual 12)."""
+
+    id: GroupId
+    members: Array[BodyId]
+    """In the order they are sent to the link master."""
+
+    @property
+    def number(self) -> int:
+        """The virtual body number as it is, 128-158."""
+        return int(self.id, 16)
+
+    @model_validator(mode="after")
+    def _fit_the_frame_that_defines_it(self) -> Self:
+        if len(self.members) < 2:
+            raise _Fault("must name at least 2 bodies", "members")
+        _refuse_repeats(self.members, "members")
+        try:
+            frame(LINK_MASTER, f"XVS{','.join((self.id, *self.members))}")
+        except ValueError as error:
+            raise _Fault(f"names too many bodies for one definition: {error}", "members") from error
+        return self
+
+
+class Line(_Table):
+    """A port with a link master and its bodies behind it."""
+
+    id: Annotated[str, AfterValidator(_check_slug)]
+    address: Annotated[str, AfterValidator(_check_address)]
+    protocol: Literal["rorze"] = "rorze"
+    introducer: Literal["&", "$", "#"] = "&"
+    """What begins a command; after `$` and `#` a body number has one digit (RC-420 manual 12)."""
+    reply_timeout_s: float = Field(0.5, gt=0, le=60)
+    """From a command's last byte to the deadline of its reply; flash commands are given longer."""
+    late_reply_s: float = Field(2.0, ge=0, le=60)
+    """How long after its deadline a reply may still arrive."""
+    pipeline: Annotated[int, AfterValidator(_check_pipeline)] = 1
+    stop_mode: Literal["interject", "after_reply"] = "interject"
+    """Whether a stop is sent at once or, should the link master not take it, after the reply under way."""
+    poll_interval_s: float = Field(0.2, ge=0.01, le=60)
+    """How often a moving body is asked whether it still moves."""
+    trace_entries: int = Field(10_000, ge=0, le=1_000_000)
+    """Records of the line's traffic that are kept in memory."""
+    trace_file: Annotated[Path, Field(strict=False)] | None = None
+    trace_file_bytes: int = Field(8_000_000, ge=4096)
+    """Size of each file of the trace's ring."""
+    trace_files: int = Field(4, ge=2, le=100)
+    bodies: Array[Body] = ()
+    groups: Array[Group] = ()
+
+    @model_validator(mode="after")
+    def _be_consistent(self) -> Self:
+        _refuse_repeats([body.id for body in self.bodies], "bodies", key="id")
+        _refuse_repeats([group.id for group in self.groups], "groups", key="id")
+        if self.introducer != "&":
+            self._need_one_digit_bodies()
+        bodies = {body.id for body in self.bodies}
+        for index, group in enumerate(self.groups):
+            for position, member in enumerate(group.members):
+                if member not in bodies:
+                    raise _Fault(
+                        f"{member} is no body of line {self.id}", "groups", index, "members", position
+                    )
+        return self
+
+    def _need_one_digit_bodies(self) -> None:
+        if self.groups:
+            raise _Fault(f'cannot be addressed after {self.introducer!r}; use introducer = "&"', "groups")
+        for index, body in enumerate(self.bodies):
+            if body.number > 0xF:
+                raise _Fault(
+                    f"must be from 00 to 0F on a line with introducer {self.introducer!r}, not {body.id!r}",
+                    *("bodies", index, "id"),
+                )
+
+
+class Server(_Table):
+    """Where the gateway listens, and what it allows."""
+
+    host: Annotated[str, AfterValidator(_check_loopback)] = "127.0.0.1"
+    port: int = Field(8420, ge=0, le=65535)
+    """TCP port; 0 lets the operating system choose one."""
+    allowed_hosts: Array[Annotated[str, AfterValidator(_check_host)]] = ()
+    """Names accepted in the Host header besides those of the loopback interface."""
+    allowed_origins: Array[Annotated[str, AfterValidator(_check_origin)]] = ()
+    """Web pages of other origins that may use the gateway."""
+    raw_commands: bool = False
+    """Whether commands may be sent as plain text."""
+    allow_endless_moves: bool = False
+    """Whether moves without an end may be started."""
+
+
+class Config(_Table):
+    """A whole configuration, consistent in itself."""
+
+    server: Server = Server()
+    lines: Array[Line] = ()
+
+    @model_validator(mode="after")
+    def _share_nothing(self) -> Self:
+        if not self.lines:
+            raise _Fault("at least one [[lines]] table is required", "lines")
+        _refuse_repeats([line.id for line in self.lines], "lines", key="id")
+        ports = [Address.parse(line.address) for line in self.lines]
+        _refuse_repeats(
+            [(port.scheme, port.host, port.port, port.path) for port in ports], "lines", key="address"
+        )
+        for index, line in enumerate(self.lines):
+            if line.trace_file and line.trace_file in [other.trace_file for other in self.lines[:index]]:
+                raise _Fault("two lines cannot write to one file", "lines", index, "trace_file")
+        return self
+
+
+def load(path: Path) -> Config:
+    """Read a configuration file.
+
+    :raises ConfigError: it cannot be read, or `parse` refuses it.
+    """
+    try:
+        text = path.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ConfigError(f"{path}: cannot be read: {reason}") from error
+    return parse(text, str(path))
+
+
+def parse(text: str, name: str) -> Config:
+    """Read a configuration; `name` is what errors call its file.
+
+    :raises ConfigError: not TOML, or not a configuration; every fault that was found has a line of its own.
+    """
+    try:
+        return Config.model_validate(tomllib.loads(text))
+    except ValidationError as error:
+        index = LineIndex(text)
+        faults = [(index.line_of(path), path, said) for path, said in map(_explain, error.errors())]
+        faults.sort(key=lambda fault: fault[0])
+        sentences = (f"{name}:{line}: {_written(path)}: {said}" for line, path, said in faults)
+        raise ConfigError("\n".join(sentences)) from error
+    except ValueError as error:  # not only TOMLDecodeError: an integer of 5000 digits, for one
+        place = re.search(r"at line (\d+)", str(error))
+        line = place[1] if place else len(text.splitlines()) or 1
+        raise ConfigError(f"{name}:{line}: not valid TOML: {error}") from error
+
+
+_PLAIN_WORDS = {
+    "missing": "is required",
+    "model_type": "must be a table",
+    "path_type": "must be a path in quotes",
+    "string_type": "must be text in quotes",
+    "tuple_type": "must be an array",
+}
+
+
+def _explain(error: ErrorDetails) -> tuple[KeyPath, str]:
+    """Say in plain words where the fault is and what is expected there."""
+    fault = error.get("ctx", {}).get("error")
+    if isinstance(fault, ValueError):
+        return (*error["loc"], *getattr(fault, "path", ())), str(fault)
+    expected = _PLAIN_WORDS.get(error["type"]) or error["msg"].replace("Input should be", "must be")
+    given = error["input"]
+    if not isinstance(given, str | int | float):
+        return error["loc"], expected
+    return error["loc"], f"{expected}, not {str(given).lower() if isinstance(given, bool) else repr(given)}"
+
+
+def _written(path: KeyPath) -> str:
+    """Write a path as `lines[0].bodies[1].id`."""
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).lstrip(".")
+
+
+def _refuse_repeats(values: Iterable[object], array: str, *, key: str | None = None) -> None:
+    seen: list[object] = []
+    for index, value in enumerate(values):
+        if value in seen:
+            place = f"{array}[{seen.index(value)}]" + (f".{key}" if key else "")
+            raise _Fault(f"is the same as {place}", array, index, *([key] if key else []))
+        seen.append(value)

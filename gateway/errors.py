@@ -1,0 +1,156 @@
+"""What can go wrong between a request and a controller, said in one sentence each."""
+
+from typing import ClassVar, Literal
+
+from protocols.rorze.errors import lookup
+
+Moved = Literal["no", "yes", "unknown"]
+
+
+class GatewayError(Exception):
+    """A request was not carried out, or its outcome is not known.
+
+    `kind` is the stable name of the error, `moved` says whether the motor did anything because of the
+    request, `remedy` what to do next, `retryable` whether the same request may succeed later by itself.
+    """
+
+    kind: ClassVar[str] = "gateway-error"
+    title: ClassVar[str] = "The request was not carried out"
+    moved: ClassVar[Moved] = "no"
+    retryable: ClassVar[bool] = False
+
+    def __init__(self, detail: str, remedy: str = "") -> None:
+        super().__init__(detail)
+        self.detail = detail
+        self.remedy = remedy
+
+
+class NotFound(GatewayError):
+    """There is no such line, body, group, move, scan or command."""
+
+    kind = "not-found"
+    title = "No such thing"
+
+
+class Ambiguous(GatewayError):
+    """A short body address fits bodies on several lines."""
+
+    kind = "ambiguous-address"
+    title = "Several lines have this body"
+
+
+class InvalidRequest(GatewayError):
+    """The request can never be carried out as it stands."""
+
+    kind = "invalid-request"
+    title = "The request is not valid"
+
+
+class NotAllowed(GatewayError):
+    """The configuration forbids it."""
+
+    kind = "not-allowed"
+    title = "Switched off in the configuration"
+
+
+class BodyBusy(GatewayError):
+    """The body, or the line, is doing something that excludes the request."""
+
+    kind = "body-busy"
+    title = "The body is busy"
+    retryable = True
+
+
+class NotSent(GatewayError):
+    """Nothing was written to the line for this request, and nothing will be."""
+
+    kind = "not-sent"
+    title = "Nothing was sent"
+    retryable = True
+
+
+class LineDown(NotSent):
+    """The line's port is not open."""
+
+    kind = "line-down"
+    title = "The line is down"
+
+
+class BodyOffline(NotSent):
+    """The body has stopped answering; it is probed in the background."""
+
+    kind = "body-offline"
+    title = "The body does not answer"
+
+
+class QueueFull(NotSent):
+    """Too many requests wait for this body."""
+
+    kind = "queue-full"
+    title = "Too many requests are waiting"
+
+
+class Expired(NotSent):
+    """The request could not be started in the time it allowed."""
+
+    kind = "expired"
+    title = "It was too late to start"
+
+
+class Cancelled(NotSent):
+    """A stop, or the end of the gateway, removed the request from the queue."""
+
+    kind = "cancelled"
+    title = "Cancelled before it was sent"
+
+
+class StoppedFirst(Cancelled):
+    """A stop came between a request and the moment it could be sent."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "A stop came first; nothing was sent.", "Send the command again if it is still wanted."
+        )
+
+
+class NoReply(GatewayError):
+    """The command was written, and no reply could be credited to it."""
+
+    kind = "no-reply"
+    title = "No reply"
+    moved = "unknown"
+
+
+class GarbledReply(NoReply):
+    """The command was written, and what came back could not be its reply."""
+
+    kind = "garbled-reply"
+    title = "The reply was garbled"
+
+
+class NotExecuted(GatewayError):
+    """The command was written, but the controller's own state proves that it was not executed."""
+
+    kind = "not-executed"
+    title = "The command was lost on its way"
+
+
+class MoveFailed(GatewayError):
+    """A move was begun and did not end as it should."""
+
+    kind = "move-failed"
+    title = "The move failed"
+    moved = "yes"
+
+
+class ControllerRefused(GatewayError):
+    """The controller has answered with an error: the command was not executed."""
+
+    kind = "controller-refused"
+    title = "The controller refused"
+
+    def __init__(self, address: str, code: str, error: int | None) -> None:
+        self.error = error
+        self.command_code = code
+        row = lookup(error)
+        super().__init__(f"{address} refused {code}: {row.en} Nothing moved because of it.", row.remedy_en)

@@ -1,0 +1,110 @@
+"""One command on its way to a controller and back: what is asked, and everything that can become of it."""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+from gateway.errors import GatewayError, NoReply
+from protocols.rorze.link import Answer, GroupAnswer, Refusal
+from protocols.rorze.row import FIRST_GROUP, LAST_GROUP, RorzeCommand
+from protocols.table import Reply, WireFault
+
+
+class Lane(IntEnum):
+    """Who goes first: the lower number."""
+
+    STOP = 0
+    COMMAND = 1
+    READ = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """A reply was credited; for a group, one reply or refusal for each member that is in it."""
+
+    replies: dict[int, Reply | Refusal]
+    at: float
+    late: bool = False
+    """It came after its deadline, but before the line was proved to be in step again."""
+
+
+Outcome = Answered | Refusal | GatewayError
+"""A refusal by the controller, an answer, or the reason why there is neither."""
+
+
+@dataclass(eq=False, slots=True)
+class Exchange:
+    """A command with its frame, and who waits for what becomes of it."""
+
+    body: int
+    command: RorzeCommand[Any]
+    frame: bytes
+    lane: Lane
+    epoch: int = 0
+    """The body's stop epoch at admission: a later stop forbids the write."""
+    expires_at: float | None = None
+    timeout_s: float = 0.5
+    """From the frame's last bit to the reply's deadline."""
+    repeats: int = 0
+    """How often it may still be repeated by itself after a passed fence."""
+    self_identifying: bool = False
+    """Its reply carries a number of its own, so a late one can be taken for nothing else."""
+    on_written: Callable[[float], None] | None = None
+    waiters: list["asyncio.Future[Outcome]"] = field(default_factory=list)
+    written_at: float | None = None
+    deadline: float | None = None
+    doubt: NoReply | None = None
+    """Why there is no usable reply, until a fence has shown whether one still comes."""
+    late_answer: Answered | Refusal | None = None
+
+    @property
+    def key(self) -> tuple[int, str]:
+        """What a reply is matched by first: body and code."""
+        return self.body, self.command.code
+
+    def shares(self, other: "Exchange") -> bool:
+        """Whether one trip on the wire serves both, and neither is told of a deadline that is not its own."""
+        return (
+            self.lane is other.lane is Lane.READ
+            and self.frame == other.frame
+            and self.expires_at == other.expires_at
+            and self.command.may_repeat()
+            and other.on_written is None
+        )
+
+    def credit(self, frame: Answer | Refusal | GroupAnswer, now: float) -> Answered | Refusal | None:
+        """Read a frame as the reply to this exchange; None unless body, code and the whole grammar match."""
+        if (frame.body, frame.code) != self.key:
+            return None
+        if isinstance(frame, Refusal):
+            return frame
+        try:
+            return Answered(self._replies(frame), now)
+        except WireFault:
+            return None
+
+    def _replies(self, frame: Answer | GroupAnswer) -> dict[int, Reply | Refusal]:
+        if isinstance(frame, Answer):
+            return {frame.body: self.command.read_reply(frame.payload)}
+        return {
+            member: self.command.read_reply(answer.payload) if isinstance(answer, Answer) else answer
+            for member, answer in frame.members.items()
+        }
+
+    def settle(self, outcome: Outcome) -> None:
+        """Tell everybody who still waits."""
+        for waiter in self.waiters:
+            if not waiter.done():
+                waiter.set_result(outcome)
+        self.waiters.clear()
+
+    def abandoned(self) -> bool:
+        """Whether nobody waits any more: a read of this kind need not be sent."""
+        return self.lane is Lane.READ and all(waiter.done() for waiter in self.waiters)
+
+
+def is_group(body: int) -> bool:
+    """Whether the number is a virtual body's."""
+    return FIRST_GROUP <= body <= LAST_GROUP

@@ -1,0 +1,88 @@
+"""What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
+
+from pydantic import BaseModel, Field
+
+from gateway.bodies import Body
+from gateway.errors import ControllerRefused
+from gateway.moves import target_of
+from protocols.rorze.link import encode
+from protocols.rorze.moves import AbsoluteMove, RelativeMove
+from protocols.rorze.patterns import GetPattern
+from protocols.rorze.position import GetPosition
+from protocols.rorze.profile import Profile, ProfileError, SpeedParameters, plan, steady
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.speeds import (
+    GetFallingAccelerationShare,
+    GetMaximumAcceleration,
+    GetMaximumSpeed,
+    GetRisingAccelerationShare,
+    GetStartSpeed,
+)
+from protocols.table import Ack
+
+
+class PlannedMove(BaseModel):
+    """A move that was checked and not sent."""
+
+    body_id: str
+    frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
+    distance: int | None = Field(
+        description="Pulses it would emit; null where only the motion itself can tell."
+    )
+    target_position: int | None = Field(description="In pulses, where it can be known beforehand.")
+    duration_s: float | None = Field(description="How long pulses would run, with the settings of now.")
+    note: str | None = Field(None, description="Why something is not known, or would be refused.")
+
+
+async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
+    """Work out a move from the controller's present settings. Only reads are sent.
+
+    :raises GatewayError: the settings could not be read.
+    """
+    frame = encode(body.number, command, body.line.introducer).decode("ascii").replace("\r", "\\r")
+    position, _ = await body.ask(GetPosition())
+    target = await target_of(body, command, position.pulses)
+    planned = PlannedMove(
+        body_id=body.address, frame=frame, distance=None, target_position=target, duration_s=None
+    )
+    if target is None or not isinstance(command, RelativeMove | AbsoluteMove):
+        planned.note = "How far it goes is only known when it is done."
+        return planned
+    planned.distance = abs(target - position.pulses)
+    try:
+        profile = await _profile(body, command, planned.distance)
+    except (ProfileError, ControllerRefused) as error:
+        planned.note = f"It would be refused: {error}"
+    else:
+        planned.duration_s = profile.duration_s
+    return planned
+
+
+async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:
+    up, down = await _parameters_of_pattern(body, command.pattern)
+    if command.code.startswith("2"):
+        return steady(distance, up.low, up, down)
+    return plan(distance, up, down)
+
+
+async def _parameters_of_pattern(body: Body, pattern: int | None) -> tuple[SpeedParameters, SpeedParameters]:
+    if pattern is None:
+        standard = await _speed_parameters(body, None)
+        return standard, standard
+    sets, _ = await body.ask(GetPattern(pattern=pattern))
+    return await _speed_parameters(body, sets.acceleration), await _speed_parameters(body, sets.deceleration)
+
+
+async def _speed_parameters(body: Body, speed_set: int | None) -> SpeedParameters:
+    low, _ = await body.ask(GetStartSpeed(speed_set=speed_set))
+    high, _ = await body.ask(GetMaximumSpeed(speed_set=speed_set))
+    acceleration, _ = await body.ask(GetMaximumAcceleration(speed_set=speed_set))
+    rising, _ = await body.ask(GetRisingAccelerationShare(speed_set=speed_set))
+    falling, _ = await body.ask(GetFallingAccelerationShare(speed_set=speed_set))
+    return SpeedParameters(
+        low=low.speed,
+        high=high.speed,
+        acceleration=acceleration.acceleration,
+        rising=rising.percent,
+        falling=falling.percent,
+    )

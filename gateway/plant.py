@@ -1,0 +1,322 @@
+"""The plant: the configured lines with their bodies and groups, and everything that works on them."""
+
+import asyncio
+import random
+from collections.abc import Callable
+from typing import TypeVar
+
+from gateway import config as settings
+from gateway.bodies import Body, Group
+from gateway.config import Config
+from gateway.errors import Ambiguous, BodyBusy, GatewayError, InvalidRequest, NotFound
+from gateway.events import EventHub
+from gateway.exchange import Exchange
+from gateway.line import Line
+from gateway.moves import Move, Moves
+from gateway.scans import Scans
+from gateway.stops import Stops
+from gateway.units import Scale
+from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage
+from protocols.rorze.position import GetPosition
+from protocols.rorze.row import FIRST_GROUP, LAST_GROUP
+from protocols.rorze.status import CONTROLLER_STATUS_BITS, GetControllerStatus, names_of
+from transports import Transport, create
+from transports.recorder import Recorded, Recorder
+from transports.trace_file import TraceFile
+
+HEALTH_POLL_S = 5.0
+"""A body without a move is asked for its status this often."""
+
+
+class Plant:
+    """All lines of a configuration. `open_transport` is replaced by tests that have no ports."""
+
+    def __init__(
+        self,
+        config: Config,
+        *,
+        open_transport: Callable[[str], Transport] = create,
+        rng: random.Random | None = None,
+    ) -> None:
+        self.config = config
+        self.events = EventHub()
+        self.lines: dict[str, Line] = {}
+        self.recorders: dict[str, Recorder] = {}
+        self._bodies: dict[str, Body] = {}
+        self._groups: dict[str, Group] = {}
+        self._polls: list[asyncio.Task[None]] = []
+        for line in config.lines:
+            self._add_line(line, open_transport, rng)
+        self.moves = Moves(self._publish_move)
+        self.stops = Stops(self.events, self.groups_of)
+        self.scans = Scans(self.events)
+
+    # life
+
+    async def start(self) -> None:
+        """Open the lines; ports that are missing are tried again and again."""
+        for line in self.lines.values():
+            line.start()
+        self._polls = [
+            *(asyncio.create_task(self._watch(body), name=f"watch {body.address}") for body in self.bodies()),
+            *(
+                asyncio.create_task(self._watch_groups(line), name=f"watch the groups of {line.id}")
+                for line in self.lines.values()
+            ),
+        ]
+
+    async def close(self) -> None:
+        """End all work. Bounded moves run on in the controllers; nothing more is sent."""
+        for poll in self._polls:
+            poll.cancel()
+        await asyncio.gather(*self._polls, return_exceptions=True)
+        await self.stops.close()
+        for line in self.lines.values():
+            await line.close()
+        await self.scans.close()
+        await self.moves.close()
+        for recorder in self.recorders.values():
+            await asyncio.to_thread(recorder.close)
+
+    def _add_line(
+        self, line: settings.Line, open_transport: Callable[[str], Transport], rng: random.Random | None
+    ) -> None:
+        file = (
+            TraceFile(line.trace_file, line.trace_file_bytes, line.trace_files) if line.trace_file else None
+        )
+        recorder = Recorder(line.trace_entries, file)
+        port = (
+            Recorded(open_transport(line.address), recorder)
+            if line.trace_entries
+            else open_transport(line.address)
+        )
+        built = Line(
+            line.id,
+            port,
+            [body.number for body in line.bodies],
+            introducer=line.introducer,
+            reply_timeout_s=line.reply_timeout_s,
+            late_reply_s=line.late_reply_s,
+            interject_stops=line.stop_mode == "interject",
+            rng=rng,
+        )
+        built.groups = {group.number: [int(member, 16) for member in group.members] for group in line.groups}
+        built.gate.add(lambda exchange, _: self._flash_while_moving(built, exchange))
+        built.gate.add(lambda exchange, _: self._motion_while_stopping(built, exchange))
+        built.on_message = lambda frame: self._on_message(built, frame)
+        built.on_change = lambda what, facts: self._on_change(built, what, facts)
+        self.lines[line.id] = built
+        self.recorders[line.id] = recorder
+        for it in line.bodies:
+            scale = Scale(unit=it.units.unit, pulses_per_unit=it.units.pulses_per_unit) if it.units else None
+            body = Body(built, it.number, it.name or "", scale, poll_interval_s=line.poll_interval_s)
+            self._bodies[body.address] = body
+        for group in line.groups:
+            self._add_group(built, group.number, list(group.members))
+
+    def _add_group(self, line: Line, number: int, members: list[str]) -> Group:
+        group = Group(line, number, [self._bodies[f"{line.id}.{member}"] for member in members])
+        self._groups[group.address] = group
+        return group
+
+    # finding
+
+    def line(self, line_id: str) -> Line:
+        """Find a line.
+
+        :raises NotFound: there is none of this id.
+        """
+        if line_id not in self.lines:
+            raise NotFound(f"There is no line {line_id}; there are {', '.join(self.lines) or 'none'}.")
+        return self.lines[line_id]
+
+    def bodies(self) -> list[Body]:
+        """All bodies, in the order of the configuration."""
+        return list(self._bodies.values())
+
+    def groups(self) -> list[Group]:
+        """All groups."""
+        return list(self._groups.values())
+
+    def groups_of(self, body: Body) -> list[Group]:
+        """The groups a body is in."""
+        return [group for group in self._groups.values() if body in group.members]
+
+    def body(self, address: str) -> Body:
+        """Find a body by `3F`, if only one line has it, or by `LINE.3F`; lower case will do.
+
+        :raises NotFound: no line has it.
+        :raises Ambiguous: several lines have it.
+        """
+        return _find(self._bodies, address, "body")
+
+    def group(self, address: str) -> Group:
+        """Find a group by `80`, if only one line has it, or by `LINE.80`.
+
+        :raises NotFound: no line has it.
+        :raises Ambiguous: several lines have it.
+        """
+        return _find(self._groups, address, "group")
+
+    async def define_group(self, address: str, members: list[str], name: str = "") -> Group:
+        """Define a virtual body at the link master (XVS), in the order of the members.
+
+        :raises GatewayError: the members are not on one line, or one moves, or the link master refused.
+        """
+        bodies = [self.body(member) for member in members]
+        if len(bodies) < 2 or len(set(bodies)) < len(bodies):
+            raise InvalidRequest("A group has at least two members, each once; nothing was sent.")
+        line = bodies[0].line
+        number = _group_number(address, line)
+        if any(body.line is not line for body in bodies):
+            raise InvalidRequest("All members of a group are on one line; nothing was sent.")
+        old = self._groups.get(f"{line.id}.{number:02X}")
+        for body in (*bodies, *(old.members if old else ())):
+            if body.move is not None:
+                raise BodyBusy(
+                    f"{body.address} is moving; nothing was sent.", "Wait for the end of its move."
+                )
+        await line.define_group(number, [body.number for body in bodies])
+        group = Group(line, number, bodies, name)
+        self._groups[group.address] = group
+        return group
+
+    # news
+
+    def _publish_move(self, kind: str, body: Body, move: Move) -> str:
+        event = self.events.publish(
+            kind, f"/bodies/{body.address}", move.model_dump(mode="json"), correlation=move.id
+        )
+        return event.cursor
+
+    def _on_message(self, line: Line, frame: MoveEnded | StatusChanged | UnknownMessage) -> None:
+        if isinstance(frame, UnknownMessage):
+            self.events.publish("line.message", f"/lines/{line.id}", {"frame": frame.text})
+            return
+        body = self._bodies.get(f"{line.id}.{frame.body:02X}")
+        subject = f"/bodies/{line.id}.{frame.body:02X}"
+        if isinstance(frame, StatusChanged):
+            self.events.publish("body.controller_event", subject, dict(frame.fields))
+        elif body is None:
+            self.events.publish("body.end_frame", subject, {"command": frame.code, "cause": frame.cause})
+        else:
+            self.moves.ended(body, frame)
+
+    def _on_change(self, line: Line, what: str, facts: dict[str, object]) -> None:
+        number = facts.pop("body", None)
+        if number is None:
+            self.events.publish(what, f"/lines/{line.id}", facts)
+            return
+        address = f"{line.id}.{number:02X}"
+        if what == "body.offline" and address in self._bodies:
+            self._bodies[address].rest_position = None
+            self._bodies[address].went_silent = True
+        self.events.publish(what, f"/bodies/{address}", facts)
+
+    # rules and watching
+
+    def _flash_while_moving(self, line: Line, exchange: Exchange) -> GatewayError | None:
+        """A flash command holds up the line for 1.5 s: not while anything moves there."""
+        if not exchange.command.takes_s:
+            return None
+        moving = [body.address for body in self.bodies() if body.line is line and body.moving]
+        if not moving:
+            return None
+        return BodyBusy(
+            f"{', '.join(moving)} moves; {exchange.command.code} was not sent.", "Wait for standstill."
+        )
+
+    def _motion_while_stopping(self, line: Line, exchange: Exchange) -> GatewayError | None:
+        """Until a stop is confirmed nothing is sent that could move the motor again."""
+        if exchange.command.retry not in (Retry.NEVER, Retry.CONDITIONAL) or exchange.command.may_repeat():
+            return None
+        numbers = line.groups.get(exchange.body, [exchange.body])
+        stopping = [
+            body.address
+            for body in self.bodies()
+            if body.line is line and body.number in numbers and self.stops.under_way(body)
+        ]
+        if not stopping:
+            return None
+        return Cancelled(
+            f"The stop of {', '.join(stopping)} is not confirmed yet; nothing was sent.", "Wait for standstill."
+        )
+
+    async def _watch_groups(self, line: Line) -> None:
+        """Notice that the link master has restarted by the groups it has forgotten."""
+        while True:
+            await asyncio.sleep(HEALTH_POLL_S)
+            for group in [it for it in self.groups() if it.line is line]:
+                if line.state != "ready" or not any(member.online for member in group.members):
+                    continue
+                try:
+                    await group.ask(GetControllerStatus())
+                except (NoReply, ControllerRefused):
+                    line.set_up_again(f"group {group.short} does not answer")
+                    break
+                except GatewayError:
+                    continue
+
+    async def _watch(self, body: Body) -> None:
+        """Notice what happens to a body without us: status bits, motion that nobody here asked for."""
+        while True:
+            if body.line.state == "ready" and body.online and body.move is None:
+                try:
+                    await self._look_at(body)
+                except GatewayError as error:
+                    self.events.publish(
+                        "body.unreadable", f"/bodies/{body.address}", {"detail": error.detail}
+                    )
+            await asyncio.sleep(HEALTH_POLL_S)
+
+    async def _look_at(self, body: Body) -> None:
+        status, _ = await body.ask(GetControllerStatus())
+        bits = status.bits or 0
+        if body.move is not None:
+            return
+        if bits != body.status_bits:
+            body.status_bits = bits
+            named = names_of(bits, CONTROLLER_STATUS_BITS)
+            self.events.publish("body.status.changed", f"/bodies/{body.address}", {"status": named})
+        moving = bool(bits & 1)
+        if moving and not body.moving:
+            self.events.publish("body.motion.foreign", f"/bodies/{body.address}", {})
+        body.moving = moving
+        if not moving:
+            await self._look_where(body)
+
+    @staticmethod
+    async def _look_where(body: Body) -> None:
+        position, answer = await body.ask(GetPosition())
+        body.position, body.position_at = position.pulses, answer.at
+        if body.move is None:
+            body.rest_position = position.pulses
+
+
+def _group_number(address: str, line: Line) -> int:
+    text = address.removeprefix(f"{line.id}.")
+    try:
+        number = int(text, 16) if len(text) == 2 else -1
+    except ValueError:
+        number = -1
+    if not FIRST_GROUP <= number <= LAST_GROUP:
+        raise InvalidRequest(f"{address} is no group number: they go from 80 to 9E; nothing was sent.")
+    return number
+
+
+T = TypeVar("T", Body, Group)
+
+
+def _find(things: dict[str, T], address: str, what: str) -> T:
+    line_id, _, short = address.rpartition(".")
+    short = short.upper()
+    if line_id:
+        found = [thing for key, thing in things.items() if key == f"{line_id.lower()}.{short}"]
+    else:
+        found = [thing for key, thing in things.items() if key.endswith(f".{short}")]
+    if not found:
+        raise NotFound(f"There is no {what} {address} in the configuration; nothing was sent.")
+    if len(found) > 1:
+        names = ", ".join(thing.address for thing in found)
+        raise Ambiguous(f"Several lines have {what} {short}: {names}; nothing was sent.", "Use one of these.")
+    return found[0]

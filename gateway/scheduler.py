@@ -1,0 +1,109 @@
+"""Whose turn it is on a line: a pure decision over what waits, without clock or I/O.
+
+Stops go before commands, commands before reads. Within a lane the bodies take turns, so that one busy body
+starves nobody; within a body the order of arrival holds. Equal reads that wait share one exchange.
+"""
+
+from collections import OrderedDict, deque
+from collections.abc import Callable, Iterator
+
+from gateway.errors import Expired, QueueFull
+from gateway.exchange import Exchange, Lane
+
+QUEUE_LIMIT = 64
+"""Exchanges that may wait for one body in one lane."""
+
+
+class _Turns:
+    """One lane: a queue for each body, and the bodies in the order of their turns."""
+
+    def __init__(self) -> None:
+        self._queues: OrderedDict[int, deque[Exchange]] = OrderedDict()
+
+    def __iter__(self) -> Iterator[Exchange]:
+        for queue in self._queues.values():
+            yield from queue
+
+    def queue(self, body: int) -> deque[Exchange]:
+        return self._queues.get(body) or deque()
+
+    def add(self, exchange: Exchange, *, first: bool = False) -> None:
+        queue = self._queues.setdefault(exchange.body, deque())
+        if first:
+            queue.appendleft(exchange)
+        else:
+            queue.append(exchange)
+
+    def take(self, may_go: Callable[[Exchange], bool]) -> Exchange | None:
+        """The first exchange of the first body whose turn it can be; the body then goes to the end."""
+        for body, queue in self._queues.items():
+            if may_go(queue[0]):
+                exchange = queue.popleft()
+                if queue:
+                    self._queues.move_to_end(body)
+                else:
+                    del self._queues[body]
+                return exchange
+        return None
+
+    def remove(self, unwanted: Callable[[Exchange], bool]) -> list[Exchange]:
+        removed = [exchange for exchange in self if unwanted(exchange)]
+        for exchange in removed:
+            queue = self._queues[exchange.body]
+            queue.remove(exchange)
+            if not queue:
+                del self._queues[exchange.body]
+        return removed
+
+
+class Scheduler:
+    """What waits on one line, and which of it goes next."""
+
+    def __init__(self) -> None:
+        self._lanes = {lane: _Turns() for lane in Lane}
+
+    def waiting(self, lane: Lane) -> int:
+        """How many exchanges wait in a lane."""
+        return sum(1 for _ in self._lanes[lane])
+
+    def submit(self, exchange: Exchange) -> Exchange:
+        """Queue an exchange; an equal read that already waits takes over its waiters and is returned instead.
+
+        :raises QueueFull: too many wait for this body already.
+        """
+        queue = self._lanes[exchange.lane].queue(exchange.body)
+        for other in queue:
+            if other.shares(exchange):
+                other.waiters += exchange.waiters
+                return other
+        if exchange.lane is not Lane.STOP and len(queue) >= QUEUE_LIMIT:
+            raise QueueFull(
+                f"{QUEUE_LIMIT} requests wait for this body already; nothing was sent.", "Try again later."
+            )
+        self._lanes[exchange.lane].add(exchange)
+        return exchange
+
+    def put_back(self, exchange: Exchange) -> None:
+        """Queue an exchange again before everything else of its body and lane."""
+        self._lanes[exchange.lane].add(exchange, first=True)
+
+    def next(
+        self, lanes: tuple[Lane, ...], may_go: Callable[[Exchange], bool] = lambda _: True
+    ) -> Exchange | None:
+        """Take out the exchange whose turn it is among the lanes that may send now."""
+        for lane in lanes:
+            exchange = self._lanes[lane].take(may_go)
+            if exchange is not None:
+                return exchange
+        return None
+
+    def remove(self, unwanted: Callable[[Exchange], bool]) -> list[Exchange]:
+        """Take out everything unwanted, in whatever lane it waits."""
+        return [exchange for turns in self._lanes.values() for exchange in turns.remove(unwanted)]
+
+    def expire(self, now: float) -> list[Exchange]:
+        """Take out what could not be started in time, and tell those who waited."""
+        late = self.remove(lambda it: it.expires_at is not None and it.expires_at <= now)
+        for exchange in late:
+            exchange.settle(Expired("The line was not free in time; nothing was sent.", "Try again."))
+        return late

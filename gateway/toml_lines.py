@@ -1,0 +1,59 @@
+"""Where each key of a TOML text stands: the line numbers that `tomllib` does not tell."""
+
+import re
+
+KeyPath = tuple[str | int, ...]
+"""Keys and array indices from the top of the document."""
+
+_KEY = r"""(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')"""
+_DOTTED = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
+_HEADER = re.compile(rf"\s*(\[\[?)\s*({_DOTTED})\s*\]")
+_ASSIGNMENT = re.compile(rf"\s*({_DOTTED})\s*=")
+_LONG_QUOTE = re.compile(r'"""|\'\'\'')
+
+
+class LineIndex:
+    """The line of every table and key of a valid TOML text; what stands inside a value has its key's line."""
+
+    def __init__(self, text: str) -> None:
+        self._lines: dict[KeyPath, int] = {}
+        self._tables_in: dict[KeyPath, int] = {}
+        self._table: KeyPath = ()
+        in_long_string = False
+        for number, line in enumerate(text.split("\n"), 1):
+            if not in_long_string:
+                if line.lstrip().startswith("#"):
+                    continue
+                self._read(line, number)
+            in_long_string ^= len(_LONG_QUOTE.findall(line)) % 2 == 1
+
+    def line_of(self, path: KeyPath) -> int:
+        """Find the line, from 1, of a key or else of the nearest table around it."""
+        while path and path not in self._lines:
+            path = path[:-1]
+        return self._lines.get(path, 1)
+
+    def _read(self, line: str, number: int) -> None:
+        if header := _HEADER.match(line):
+            self._enter(_parts(header[2]), is_array=header[1] == "[[")
+            self._lines.setdefault(self._table, number)
+        elif assignment := _ASSIGNMENT.match(line):
+            path = self._table
+            for part in _parts(assignment[1]):
+                path = (*path, part)
+                self._lines.setdefault(path, number)
+
+    def _enter(self, parts: list[str], *, is_array: bool) -> None:
+        """Follow a header; a name of an array on the way means the array's newest table."""
+        path: KeyPath = ()
+        for depth, part in enumerate(parts, 1):
+            path = (*path, part)
+            if is_array and depth == len(parts):
+                self._tables_in[path] = self._tables_in.get(path, 0) + 1
+            if path in self._tables_in:
+                path = (*path, self._tables_in[path] - 1)
+        self._table = path
+
+
+def _parts(dotted: str) -> list[str]:
+    return [part.strip("\"'") for part in re.findall(_KEY, dotted)]
