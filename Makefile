@@ -17,7 +17,7 @@ test: $(VENV)/.development ## Check format, style, types and the dependency rule
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	$(BIN)/lint-imports --no-cache
 	$(BIN)/pytest -n 2
 
 bench: $(VENV)/.development ## Measure, each figure against its yardstick

@@ -29,6 +29,10 @@ class Answered:
     late: bool = False
     """It came after its deadline, but before the line was proved to be in step again."""
 
+    def as_late(self) -> "Answered":
+        """The same answer, marked as late."""
+        return Answered(self.replies, self.at, late=True)
+
 
 Outcome = Answered | Refusal | GatewayError
 """A refusal by the controller, an answer, or the reason why there is neither."""
@@ -79,7 +83,7 @@ class Exchange:
         if (frame.body, frame.code) != self.key:
             return None
         if isinstance(frame, Refusal):
-            return frame
+            return None if self.self_identifying else frame  # a refusal does not carry the number
         try:
             return Answered(self._replies(frame), now)
         except WireFault:

@@ -1,30 +1,15 @@
-"""The loop of one RC-400 line: writes what the scheduler gives it, credits replies, keeps the port open.
-
-One exchange is under way at a time; only stops may be written while it waits for its reply. When a reply
-stays away or cannot be understood, the line is out of step: nothing but stops is sent until a fence, the read
-of a position entry whose number comes back, has proved that every earlier reply was seen or will never come.
-"""
+"""One port with its RC-400: keeps it open and set up, and carries the conversation over it in time."""
 
 import asyncio
 import logging
 import random
-from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from enum import StrEnum
 from typing import Any
 
-from gateway.errors import (
-    BodyOffline,
-    Cancelled,
-    ControllerRefused,
-    GarbledReply,
-    GatewayError,
-    LineDown,
-    NoReply,
-)
+from gateway.conversation import Conversation, offline_error
+from gateway.errors import Cancelled, ControllerRefused, GatewayError, LineDown, NoReply
 from gateway.exchange import Answered, Exchange, Lane, Outcome
-from gateway.gate import Gate
-from gateway.scheduler import Scheduler
 from protocols.rorze.link import (
     POISON,
     Answer,
@@ -36,20 +21,14 @@ from protocols.rorze.link import (
     Refusal,
     StatusChanged,
     UnknownMessage,
-    encode,
 )
 from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
-from protocols.rorze.notation import PositionReference
-from protocols.rorze.position_table import GetNumberedPositionEntry
-from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
+from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.table import Retry
 from transports.base import Transport, TransportError, TransportLost
 
 log = logging.getLogger(__name__)
 
-FENCE_TRIES = 3
-READ_REPEATS = 2
-"""How often a read without a usable reply is repeated, each time after a passed fence."""
 SILENCE_S = 0.05
 """The line must be quiet this long after the poison of an opening."""
 GAP_S = 0.1
@@ -59,7 +38,9 @@ STUCK_S = 1.0
 REOPEN_S = (0.2, 5.0)
 """First and longest pause before a lost port is tried again; it doubles in between."""
 PROBE_S = (1.0, 10.0)
-"""First and longest pause between probes of a body that does not answer."""
+"""First and longest pause between probes of the bodies that do not answer."""
+PROBE_SHARE = 0.1
+"""Share of the line's time that probes may take while anybody else answers."""
 
 
 class LineState(StrEnum):
@@ -88,40 +69,32 @@ class Line:
     ) -> None:
         self.id = line_id
         self.transport = transport
-        self.bodies = list(bodies)
-        self.groups: dict[int, list[int]] = {}
-        self.introducer = introducer
-        self.reply_timeout_s = reply_timeout_s
-        self.late_reply_s = late_reply_s
-        self.interject_stops = interject_stops
-        self.gate = Gate()
-        self.offline: set[int] = set()
-        self.counters: Counter[str] = Counter()
         self.controllers = ""
         """What the link master answered to XID."""
-        self.last_error_at: float | None = None
         self.down_reason = "not opened yet"
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
-        self._random = rng or random.Random()  # noqa: S311  # a nonce against mix-ups, not against people
-        self._scheduler = Scheduler()
+        self._talk = Conversation(
+            bodies,
+            introducer=introducer,
+            reply_timeout_s=reply_timeout_s,
+            late_reply_s=late_reply_s,
+            interject_stops=interject_stops,
+            rng=rng,
+        )
+        self._talk.on_presence = self._presence_changed
+        self.bodies, self.groups, self.offline = self._talk.bodies, self._talk.groups, self._talk.offline
+        self.gate, self.counters = self._talk.gate, self._talk.counters
+        self.introducer, self.interject_stops = introducer, interject_stops
+        self.reply_timeout_s, self.late_reply_s = reply_timeout_s, late_reply_s
         self._reader = LinkReader()
-        self._urgent: deque[Exchange] = deque()
-        self._awaiting: Exchange | None = None
-        self._stops: list[Exchange] = []
-        self._suspect: Exchange | None = None
-        self._out_of_step = False
-        self._fence: Exchange | None = None
-        self._fence_body = 0
-        self._fence_tries = 0
-        self._last_command: tuple[int, str] | None = None
-        self._last_frame: Frame | None = None
         self._open = False
         self._ready = False
         self._tx_free_at = 0.0
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
-        self._timer: asyncio.TimerHandle | None = None
+        self._timer: asyncio.Handle | None = None
+        self._timer_at = 0.0
         self._attention = asyncio.Event()
         self._set_up_due = False
         self._tasks: list[asyncio.Task[None]] = []
@@ -152,11 +125,20 @@ class Line:
             return LineState.DOWN
         if not self._ready:
             return LineState.SETTING_UP
-        return LineState.OUT_OF_STEP if self._out_of_step else LineState.READY
+        return LineState.READY if self._talk.in_step else LineState.OUT_OF_STEP
+
+    @property
+    def last_error_at(self) -> float | None:
+        """When a reply was last missing or garbled, in the event loop's time."""
+        return self._talk.last_error_at
 
     def waiting(self) -> dict[str, int]:
         """How many exchanges wait in each lane."""
-        return {lane.name.lower(): self._scheduler.waiting(lane) for lane in Lane}
+        return {lane.name.lower(): self._talk.scheduler.waiting(lane) for lane in Lane}
+
+    def can_address(self, body: int) -> bool:
+        """Whether the line's way of addressing reaches this body number."""
+        return self.introducer == "&" or body <= 0xF
 
     async def _keep_open(self) -> None:
         pause_s = REOPEN_S[0]
@@ -185,17 +167,33 @@ class Line:
                 self._attention.clear()
                 await self._attention.wait()
 
+    def _went_down(self, reason: str) -> None:
+        was_open, self._open, self._ready = self._open, False, False
+        changed = was_open or reason != self.down_reason
+        self.down_reason = reason
+        self._reader = LinkReader()
+        self._stuck_since = None
+        self._talk.break_off(
+            NoReply(f"Line {self.id} was lost before the reply came: {reason}.", "Read status and position."),
+            Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later."),
+        )
+        if changed:
+            self.on_change("line.down", {"reason": reason})
+        self._attention.set()
+
+    # set-up
+
     async def _set_up(self, *, fresh: bool) -> None:
         """Tell the link master what it forgets at power-off: XID, XRSM1, the groups (RC-420 manual 17.2)."""
         self._ready = False
         if fresh:
             await self._poison()
-        for command in (IdentifyControllers(), SetReplyFormat(end_of_move=1)):
-            outcome = await self._internal(LINK_MASTER, command)
-            if isinstance(outcome, Answered) and isinstance(command, IdentifyControllers):
-                self.controllers = getattr(outcome.replies[LINK_MASTER], "text", "")
+        identified = await self._tell(IdentifyControllers())
+        if isinstance(identified, Answered):
+            self.controllers = getattr(identified.replies[LINK_MASTER], "text", "")
+        await self._tell(SetReplyFormat(end_of_move=1))
         for group, members in list(self.groups.items()):
-            await self._internal(LINK_MASTER, _group_definition(group, members))
+            await self._tell(_group_definition(group, members))
         if not self._open:
             return
         self._ready = True
@@ -220,25 +218,15 @@ class Line:
                 return
             await asyncio.sleep(rest_s)
 
-    async def define_group(self, group: int, members: list[int]) -> None:
-        """Define a virtual body at the link master, now and after every restart of it.
-
-        :raises GatewayError: the link master did not take it; the old definition holds, or is sent again
-            where nobody knows.
-        """
-        future = self.submit(LINK_MASTER, _group_definition(group, members), Lane.COMMAND)
-        outcome = await future
-        if isinstance(outcome, Refusal):
-            raise ControllerRefused(f"{self.id}.7F", outcome.code, outcome.error)
-        if isinstance(outcome, GatewayError):
-            if isinstance(outcome, NoReply):
-                self.set_up_again(f"nobody knows what group {group:02X} is now")
-            raise outcome
-        self.groups[group] = members
-
-    def can_address(self, body: int) -> bool:
-        """Whether the line's way of addressing reaches this body number."""
-        return self.introducer == "&" or body <= 0xF
+    async def _tell(self, command: RorzeCommand[Any]) -> Outcome:
+        """Send the link master a command ahead of everything but stops and fences."""
+        if not self._open:
+            return self._down()
+        exchange = self._talk.exchange(LINK_MASTER, command, Lane.COMMAND)
+        future = self._promise(exchange)
+        self._talk.put_first(exchange)
+        self._pump()
+        return await future
 
     def set_up_again(self, reason: str) -> None:
         """The link master shows signs of a restart: tell it everything again."""
@@ -247,28 +235,20 @@ class Line:
         self._set_up_due = True
         self._attention.set()
 
-    def _went_down(self, reason: str) -> None:
-        """Settle everything: what was written may have been executed, what waited was not."""
-        was_open, self._open, self._ready = self._open, False, False
-        changed = was_open or reason != self.down_reason
-        self.down_reason = reason
-        self._reader = LinkReader()
-        written = [it for it in (*self._stops, self._suspect, self._awaiting) if it is not None]
-        self._awaiting = self._suspect = self._fence = None
-        self._out_of_step, self._stops, self._stuck_since = False, [], None
-        self._urgent, waiting = deque(), [*self._urgent, *self._scheduler.remove(lambda _: True)]
-        for exchange in written:
-            lost = NoReply(
-                f"Line {self.id} was lost before the reply came: {reason}.", "Read status and position."
-            )
-            exchange.settle(exchange.late_answer or lost)
-        for exchange in waiting:
-            exchange.settle(
-                Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later.")
-            )
-        if changed:
-            self.on_change("line.down", {"reason": reason})
-        self._attention.set()
+    async def define_group(self, group: int, members: list[int]) -> None:
+        """Define a virtual body at the link master, now and after every restart of it.
+
+        :raises GatewayError: the link master did not take it; the old definition holds, or is sent again
+            where nobody knows.
+        """
+        outcome = await self.submit(LINK_MASTER, _group_definition(group, members), Lane.COMMAND)
+        if isinstance(outcome, Refusal):
+            raise ControllerRefused(f"{self.id}.7F", outcome.code, outcome.error)
+        if isinstance(outcome, GatewayError):
+            if isinstance(outcome, NoReply):
+                self.set_up_again(f"nobody knows what group {group:02X} is now")
+            raise outcome
+        self.groups[group] = members
 
     # asking
 
@@ -288,127 +268,60 @@ class Line:
         :raises QueueFull: too many requests wait for this body.
         """
         if not self._open:
-            raise LineDown(
-                f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", "Check the cable."
-            )
+            raise self._down()
         if body in self.offline and lane is not Lane.STOP:
-            raise BodyOffline(
-                f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable."
-            )
-        exchange = self._exchange(body, command, lane)
+            raise offline_error(body)
+        exchange = self._talk.exchange(body, command, lane)
         exchange.expires_at, exchange.on_written = expires_at, on_written
-        future: asyncio.Future[Outcome] = self._loop.create_future()
-        exchange.waiters.append(future)
-        self._scheduler.submit(exchange)
+        future = self._promise(exchange)
+        self._talk.scheduler.submit(exchange)
         if expires_at is not None:
             self._loop.call_at(expires_at, self._expire)
         self._pump()
         return future
 
-    def cancel(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
-        """Take out of the queue what is not wanted any more."""
-        for exchange in self._scheduler.remove(unwanted):
-            exchange.settle(reason)
-
     def probe(self, body: int, timeout_s: float) -> "asyncio.Future[Outcome]":
         """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""
-        exchange = self._nonce_read(body)
+        exchange = self._talk.self_identifying_read(body)
         exchange.timeout_s = timeout_s
-        future: asyncio.Future[Outcome] = self._loop.create_future()
-        exchange.waiters.append(future)
+        future = self._promise(exchange)
         if self._open:
-            self._scheduler.submit(exchange)
+            self._talk.scheduler.submit(exchange)
             self._pump()
         else:
-            exchange.settle(LineDown(f"Line {self.id} is down: {self.down_reason}."))
+            exchange.settle(self._down())
         return future
 
-    def _exchange(self, body: int, command: RorzeCommand[Any], lane: Lane) -> Exchange:
-        return Exchange(
-            body,
-            command,
-            # The old forms have one digit of body number: groups and the link master have no place in it.
-            encode(body, command, self.introducer if body <= 0xF else "&"),
-            lane,
-            epoch=self.gate.epoch(body),
-            timeout_s=self.reply_timeout_s + 2 * command.takes_s,
-            repeats=READ_REPEATS if command.may_repeat() else 0,
-        )
+    def cancel(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
+        """Take out of the queue what is not wanted any more."""
+        self._talk.cancel(unwanted, reason)
 
-    def _nonce_read(self, body: int) -> Exchange:
-        slot = PositionReference(position=self._random.randrange(2048))
-        exchange = self._exchange(body, GetNumberedPositionEntry(entry=slot), Lane.READ)
-        exchange.self_identifying = True
-        exchange.repeats = 0
-        return exchange
-
-    async def _internal(self, body: int, command: RorzeCommand[Any]) -> Outcome:
-        """Send a set-up command ahead of everything but stops and fences."""
-        exchange = self._exchange(body, command, Lane.COMMAND)
-        exchange.repeats = READ_REPEATS  # absolute and harmless: saying it again changes nothing
+    def _promise(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
         future: asyncio.Future[Outcome] = self._loop.create_future()
         exchange.waiters.append(future)
-        if not self._open:
-            return LineDown(f"Line {self.id} is down: {self.down_reason}.")
-        self._urgent.append(exchange)
-        self._pump()
-        return await future
+        return future
+
+    def _down(self) -> LineDown:
+        return LineDown(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", "Check the cable.")
 
     def _expire(self) -> None:
-        self._scheduler.expire(self._loop.time())
+        self._talk.scheduler.expire(self._loop.time())
 
     # writing
 
     def _pump(self) -> None:
         """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
-        while self._open:
+        while self._open and self._talk.has_something():
             now = self._loop.time()
             if now < self._tx_free_at:
                 self._wake_at(self._tx_free_at)
                 return
             if not self._port_takes_bytes(now):
                 return
-            exchange = self._next(now)
+            exchange = self._talk.next(now, ready=self._ready)
             if exchange is None:
                 return
-            refusal = self.gate.refuses(exchange, now)
-            if refusal is None:
-                self._write(exchange, now)
-            elif exchange is self._fence:
-                self._fence_failed()
-            else:
-                exchange.settle(refusal)
-
-    def _next(self, now: float) -> Exchange | None:
-        under_way = self._awaiting is not None or bool(self._stops)
-        if self.interject_stops or not under_way:
-            stop = self._scheduler.next((Lane.STOP,), self._not_under_way)
-            if stop is not None:
-                return stop
-        if under_way:
-            return None
-        if self._out_of_step:
-            return self._new_fence()
-        if self._urgent:
-            return self._urgent.popleft()
-        if not self._ready:
-            return None
-        return self._interposed(self._scheduler.next((Lane.COMMAND, Lane.READ)), now)
-
-    def _not_under_way(self, stop: Exchange) -> bool:
-        return all(stop.key != other.key for other in self._stops)
-
-    def _interposed(self, exchange: Exchange | None, now: float) -> Exchange | None:
-        """Between two commands with equal replies goes a fence: no copy of the first reply counts twice."""
-        while exchange is not None and exchange.abandoned():
-            exchange = self._scheduler.next((Lane.COMMAND, Lane.READ))
-        if exchange is None or exchange.key != self._last_command or exchange.command.may_repeat():
-            return exchange
-        if self.gate.refuses(exchange, now):
-            return exchange
-        self._scheduler.put_back(exchange)
-        self._lose_step(exchange.body)
-        return self._new_fence()
+            self._write(exchange, now)
 
     def _port_takes_bytes(self, now: float) -> bool:
         """Whether everything written before has left; a port that stays blocked is opened anew."""
@@ -418,7 +331,6 @@ class Line:
         if self._stuck_since is None:
             self._stuck_since = now
         if now - self._stuck_since > STUCK_S:
-            self._stuck_since = None
             self._went_down(f"{self.transport.address} takes no bytes")
         else:
             self._wake_at(now + 0.001)
@@ -428,24 +340,13 @@ class Line:
         try:
             self.transport.write(exchange.frame)
         except TransportLost as error:
-            exchange.settle(
-                LineDown(f"Line {self.id} is down: {error}. Nothing was sent.", "Check the cable.")
-            )
             self._went_down(str(error))
+            exchange.settle(self._down())
             return
-        self.counters["frames_sent"] += 1
         self._tx_free_at = now + len(exchange.frame) * self.transport.byte_time_s
-        exchange.written_at = now
-        exchange.deadline = self._tx_free_at + exchange.timeout_s
-        if exchange.lane is Lane.STOP:
-            self._stops.append(exchange)
-        else:
-            self._awaiting = exchange
-            if exchange.lane is Lane.COMMAND:
-                self._last_command = exchange.key
-        self._wake_at(exchange.deadline)
-        if exchange.on_written is not None:
-            exchange.on_written(now)
+        deadline = self._tx_free_at + exchange.timeout_s
+        self._talk.written(exchange, now, deadline)
+        self._wake_at(deadline)
 
     # reading
 
@@ -460,181 +361,45 @@ class Line:
         self._went_down(str(error))
 
     def _take(self, frame: Frame) -> None:
+        """Hear a frame; the next one goes out before anybody is told what the reply was."""
         if isinstance(frame, Answer | Refusal | GroupAnswer):
-            self._credit(frame)
+            tell = self._talk.heard(frame, self._last_rx_at)
+            self._pump()
+            if tell is not None:
+                tell()
         elif isinstance(frame, Garbage):
             self.counters["garbage"] += 1
-            self._line_error(frame.why)
+            self._talk.noise(frame.why, self._last_rx_at)
+            self._pump()
         else:
             self.counters["messages"] += 1
             self.on_message(frame)
-
-    def _credit(self, frame: Answer | Refusal | GroupAnswer) -> None:
-        """Give a reply to the exchange it answers; the next frame goes out before anybody is told."""
-        for exchange in (*([self._awaiting] if self._awaiting else []), *self._stops):
-            outcome = exchange.credit(frame, self._last_rx_at)
-            if outcome is not None:
-                self._last_frame = frame
-                self.counters["replies"] += 1
-                return self._answered(exchange, outcome)
-        suspect = self._suspect
-        if suspect is not None and suspect.late_answer is None:
-            outcome = suspect.credit(frame, self._last_rx_at)
-            if outcome is not None:
-                self.counters["late_replies"] += 1
-                suspect.late_answer = outcome if isinstance(outcome, Refusal) else _late(outcome)
-                return None
-        self.counters["duplicates" if frame == self._last_frame else "strays"] += 1
-        return self._line_error("the reply to another command")
-
-    def _answered(self, exchange: Exchange, outcome: Answered | Refusal) -> None:
-        if exchange in self._stops:
-            self._stops.remove(exchange)
-        else:
-            self._awaiting = None
-        if exchange.self_identifying:
-            self._last_command = None
-        if exchange is self._fence:
-            self._fence_passed()
-        elif exchange.body in self.offline:
-            self._came_back(exchange.body)
-        self._pump()
-        exchange.settle(outcome)
-
-    def _line_error(self, what: str) -> None:
-        """Something arrived that nobody can have wanted: whatever is awaited may have been it.
-
-        A fence waits on: noise must not use up its tries, and its own reply cannot be mistaken.
-        """
-        self.last_error_at = self._last_rx_at
-        exchange = self._awaiting
-        if exchange is not None and not exchange.self_identifying:
-            self._doubt(exchange, GarbledReply(_sent(exchange, f"{what} came back"), _remedy(exchange)))
-        self._pump()
 
     # time
 
     def _wake_at(self, at: float) -> None:
         """Keep one timer, at the earliest moment anything is due."""
         if self._timer is not None:
-            if self._timer.when() <= at:
+            if self._timer_at <= at:
                 return
             self._timer.cancel()
-        self._timer = self._loop.call_at(at, self._wake)
+        # Kept beside the handle: uvloop's handles of timers that are due at once do not tell their time.
+        self._timer, self._timer_at = self._loop.call_at(at, self._wake), at
 
     def _wake(self) -> None:
         self._timer = None
-        now = self._loop.time()
-        for exchange in (*([self._awaiting] if self._awaiting else []), *self._stops):
-            if exchange.deadline is not None and exchange.deadline <= now:
-                self._overdue(exchange, now)
-        deadlines = [it.deadline for it in (self._awaiting, *self._stops) if it and it.deadline is not None]
-        if deadlines:
-            self._wake_at(min(deadlines))
+        resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
+        self._talk.pass_deadlines(self._loop.time(), resumes_at)
+        deadline = self._talk.deadline()
+        if deadline is not None:
+            self._wake_at(deadline)
         self._pump()
-
-    def _overdue(self, exchange: Exchange, now: float) -> None:
-        given_up_at = (exchange.written_at or now) + exchange.timeout_s + self.late_reply_s
-        resumes_at = min(self._last_rx_at + GAP_S, given_up_at)
-        if self._reader.pending() and now < resumes_at:
-            exchange.deadline = resumes_at
-            return
-        self.counters["timeouts"] += 1
-        self.last_error_at = now
-        self._doubt(exchange, NoReply(_sent(exchange, "no reply came"), _remedy(exchange)))
-
-    # doubt and certainty
-
-    def _doubt(self, exchange: Exchange, reason: NoReply) -> None:
-        """An exchange has no usable reply: fence the line before its outcome is told."""
-        if exchange.lane is Lane.STOP:
-            if exchange in self._stops:
-                self._stops.remove(exchange)
-            exchange.settle(reason)
-            return
-        self._awaiting = None
-        if exchange is self._fence:
-            self._fence_failed()
-        elif exchange.self_identifying:
-            exchange.settle(reason)
-        else:
-            exchange.doubt = reason
-            self._suspect = exchange
-            self._lose_step(exchange.body)
-
-    def _lose_step(self, body: int) -> None:
-        """From now on nothing but stops is sent until a fence has passed."""
-        self._out_of_step = True
-        self._fence_body, self._fence_tries = self._fence_target(body), 0
-
-    def _fence_target(self, body: int) -> int:
-        """Whom to ask for proof: the body itself, or one that stands for the group or the link master."""
-        if body <= LAST_BODY:
-            return body
-        candidates = self.groups.get(body) or self.bodies
-        return next((it for it in candidates if it not in self.offline), candidates[0] if candidates else 0)
-
-    def _new_fence(self) -> Exchange:
-        self._fence = self._nonce_read(self._fence_body)
-        self._fence.timeout_s = max(self.reply_timeout_s, self.late_reply_s / FENCE_TRIES)
-        self.counters["fences"] += 1
-        return self._fence
-
-    def _fence_passed(self) -> None:
-        self._fence = None
-        if self._fence_body in self.offline:
-            self._came_back(self._fence_body)
-        self._regain_step()
-
-    def _fence_failed(self) -> None:
-        self._fence = None
-        self._fence_tries += 1
-        if self._fence_tries < FENCE_TRIES:
-            return
-        self._went_offline(self._fence_body)
-        alive = [body for body in self.bodies if body not in self.offline]
-        if alive:
-            self._fence_body, self._fence_tries = alive[0], 0
-        else:
-            # Late replies have had their time; the probes tell when somebody is back.
-            self._last_command = None
-            if self._suspect is not None:
-                self._suspect.repeats = 0
-            self._regain_step()
-
-    def _regain_step(self) -> None:
-        self._out_of_step = False
-        suspect, self._suspect = self._suspect, None
-        if suspect is not None:
-            self._resolve(suspect)
-
-    def _resolve(self, exchange: Exchange) -> None:
-        if exchange.late_answer is not None:
-            exchange.settle(exchange.late_answer)
-        elif exchange.repeats > 0 and not exchange.abandoned() and exchange.body not in self.offline:
-            exchange.repeats -= 1
-            self.counters["repeats"] += 1
-            if exchange.lane is Lane.READ:
-                self._scheduler.put_back(exchange)
-            else:
-                self._urgent.appendleft(exchange)
-        elif exchange.doubt is not None:
-            exchange.settle(exchange.doubt)
 
     # presence
 
-    def _went_offline(self, body: int) -> None:
-        if body in self.offline:
-            return
-        self.offline.add(body)
-        why = BodyOffline(f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable.")
-        self.cancel(lambda it: it.body == body and it.lane is not Lane.STOP and not it.self_identifying, why)
-        self.on_change("body.offline", {"body": body})
-
-    def _came_back(self, body: int) -> None:
-        self.offline.discard(body)
-        self.on_change("body.online", {"body": body})
-        if len(self.offline) == len(self.bodies) - 1:
+    def _presence_changed(self, body: int, here: bool) -> None:
+        self.on_change("body.online" if here else "body.offline", {"body": body})
+        if here and len(self.offline) == len(self.bodies) - 1:
             self.set_up_again("the line was silent and answers again")
 
     async def _probe_offline(self) -> None:
@@ -642,27 +407,26 @@ class Line:
         pause_s = PROBE_S[0]
         while True:
             await asyncio.sleep(pause_s)
-            for body in sorted(self.offline):
-                outcome = await self.probe(body, self.reply_timeout_s)
-                if isinstance(outcome, Answered):
-                    pause_s = PROBE_S[0]
-            pause_s = min(2 * pause_s, PROBE_S[1]) if self.offline else PROBE_S[0]
+            somebody_came_back = await self._probe_each()
+            nobody_is_disturbed = len(self.offline) in (0, len(self.bodies))
+            often = somebody_came_back or nobody_is_disturbed
+            pause_s = PROBE_S[0] if often else min(2 * pause_s, PROBE_S[1])
+
+    async def _probe_each(self) -> bool:
+        """One round of probes, in a small share of the line's time while anybody else answers."""
+        somebody_came_back = False
+        for body in sorted(self.offline):
+            began_at = self._loop.time()
+            outcome = await self.probe(body, self.reply_timeout_s)
+            if isinstance(outcome, Answered):
+                somebody_came_back = True
+            elif len(self.offline) < len(self.bodies):
+                await asyncio.sleep((self._loop.time() - began_at) / PROBE_SHARE)
+        return somebody_came_back
 
 
 def _group_definition(group: int, members: list[int]) -> SetGroup:
     return SetGroup(group=f"{group:02X}", members=[f"{member:02X}" for member in members])
-
-
-def _sent(exchange: Exchange, what: str) -> str:
-    return f"{exchange.command.code} was sent to body {exchange.body:02X}, and {what}."
-
-
-def _remedy(exchange: Exchange) -> str:
-    return "Ask again." if exchange.command.may_repeat() else "Read status and position before anything else."
-
-
-def _late(outcome: Answered) -> Answered:
-    return Answered(outcome.replies, outcome.at, late=True)
 
 
 def lane_of(command: RorzeCommand[Any]) -> Lane:

@@ -7,21 +7,23 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from gateway.bodies import Body, Group
 from gateway.errors import (
     BodyBusy,
-    BodyOffline,
     ControllerRefused,
     GatewayError,
     Moved,
     MoveFailed,
     NoReply,
+    NotExecuted,
     NotFound,
     NotSent,
+    QueueFull,
+    StoppedFirst,
 )
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
@@ -39,6 +41,12 @@ LOST_AFTER_S = 30.0
 """A body that has not answered this long in the middle of a move has lost it."""
 RECENT_ERROR_S = 10.0
 """After a garbled or missing reply, what decides the end of a move is read twice for so long."""
+POWER_ON_POSITION = 0
+"""An assumption: what a controller calls its position when it has been switched on."""
+PULSES_RUNNING, MOTION_ERRORS = 0x01, 0x66
+"""Bits of the controller status: a limit, EMS, the movement range or STALL can end a move (9CD)."""
+STILL_MOVING = 0x50
+"""The refusal of a controller whose motor moves already."""
 MISSING_END_FRAME_S = 0.5
 """An end-of-move frame this late tells that the link master has forgotten to send them."""
 
@@ -121,7 +129,7 @@ class Moves:
         self._publish = publish
         self._moves: OrderedDict[str, Move] = OrderedDict()
         self._over: dict[str, asyncio.Event] = {}
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
 
     def get(self, move_id: str) -> Move:
         """Find a move by its id.
@@ -168,20 +176,26 @@ class Moves:
                     f"{body.address} still has the move {body.move.id}; nothing was sent.",
                     "Wait for it or stop it.",
                 )
-        flight = _Flight(target, command, [(body, self._new(body, target, command)) for body in bodies])
+        epoch = target.line.gate.epoch(target.number)
+        flight = _Flight(
+            target, command, [(body, self._new(body, target, command)) for body in bodies], epoch
+        )
         task = asyncio.create_task(self._fly(flight, start_within_s), name=f"move {flight.moves[0][1].id}")
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        self._tasks[task] = flight.answered
+        task.add_done_callback(self._tasks.pop)
+        task.add_done_callback(lambda _: flight.answered.cancel())
         refusal = await asyncio.shield(flight.answered)
         if refusal is not None:
             raise refusal
         return [move for _, move in flight.moves]
 
     async def close(self) -> None:
-        """Stop following; the motors keep doing what they do."""
-        for task in self._tasks:
+        """Stop following, once the lines are closed; the motors keep doing what they do."""
+        tasks, answers = list(self._tasks), list(self._tasks.values())
+        await asyncio.gather(*answers, return_exceptions=True)
+        for task in tasks:
             task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*tasks, return_exceptions=True)
 
     def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any]) -> Move:
         now = datetime.now(UTC)
@@ -236,18 +250,19 @@ class Moves:
         await asyncio.gather(*(self._see_through(body, move, results[body]) for body, move in flight.moves))
 
     async def _send(self, flight: "_Flight", start_within_s: float) -> "_Results":
+        expires_at = asyncio.get_running_loop().time() + start_within_s
         for body, move in flight.moves:
             await _know_the_start(body, move, flight.command)
 
         def written(_: float) -> None:
             for body, move in flight.moves:
-                body.rest_position = None
-                body.moving = True
+                body.moving, body.went_silent = True, False
                 body.move_ended.clear()
                 self._advance(body, move, MoveStatus.SENT)
 
         target = flight.target
-        expires_at = asyncio.get_running_loop().time() + start_within_s
+        if target.line.gate.epoch(target.number) != flight.epoch:
+            raise StoppedFirst
         if isinstance(target, Group):
             return {**await target.ask(flight.command, expires_at=expires_at, on_written=written)}
         reply, _ = await target.ask(flight.command, expires_at=expires_at, on_written=written)
@@ -255,12 +270,14 @@ class Moves:
 
     def _reply(self, body: Body, move: Move, result: "Reply | GatewayError") -> None:
         if isinstance(result, ControllerRefused):
-            body.moving = False
-            body.rest_position = move.start_position
+            body.moving = result.error == STILL_MOVING
+            body.rest_position = None if body.moving else move.start_position
             self._advance(body, move, MoveStatus.REJECTED, result)
-        elif isinstance(result, NotSent):
+        elif isinstance(result, NoReply):
+            return
+        elif isinstance(result, GatewayError):
             self._advance(body, move, MoveStatus.CANCELLED, result)
-        elif not isinstance(result, GatewayError):
+        else:
             move.acknowledged_at = datetime.now(UTC)
 
     async def _see_through(self, body: Body, move: Move, result: "Reply | GatewayError") -> None:
@@ -271,110 +288,92 @@ class Moves:
 
     async def _resolve(self, body: Body, move: Move, error: NoReply) -> None:
         """Nobody knows whether the command was executed: let the motor tell, where its state can prove it."""
-        state = await self._state(body)
+        errors_before = body.status_bits or 0
+        state = await self._state(body, lambda _: False)
         if state is None:
             self._advance(body, move, MoveStatus.LOST, error)
             return
-        runs, position = state
-        move.position = position
-        if runs:
+        move.position = state.position
+        if state.runs:
             move.evidence.append("The motor runs, so the command was executed although no reply came.")
-        elif self._on_target(body, move):
+        elif _on_target(body, move) and not body.went_silent:
             move.evidence.append("The motor stands at the target, although no reply came.")
-        elif position == move.start_position and move.kind in ("relative", "absolute", "continuous"):
+        elif _untouched(move, state, errors_before) and not body.went_silent:
             move.evidence.append("The motor stands where it stood: the command was not executed.")
             move.end_cause = "not_executed"
-            self._at_rest(body, position)
-            self._advance(body, move, MoveStatus.FAILED, error)
+            self._at_rest(body, move.position)
+            self._advance(body, move, MoveStatus.FAILED, _lost_on_its_way(body, move))
         else:
-            move.evidence.append(f"The motor stands at {position}, which proves nothing.")
-            self._at_rest(body, position)
+            move.evidence.append(f"The motor stands at {move.position}, which proves nothing.")
+            self._at_rest(body, move.position)
             self._advance(body, move, MoveStatus.UNKNOWN, error)
 
     # from the reply to the end
 
     async def _follow(self, body: Body, move: Move) -> None:
-        """Ask the controller until the pulses have ended, then ask it why."""
+        """Ask the controller until the pulses have ended, and why they have."""
         while True:
-            state = await self._state(body)
+            announced = body.move_ended.is_set()
+            state = await self._state(body, lambda it: it.runs or _ended_as_asked(body, move, it))
             if state is None:
-                gone = BodyOffline(
-                    f"{body.address} stopped answering in the middle of the move.", "Home it again."
-                )
-                self._advance(body, move, MoveStatus.LOST, gone)
+                self._advance(body, move, MoveStatus.LOST, _gone(body))
                 return
-            runs, move.position = state
-            if not runs:
+            move.position = state.position
+            if not state.runs:
                 break
+            if announced:  # an earlier move's end
+                body.move_ended.clear()
             if move.status is MoveStatus.SENT:
                 self._advance(body, move, MoveStatus.MOVING)
             await _wait_for(body.move_ended, body.poll_interval_s)
-        cause = await self._end_cause(body)
-        announced = body.move_ended.is_set()
-        move.completion = "frame" if announced else "polling"
+        move.completion = "frame" if body.move_ended.is_set() else "polling"
         self._at_rest(body, move.position)
-        self._conclude(body, move, cause)
-        if not announced:
+        self._conclude(body, move, state)
+        if move.completion == "polling" and move.status is not MoveStatus.LOST:
             await self._expect_end_frame(body)
 
-    def _conclude(self, body: Body, move: Move, cause: int | None) -> None:
-        causes = [] if cause is None else names_of(cause, END_CAUSE_BITS)
-        move.end_cause = "+".join(causes) or (None if cause is None else "normal")
-        if cause is None:
-            unread = NoReply(f"{body.address} stands still, but did not say why.", "Read its status.")
-            self._advance(body, move, MoveStatus.UNKNOWN, unread)
-        elif causes == ["stop_command"]:
+    def _conclude(self, body: Body, move: Move, state: "_State") -> None:
+        causes = names_of(state.cause, END_CAUSE_BITS)
+        move.end_cause = "+".join(causes) or "normal"
+        if causes == ["stop_command"]:
             self._advance(body, move, MoveStatus.STOPPED)
         elif causes:
             self._advance(body, move, MoveStatus.FAILED, _ended_by(body, move.end_cause))
-        elif move.target_position is not None and not self._on_target(body, move):
+        elif _power_was_lost(body, move):
+            move.end_cause = None
+            self._advance(body, move, MoveStatus.LOST, _without_power(body))
+        elif move.target_position is not None and not _on_target(body, move):
             move.end_cause = "position_mismatch"
             self._advance(body, move, MoveStatus.FAILED, _missed(body, move))
         else:
             self._advance(body, move, MoveStatus.SUCCEEDED)
 
     @staticmethod
-    def _on_target(body: Body, move: Move) -> bool:
-        if move.target_position is None or move.position is None:
-            return False
-        return abs(move.position - move.target_position) <= body.position_tolerance
-
-    @staticmethod
     def _at_rest(body: Body, position: int | None) -> None:
         body.moving = False
         body.rest_position = position
 
-    async def _state(self, body: Body) -> tuple[bool, int] | None:
-        """Whether the motor runs and where it is; None when the body has been silent for too long."""
+    async def _state(self, body: Body, plausible: "Callable[[_State], bool]") -> "_State | None":
+        """What the motor does; None when the body has been silent for too long.
+
+        What is not plausible, or was read while the line garbles frames, counts only when read twice alike.
+        """
         loop = asyncio.get_running_loop()
         give_up_at = loop.time() + LOST_AFTER_S
         while loop.time() < give_up_at:
             try:
-                return await self._certain_state(body)
-            except GatewayError:
-                await asyncio.sleep(body.poll_interval_s)
-        return None
-
-    async def _certain_state(self, body: Body) -> tuple[bool, int]:
-        """Read status and position, twice alike if the line has garbled anything lately."""
-        state = await _read_state(body)
-        error_at = body.line.last_error_at
-        recent = error_at is not None and asyncio.get_running_loop().time() - error_at < RECENT_ERROR_S
-        while recent and not state[0]:
-            again = await _read_state(body)
-            if again == state:
-                break
-            state = again
-        return state
-
-    async def _end_cause(self, body: Body) -> int | None:
-        for _ in range(3):
-            try:
-                reply, _answer = await body.ask(GetEndCause())
-            except GatewayError:
+                state = await _read_state(body)
+                while _line_erred(body) or not plausible(state):
+                    again = await _read_state(body)
+                    if again.confirms(state):
+                        return again
+                    state = again
+            except GatewayError as error:
+                if isinstance(error, QueueFull):  # crowded out is not silent
+                    give_up_at = loop.time() + LOST_AFTER_S
                 await asyncio.sleep(body.poll_interval_s)
             else:
-                return reply.bits
+                return state
         return None
 
     async def _expect_end_frame(self, body: Body) -> None:
@@ -398,16 +397,21 @@ class _Flight:
     target: Body | Group
     command: RorzeCommand[Any]
     moves: list[tuple[Body, Move]]
+    epoch: int
+    """The target's stop epoch at admission."""
     answered: "asyncio.Future[GatewayError | None]" = field(
         default_factory=lambda: asyncio.get_running_loop().create_future()
     )
 
     def answer(self, results: _Results) -> None:
         """Tell who asked: an error if a single body did not take the command, or nobody was sent it."""
-        refusals = [it for it in results.values() if isinstance(it, ControllerRefused | NotSent)]
+        errors = [
+            it for it in results.values() if isinstance(it, GatewayError) and not isinstance(it, NoReply)
+        ]
         alone = isinstance(self.target, Body)
-        nobody = len(refusals) == len(results) and isinstance(refusals[0], NotSent)
-        self.answered.set_result(refusals[0] if refusals and (alone or nobody) else None)
+        nobody = len(errors) == len(results) and not isinstance(errors[0], ControllerRefused)
+        if not self.answered.done():
+            self.answered.set_result(errors[0] if errors and (alone or nobody) else None)
 
 
 async def _know_the_start(body: Body, move: Move, command: RorzeCommand[Any]) -> None:
@@ -444,12 +448,66 @@ async def _amount(body: Body, value: int | PositionReference | str) -> int | Non
     return None
 
 
-async def _read_state(body: Body) -> tuple[bool, int]:
+class _State(NamedTuple):
+    """What a controller says of its motor."""
+
+    bits: int
+    position: int
+    cause: int = 0
+    """Of the end, once it stands still."""
+
+    @property
+    def runs(self) -> bool:
+        return bool(self.bits & PULSES_RUNNING)
+
+    def confirms(self, other: "_State") -> bool:
+        """Whether both may be true: a motor at rest stays where it is."""
+        return (self.runs and other.runs) or self == other
+
+
+async def _read_state(body: Body) -> _State:
     status, _ = await body.ask(GetControllerStatus())
     position, answer = await body.ask(GetPosition())
-    bits = status.bits or 0
-    body.status_bits, body.position, body.position_at = bits, position.pulses, answer.at
-    return bool(bits & 1), position.pulses
+    state = _State(status.bits or 0, position.pulses)
+    body.status_bits, body.position, body.position_at = state.bits, state.position, answer.at
+    if state.runs:
+        return state
+    cause, _ = await body.ask(GetEndCause())
+    return state._replace(cause=cause.bits)
+
+
+def _line_erred(body: Body) -> bool:
+    error_at = body.line.last_error_at
+    return error_at is not None and asyncio.get_running_loop().time() - error_at < RECENT_ERROR_S
+
+
+def _on_target(body: Body, move: Move) -> bool:
+    if move.target_position is None or move.position is None:
+        return False
+    return abs(move.position - move.target_position) <= body.position_tolerance
+
+
+def _ended_as_asked(body: Body, move: Move, state: _State) -> bool:
+    """Whether an announced end, the end cause and the position all tell of success."""
+    target = state.position if move.target_position is None else move.target_position
+    near = abs(state.position - target) <= body.position_tolerance
+    return body.move_ended.is_set() and not state.cause and near
+
+
+def _untouched(move: Move, state: _State, errors_before: int) -> bool:
+    """Whether the motor proves that a move of some length was never begun."""
+    ended_at_once = state.bits & ~errors_before & MOTION_ERRORS
+    has_length = move.kind in ("relative", "absolute", "continuous")
+    return has_length and state.position == move.start_position and not ended_at_once
+
+
+def _power_was_lost(body: Body, move: Move) -> bool:
+    """Whether a body that calls its end normal may have been switched off in the middle of the move."""
+    at_power_on = move.position == POWER_ON_POSITION
+    if _on_target(body, move) and not at_power_on:
+        return False
+    fell_back = at_power_on and move.kind in ("relative", "absolute", "continuous")
+    return body.went_silent or (fell_back and not _on_target(body, move))
 
 
 async def _wait_for(event: asyncio.Event, timeout_s: float) -> bool:
@@ -486,6 +544,27 @@ def _ended_by(body: Body, cause: str | None) -> MoveFailed:
     return MoveFailed(
         f"The move of {body.address} was ended by {cause}; the motor stands still.",
         "Remove the cause, clear the controller's status, and home the axis if steps were lost.",
+    )
+
+
+def _gone(body: Body) -> MoveFailed:
+    return MoveFailed(
+        f"{body.address} stopped answering in the middle of the move; it may still be moving.",
+        "Check its power and cable, stop it, and home it again.",
+    )
+
+
+def _without_power(body: Body) -> MoveFailed:
+    return MoveFailed(
+        f"{body.address} seems to have lost its power in the middle of the move; the motor stands still.",
+        "Home it again: its position means nothing now.",
+    )
+
+
+def _lost_on_its_way(body: Body, move: Move) -> NotExecuted:
+    return NotExecuted(
+        f"{move.command} was sent to {body.address} and no reply came; the motor has not moved.",
+        "Send it again if it is still wanted.",
     )
 
 

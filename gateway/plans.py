@@ -5,11 +5,13 @@ from pydantic import BaseModel, Field
 from gateway.bodies import Body
 from gateway.errors import ControllerRefused
 from gateway.moves import target_of
+from protocols.rorze.encoder import GetEncoderRatio
 from protocols.rorze.link import encode
+from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
-from protocols.rorze.patterns import GetPattern
+from protocols.rorze.patterns import GetPattern, GetSpeedChange
 from protocols.rorze.position import GetPosition
-from protocols.rorze.profile import Profile, ProfileError, SpeedParameters, plan, steady
+from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, steady
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.speeds import (
     GetFallingAccelerationShare,
@@ -19,6 +21,9 @@ from protocols.rorze.speeds import (
     GetStartSpeed,
 )
 from protocols.table import Ack
+
+SPEED_CHANGES = 16
+"""Points a pattern may have (SES)."""
 
 
 class PlannedMove(BaseModel):
@@ -48,7 +53,7 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     if target is None or not isinstance(command, RelativeMove | AbsoluteMove):
         planned.note = "How far it goes is only known when it is done."
         return planned
-    planned.distance = abs(target - position.pulses)
+    planned.distance = await _pulses(body, abs(target - position.pulses))
     try:
         profile = await _profile(body, command, planned.distance)
     except (ProfileError, ControllerRefused) as error:
@@ -58,11 +63,31 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     return planned
 
 
+async def _pulses(body: Body, amount: int) -> int:
+    """An amount as the operating mode counts it, in pulses put out: encoder mode counts encoder steps."""
+    mode, _ = await body.ask(GetOperatingMode())
+    if mode.mode != "encoder":
+        return amount
+    ratio, _ = await body.ask(GetEncoderRatio())
+    return round(amount * ratio.ratio)
+
+
 async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:
     up, down = await _parameters_of_pattern(body, command.pattern)
     if command.code.startswith("2"):
         return steady(distance, up.low, up, down)
-    return plan(distance, up, down)
+    return plan(distance, up, down, await _speed_changes(body, command.pattern))
+
+
+async def _speed_changes(body: Body, pattern: int | None) -> list[SpeedChange]:
+    if pattern is None:
+        return []
+    points = [
+        (await body.ask(GetSpeedChange(pattern=pattern, point=point)))[0] for point in range(SPEED_CHANGES)
+    ]
+    return [
+        SpeedChange("F", it.begin, it.speed) for it in points if it.begin is not None and it.speed is not None
+    ]
 
 
 async def _parameters_of_pattern(body: Body, pattern: int | None) -> tuple[SpeedParameters, SpeedParameters]:

@@ -8,7 +8,16 @@ from typing import TypeVar
 from gateway import config as settings
 from gateway.bodies import Body, Group
 from gateway.config import Config
-from gateway.errors import Ambiguous, BodyBusy, GatewayError, InvalidRequest, NotFound
+from gateway.errors import (
+    Ambiguous,
+    BodyBusy,
+    Cancelled,
+    ControllerRefused,
+    GatewayError,
+    InvalidRequest,
+    NoReply,
+    NotFound,
+)
 from gateway.events import EventHub
 from gateway.exchange import Exchange
 from gateway.line import Line
@@ -20,6 +29,7 @@ from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP
 from protocols.rorze.status import CONTROLLER_STATUS_BITS, GetControllerStatus, names_of
+from protocols.table import Retry
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
 from transports.trace_file import TraceFile
@@ -100,7 +110,9 @@ class Plant:
             interject_stops=line.stop_mode == "interject",
             rng=rng,
         )
-        built.groups = {group.number: [int(member, 16) for member in group.members] for group in line.groups}
+        built.groups.update(
+            {group.number: [int(member, 16) for member in group.members] for group in line.groups}
+        )
         built.gate.add(lambda exchange, _: self._flash_while_moving(built, exchange))
         built.gate.add(lambda exchange, _: self._motion_while_stopping(built, exchange))
         built.on_message = lambda frame: self._on_message(built, frame)
@@ -228,7 +240,7 @@ class Plant:
 
     def _motion_while_stopping(self, line: Line, exchange: Exchange) -> GatewayError | None:
         """Until a stop is confirmed nothing is sent that could move the motor again."""
-        if exchange.command.retry not in (Retry.NEVER, Retry.CONDITIONAL) or exchange.command.may_repeat():
+        if exchange.command.retry not in (Retry.NEVER, Retry.CONDITIONAL):
             return None
         numbers = line.groups.get(exchange.body, [exchange.body])
         stopping = [
@@ -239,7 +251,8 @@ class Plant:
         if not stopping:
             return None
         return Cancelled(
-            f"The stop of {', '.join(stopping)} is not confirmed yet; nothing was sent.", "Wait for standstill."
+            f"The stop of {', '.join(stopping)} is not confirmed yet; nothing was sent.",
+            "Wait for standstill.",
         )
 
     async def _watch_groups(self, line: Line) -> None:
@@ -313,7 +326,8 @@ def _find(things: dict[str, T], address: str, what: str) -> T:
     if line_id:
         found = [thing for key, thing in things.items() if key == f"{line_id.lower()}.{short}"]
     else:
-        found = [thing for key, thing in things.items() if key.endswith(f".{short}")]
+        ending = f".{short}"
+        found = [thing for key, thing in things.items() if key.endswith(ending)]
     if not found:
         raise NotFound(f"There is no {what} {address} in the configuration; nothing was sent.")
     if len(found) > 1:

@@ -20,6 +20,9 @@ class _Turns:
     def __init__(self) -> None:
         self._queues: OrderedDict[int, deque[Exchange]] = OrderedDict()
 
+    def __bool__(self) -> bool:
+        return bool(self._queues)
+
     def __iter__(self) -> Iterator[Exchange]:
         for queue in self._queues.values():
             yield from queue
@@ -61,6 +64,13 @@ class Scheduler:
 
     def __init__(self) -> None:
         self._lanes = {lane: _Turns() for lane in Lane}
+
+    def __bool__(self) -> bool:
+        return any(self._lanes.values())
+
+    def has(self, lane: Lane) -> bool:
+        """Whether anything waits in a lane."""
+        return bool(self._lanes[lane])
 
     def waiting(self, lane: Lane) -> int:
         """How many exchanges wait in a lane."""

@@ -166,22 +166,27 @@ class Stops:
 
     @staticmethod
     async def _stands_still(body: Body, report: StopReport) -> bool:
-        """Whether the status says so, two positions say so, and no program runs that could move it again."""
+        """Whether the status says so twice, and no program runs that could move the motor again."""
         try:
-            status, _ = await body.ask(GetControllerStatus(bit=0), lane=Lane.COMMAND)
-            if status.on or await _runs_program(body):
+            if await _runs_pulses(body) or await _runs_program(body):
                 return False
-            first, _ = await body.ask(GetPosition(), lane=Lane.COMMAND)
-            second, _ = await body.ask(GetPosition(), lane=Lane.COMMAND)
+            position, _ = await body.ask(GetPosition(), lane=Lane.COMMAND)
+            if await _runs_pulses(body):
+                return False
         except GatewayError as error:
             if report.detail != UNCONFIRMED:
                 report.detail = error.detail
             return False
-        report.position = second.pulses
-        return first == second
+        report.position = position.pulses
+        return True
 
     def _publish(self, kind: str, body: Body, report: StopReport) -> None:
         self._events.publish(kind, f"/bodies/{body.address}", report.model_dump())
+
+
+async def _runs_pulses(body: Body) -> bool:
+    status, _ = await body.ask(GetControllerStatus(bit=0), lane=Lane.COMMAND)
+    return bool(status.on)
 
 
 async def _runs_program(body: Body) -> bool:

@@ -4,13 +4,16 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
+from functools import cache, cached_property, lru_cache
 from inspect import getdoc
 from itertools import chain, product
 from types import NoneType, UnionType
 from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+
+READINGS_KEPT = 4096
+"""Texts whose decoded models are kept: axes at rest and their status answer the same again and again."""
 
 
 class WireFault(ValueError):
@@ -131,6 +134,7 @@ class Form:
     def __init__(self, syntax: str, wires: Mapping[str, Wire]) -> None:
         self.syntax = syntax
         self._parts = _parse(syntax, wires)
+        self._wires = {part.name: part.wire for part in _values(self._parts)}
         self._pattern = re.compile(_pattern(self._parts))
 
     def variants(self) -> set[frozenset[str]]:
@@ -142,10 +146,8 @@ class Form:
         match = self._pattern.fullmatch(text)
         if match is None:
             return None
-        wires = {part.name: part.wire for part in _values(self._parts)}
-        return {
-            name: wires[name].decode(found) for name, found in match.groupdict().items() if found is not None
-        }
+        found = match.groupdict()
+        return {name: self._wires[name].decode(text) for name, text in found.items() if text is not None}
 
     def write(self, values: Mapping[str, object]) -> str:
         """Encode the given fields; their set must be one of `variants`."""
@@ -273,7 +275,8 @@ class Spoken(BaseModel):
         return cls.read_form(text, cls.forms)
 
     @classmethod
-    def read_form(cls, text: str, forms: Sequence[Form]) -> Self:
+    @lru_cache(READINGS_KEPT)
+    def read_form(cls, text: str, forms: tuple[Form, ...]) -> Self:
         """Decode the text, which must have one of the given forms."""
         try:
             for form in forms:
@@ -308,6 +311,7 @@ class Command(Spoken, Generic[R_co]):
     """Command and reply in turn, without CR, as the manual prints them (misprints mended, spaces removed)."""
 
     @classmethod
+    @cache
     def reply_type(cls) -> type[Reply]:
         """The R of `Command[R]`."""
         for base in cls.__mro__:

@@ -15,6 +15,7 @@ class SimulatedLine(Transport):
         self.plugged_in = True
         self.written: list[bytes] = []
         self._byte_time_s = 10 / baud if baud else 0.0
+        self._free_at = 0.0
         self._receiver: Receiver | None = None
         self._timer: asyncio.TimerHandle | None = None
 
@@ -59,7 +60,8 @@ class SimulatedLine(Transport):
         loop = asyncio.get_running_loop()
         output = self.machine.take_output(loop.time())
         if output:
-            loop.call_at(loop.time() + len(output) * self._byte_time_s, self._deliver, output)
+            self._free_at = max(loop.time(), self._free_at) + len(output) * self._byte_time_s
+            loop.call_at(self._free_at, self._deliver, output)
         if self._timer:
             self._timer.cancel()
         wake_at = self.machine.wake_at()

@@ -7,6 +7,9 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
+THREADS_S = 5.0
+"""What runs in a thread takes real time; with nothing else to do, it is waited for so long."""
+
 
 class _JumpingSelector(selectors.SelectSelector):
     """Instead of waiting for a timer, moves the loop's clock to it."""
@@ -20,6 +23,8 @@ class _JumpingSelector(selectors.SelectSelector):
         if ready or timeout == 0:
             return ready
         if timeout is None:
+            if from_a_thread := super().select(THREADS_S):
+                return from_a_thread
             raise RuntimeError("virtual time stands still: no timer is set and nothing is ready")
         self.now += timeout
         return []

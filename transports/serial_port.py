@@ -51,6 +51,16 @@ class SerialPort(StreamTransport):
         """Ten bit times."""
         return BITS_PER_BYTE / self._baud
 
+    def write(self, data: bytes) -> None:
+        """Write straight to the port; its channel sends only what the port does not take now."""
+        channel = self._live_channel()
+        if channel is not None and self._port is not None and channel.get_write_buffer_size() == 0:
+            # A frame that waits for the channel's next turn lets the line stand idle meanwhile.
+            data = data[self._port.write(data) :]
+            if not data:
+                return
+        super().write(data)
+
     async def close(self) -> None:
         """Close at once, even when the far end takes no bytes."""
         if self._live_channel() is not None and self._port is not None:

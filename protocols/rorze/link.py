@@ -1,7 +1,7 @@
 """The line protocol of the RC-400: bytes to frames and back, whatever splits and noise (RC-420 manual 12)."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -90,6 +90,7 @@ class Garbage:
 
 Frame = Answer | Refusal | GroupAnswer | MoveEnded | StatusChanged | UnknownMessage | Garbage
 
+_STARTS = tuple(f">{introducer}".encode() for introducer in INTRODUCERS)
 _PREFIX = r"(?:&(?P<two>[0-9A-F]{2})|[$#](?P<one>[0-9A-F]))"
 _REPLY = re.compile(_PREFIX + r"(?P<code>[!-~]{3})(?P<payload>[ -~]*)")
 _REQUEST = re.compile(_PREFIX + r"(?P<text>[ -~]*)")
@@ -134,30 +135,25 @@ class _Lines:
 
     def __init__(self, longest: int) -> None:
         self._longest = longest
-        self._buffer = bytearray()
-        self._dropping = False
+        self._begun = b""
+        self._cut = False
 
-    def feed(self, data: bytes) -> Iterator[bytes]:
+    def feed(self, data: bytes) -> list[bytes]:
         """Take bytes, give the lines that are complete now, without their CR."""
-        *ends, rest = data.split(CR)
-        for end in ends:
-            yield from self._grow(end)
-            if not self._dropping:
-                yield bytes(self._buffer)
-            self._buffer.clear()
-            self._dropping = False
-        yield from self._grow(rest)
+        *ends, self._begun = (self._begun + data).split(CR)
+        lines = [end[: self._longest + 1] for end in ends]
+        if lines and self._cut:
+            del lines[0]  # the tail of a line that was given before
+            self._cut = False
+        if len(self._begun) > self._longest:
+            self._begun = self._begun[: self._longest + 1]
+            lines += [] if self._cut else [self._begun]
+            self._cut = True
+        return lines
 
     def pending(self) -> int:
-        """Bytes after the last CR."""
-        return len(self._buffer)
-
-    def _grow(self, data: bytes) -> Iterator[bytes]:
-        room = self._longest + 1 - len(self._buffer)
-        self._buffer += data[:room]
-        if len(self._buffer) > self._longest and not self._dropping:
-            self._dropping = True
-            yield bytes(self._buffer)
+        """Bytes after the last CR; none of a line that has grown too long, for nobody waits for its end."""
+        return 0 if self._cut else len(self._begun)
 
 
 class LinkReader:
@@ -215,31 +211,31 @@ def _without_blanks(line: bytes) -> bytes:
     return head + comma + (comment if keeps else comment.translate(None, _BLANKS))
 
 
-def _split(text: bytes) -> Iterator[Frame]:
+def _split(text: bytes) -> list[Frame]:
     """Resynchronise: what stands before the last start of a reply is noise, or a reply that lost its end."""
-    start = max(text.rfind(b">" + introducer.encode()) for introducer in INTRODUCERS)
+    if len(text) > MAX_REPLY_LENGTH:
+        return [Garbage(text, "a line too long for a reply")]
+    start = max(map(text.rfind, _STARTS))
     noise = (text[:start] if start >= 0 else text).strip(b"\n\x00")
+    frames = _parse(text[start + 1 :]) if start >= 0 else []
     if noise:
         why = "an echo of our own command" if noise[:1] in (b"&", b"$", b"#") else "not a reply"
-        yield Garbage(noise, why)
-    if start >= 0:
-        yield from _parse(text[start + 1 :])
+        frames.insert(0, Garbage(noise, why))
+    return frames
 
 
-def _parse(raw: bytes) -> Iterator[Frame]:
+def _parse(raw: bytes) -> list[Frame]:
     match = _REPLY.fullmatch(raw.decode("ascii", "replace"))
     if match is None:
-        yield Garbage(b">" + raw, "not a reply")
-        return
-    address = int(match["two"] or match["one"], 16)
-    code, payload = match["code"], match["payload"]
+        return [Garbage(b">" + raw, "not a reply")]
+    two, one, code, payload = match.groups()
+    address = int(two or one, 16)
     if address <= LAST_BODY or address == LINK_MASTER:
-        yield _answer(address, code, payload) or Garbage(b">" + raw, "a malformed error code")
-    elif FIRST_GROUP <= address <= LAST_GROUP:
-        yield _group(address, code, payload) or Garbage(b">" + raw, "a malformed group reply")
-    else:
-        known = _unsolicited(address, code, payload)
-        yield from known or [UnknownMessage(address, f">{raw.decode('ascii')}")]
+        return [_answer(address, code, payload) or Garbage(b">" + raw, "a malformed error code")]
+    if FIRST_GROUP <= address <= LAST_GROUP:
+        return [_group(address, code, payload) or Garbage(b">" + raw, "a malformed group reply")]
+    known = _unsolicited(address, code, payload)
+    return known or [UnknownMessage(address, f">{raw.decode('ascii')}")]
 
 
 def _answer(body: int, code: str, payload: str) -> Answer | Refusal | None:

@@ -11,7 +11,7 @@ from protocols.table import Ack, Reply, Retry, Wire
 MEMBER_PATTERN = r"[0-6][0-9A-F]|7[0-7]"
 GROUP_PATTERN = r"8[0-9A-F]|9[0-9A-E]"
 
-MOST_MEMBERS = 18
+MOST_MEMBERS = 17
 """As many as fit in the 60 characters of a command (RC-420 manual 12)."""
 
 

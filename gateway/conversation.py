@@ -1,0 +1,354 @@
+"""What is being said on a line: what goes next, what awaits its reply, and whether the line is in step.
+
+One exchange is under way at a time; only stops may be written while it waits for its reply. When a reply
+stays away or cannot be understood, the line is out of step: nothing but stops is sent until a fence, the read
+of a position entry whose number comes back, has proved that every earlier reply was seen or will never come.
+
+No clock and no port: times are given, frames are taken and handed out.
+"""
+
+import random
+from collections import Counter, deque
+from collections.abc import Callable, Iterable
+from itertools import cycle
+from typing import Any
+
+from gateway.errors import BodyOffline, Cancelled, GarbledReply, GatewayError, NoReply
+from gateway.exchange import Answered, Exchange, Lane
+from gateway.gate import Gate
+from gateway.scheduler import Scheduler
+from protocols.rorze.link import Answer, GroupAnswer, Refusal, encode
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.position_table import GetNumberedPositionEntry
+from protocols.rorze.row import LAST_BODY, RorzeCommand
+
+FENCE_TRIES = 3
+NONCES = 2048
+"""Position entries a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
+READ_REPEATS = 2
+"""How often a read without a usable reply is repeated, each time after a passed fence."""
+SILENT_BODIES = 2
+"""When so many have been fenced in vain and not a byte was heard, nobody on the line is asked any more."""
+
+ReplyFrame = Answer | Refusal | GroupAnswer
+
+
+class Conversation:
+    """The exchanges of one line."""
+
+    def __init__(
+        self,
+        bodies: Iterable[int],
+        *,
+        introducer: str = "&",
+        reply_timeout_s: float = 0.5,
+        late_reply_s: float = 2.0,
+        interject_stops: bool = True,
+        rng: random.Random | None = None,
+    ) -> None:
+        self.bodies = list(bodies)
+        self.groups: dict[int, list[int]] = {}
+        self.introducer = introducer
+        self.reply_timeout_s = reply_timeout_s
+        self.late_reply_s = late_reply_s
+        self.interject_stops = interject_stops
+        self.gate = Gate()
+        self.scheduler = Scheduler()
+        self.offline: set[int] = set()
+        self.counters: Counter[str] = Counter()
+        self.in_step = True
+        self.last_error_at: float | None = None
+        self.on_presence: Callable[[int, bool], None] = lambda _body, _here: None
+        dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
+        self._nonces = cycle(dice.sample(range(NONCES), NONCES))
+        self._urgent: deque[Exchange] = deque()
+        self._awaiting: Exchange | None = None
+        self._stops: list[Exchange] = []
+        self._suspect: Exchange | None = None
+        self._fence: Exchange | None = None
+        self._fence_body = 0
+        self._fence_tries = 0
+        self._fenced_in_silence = 0
+        self._last_command: tuple[int, str] | None = None
+        self._last_reply: ReplyFrame | None = None
+
+    # what goes next
+
+    def exchange(self, body: int, command: RorzeCommand[Any], lane: Lane) -> Exchange:
+        """Build an exchange: its frame, its stop epoch, how long it takes, and how often it is repeated."""
+        return Exchange(
+            body,
+            command,
+            # The old forms have one digit of body number: groups and the link master have no place in it.
+            encode(body, command, self.introducer if body <= 0xF else "&"),
+            lane,
+            epoch=self.gate.epoch(body),
+            timeout_s=self.reply_timeout_s + 2 * command.takes_s,
+            repeats=READ_REPEATS if command.may_repeat() else 0,
+        )
+
+    def self_identifying_read(self, body: int) -> Exchange:
+        """Build a read whose reply nothing else can be mistaken for: its number is used once in 2048."""
+        slot = PositionReference(position=next(self._nonces))
+        exchange = self.exchange(body, GetNumberedPositionEntry(entry=slot), Lane.READ)
+        exchange.self_identifying = True
+        exchange.repeats = 0
+        return exchange
+
+    def put_first(self, exchange: Exchange) -> None:
+        """Queue an exchange of the line's own set-up ahead of everything but stops and fences."""
+        exchange.repeats = READ_REPEATS  # absolute and harmless: saying it again changes nothing
+        self._urgent.append(exchange)
+
+    def has_something(self) -> bool:
+        """Whether anything could go; asked first, because it costs less than asking the port."""
+        if self._awaiting is not None:
+            return self.scheduler.has(Lane.STOP)
+        return not self.in_step or bool(self._urgent) or bool(self.scheduler)
+
+    def next(self, now: float, *, ready: bool) -> Exchange | None:
+        """Take the exchange that is to be written now, the gate's refusals settled; None if none may go."""
+        while (exchange := self._choose(now, ready=ready)) is not None:
+            refusal = self.gate.refuses(exchange, now)
+            if refusal is None:
+                return exchange
+            if exchange is self._fence:
+                self._fence_failed()
+            else:
+                exchange.settle(refusal)
+        return None
+
+    def _choose(self, now: float, *, ready: bool) -> Exchange | None:
+        under_way = self._awaiting is not None or bool(self._stops)
+        if self.interject_stops or not under_way:
+            stop = self.scheduler.next((Lane.STOP,), self._not_under_way)
+            if stop is not None:
+                return stop
+        if under_way:
+            return None
+        if not self.in_step:
+            return self._new_fence()
+        if self._urgent:
+            return self._urgent.popleft()
+        return self._interposed(self._wanted(), now) if ready else None
+
+    def _not_under_way(self, stop: Exchange) -> bool:
+        return all(stop.key != other.key for other in self._stops)
+
+    def _wanted(self) -> Exchange | None:
+        while (exchange := self.scheduler.next((Lane.COMMAND, Lane.READ))) is not None:
+            if not exchange.abandoned():
+                return exchange
+        return None
+
+    def _interposed(self, exchange: Exchange | None, now: float) -> Exchange | None:
+        """Between two commands with equal replies goes a fence: no copy of the first reply counts twice."""
+        if exchange is None or exchange.key != self._last_command or exchange.command.may_repeat():
+            return exchange
+        if self.gate.refuses(exchange, now):
+            return exchange
+        self.scheduler.put_back(exchange)
+        self._lose_step(exchange.body)
+        return self._new_fence()
+
+    def written(self, exchange: Exchange, now: float, deadline: float) -> None:
+        """Note that the frame has been handed to the port, and until when its reply is waited for."""
+        self.counters["frames_sent"] += 1
+        exchange.written_at, exchange.deadline = now, deadline
+        if exchange.lane is Lane.STOP:
+            self._stops.append(exchange)
+        else:
+            self._awaiting = exchange
+            if exchange.lane is Lane.COMMAND:
+                self._last_command = exchange.key
+        if exchange.on_written is not None:
+            exchange.on_written(now)
+
+    # what comes back
+
+    def heard(self, frame: ReplyFrame, now: float) -> Callable[[], None] | None:
+        """Credit a reply. What it gives back tells those who wait; it can be called after the next write."""
+        self._fenced_in_silence = 0
+        for exchange in self._under_way():
+            outcome = exchange.credit(frame, now)
+            if outcome is not None:
+                self._last_reply = frame
+                self.counters["replies"] += 1
+                self._answered(exchange)
+                return lambda: exchange.settle(outcome)
+        if not self._is_late(frame, now):
+            self.counters["duplicates" if frame == self._last_reply else "strays"] += 1
+            self.noise("the reply to another command", now)
+        return None
+
+    def noise(self, what: str, now: float) -> None:
+        """Something came that nobody can have wanted: whatever is awaited may have been it.
+
+        A fence waits on: noise must not use up its tries, and its own reply cannot be mistaken.
+        """
+        self._fenced_in_silence = 0
+        self.last_error_at = now
+        exchange = self._awaiting
+        if exchange is not None and not exchange.self_identifying:
+            self._doubt(exchange, GarbledReply(_sent(exchange, f"{what} came back"), _remedy(exchange)))
+
+    def _under_way(self) -> list[Exchange]:
+        return [*([self._awaiting] if self._awaiting else []), *self._stops]
+
+    def _is_late(self, frame: ReplyFrame, now: float) -> bool:
+        """A reply that comes before the fence can only belong to the exchange in doubt."""
+        suspect = self._suspect
+        outcome = suspect.credit(frame, now) if suspect and suspect.late_answer is None else None
+        if suspect is None or outcome is None:
+            return False
+        self.counters["late_replies"] += 1
+        suspect.late_answer = outcome.as_late() if isinstance(outcome, Answered) else outcome
+        return True
+
+    def _answered(self, exchange: Exchange) -> None:
+        if exchange in self._stops:
+            self._stops.remove(exchange)
+        else:
+            self._awaiting = None
+        if exchange.self_identifying:
+            self._last_command = None
+        if exchange.body in self.offline:
+            self.offline.discard(exchange.body)
+            self.on_presence(exchange.body, True)
+        if exchange is self._fence:
+            self._fence = None
+            self._regain_step()
+
+    # time
+
+    def deadline(self) -> float | None:
+        """When the next reply is overdue."""
+        return min((it.deadline for it in self._under_way() if it.deadline is not None), default=None)
+
+    def pass_deadlines(self, now: float, resumes_at: float | None) -> None:
+        """Give up waiting for what is overdue; `resumes_at` is set while a reply has begun and may go on."""
+        for exchange in self._under_way():
+            if exchange.deadline is None or exchange.deadline > now:
+                continue
+            given_up_at = (exchange.written_at or now) + exchange.timeout_s + self.late_reply_s
+            if resumes_at is not None and now < min(resumes_at, given_up_at):
+                exchange.deadline = min(resumes_at, given_up_at)
+                continue
+            self.counters["timeouts"] += 1
+            self.last_error_at = now
+            self._doubt(exchange, NoReply(_sent(exchange, "no reply came"), _remedy(exchange)))
+
+    # doubt and certainty
+
+    def _doubt(self, exchange: Exchange, reason: NoReply) -> None:
+        """An exchange has no usable reply: fence the line before its outcome is told."""
+        if exchange.lane is Lane.STOP:
+            self._stops.remove(exchange)
+            exchange.settle(reason)
+            return
+        self._awaiting = None
+        if exchange is self._fence:
+            self._fence_failed()
+        elif exchange.self_identifying:
+            exchange.settle(reason)
+        else:
+            exchange.doubt = reason
+            self._suspect = exchange
+            self._lose_step(exchange.body)
+
+    def _lose_step(self, body: int) -> None:
+        """From now on nothing but stops is sent until a fence has passed."""
+        self.in_step = False
+        self._fence_body, self._fence_tries, self._fenced_in_silence = self._fence_target(body), 0, 0
+
+    def _fence_target(self, body: int) -> int:
+        """Whom to ask for proof: the body itself, or one that stands for the group or the link master."""
+        if body <= LAST_BODY:
+            return body
+        candidates = self.groups.get(body) or self.bodies
+        return next((it for it in candidates if it not in self.offline), candidates[0] if candidates else 0)
+
+    def _new_fence(self) -> Exchange:
+        self._fence = self.self_identifying_read(self._fence_body)
+        self._fence.timeout_s = max(self.reply_timeout_s, self.late_reply_s / FENCE_TRIES)
+        self.counters["fences"] += 1
+        return self._fence
+
+    def _fence_failed(self) -> None:
+        self._fence = None
+        self._fence_tries += 1
+        if self._fence_tries < FENCE_TRIES:
+            return
+        self._fenced_in_silence += 1
+        self._went_offline(self._fence_body)
+        alive = [body for body in self.bodies if body not in self.offline]
+        if alive and self._fenced_in_silence < SILENT_BODIES:
+            self._fence_body, self._fence_tries = alive[0], 0
+            return
+        for body in alive:
+            self._went_offline(body)
+        # Late replies have had their time; the probes tell when somebody is back.
+        self._last_command = None
+        if self._suspect is not None:
+            self._suspect.repeats = 0
+        self._regain_step()
+
+    def _regain_step(self) -> None:
+        self.in_step = True
+        suspect, self._suspect = self._suspect, None
+        if suspect is not None:
+            self._resolve(suspect)
+
+    def _resolve(self, exchange: Exchange) -> None:
+        if exchange.late_answer is not None:
+            exchange.settle(exchange.late_answer)
+        elif exchange.repeats > 0 and not exchange.abandoned() and exchange.body not in self.offline:
+            exchange.repeats -= 1
+            self.counters["repeats"] += 1
+            if exchange.lane is Lane.READ:
+                self.scheduler.put_back(exchange)
+            else:
+                self._urgent.appendleft(exchange)
+        elif exchange.doubt is not None:
+            exchange.settle(exchange.doubt)
+
+    def _went_offline(self, body: int) -> None:
+        if body in self.offline:
+            return
+        self.offline.add(body)
+        for exchange in self.scheduler.remove(
+            lambda it: it.body == body and it.lane is not Lane.STOP and not it.self_identifying
+        ):
+            exchange.settle(offline_error(body))
+        self.on_presence(body, False)
+
+    # the end
+
+    def break_off(self, lost: NoReply, unsent: Cancelled) -> None:
+        """The port has gone: what was written may have been executed, what waited was not."""
+        written = [*self._under_way(), *([self._suspect] if self._suspect else [])]
+        waiting = [*self._urgent, *self.scheduler.remove(lambda _: True)]
+        self._awaiting = self._suspect = self._fence = None
+        self._stops, self._urgent, self.in_step = [], deque(), True
+        for exchange in written:
+            exchange.settle(exchange.late_answer or lost)
+        for exchange in waiting:
+            exchange.settle(unsent)
+
+    def cancel(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
+        """Take out of the queue what is not wanted any more."""
+        for exchange in self.scheduler.remove(unwanted):
+            exchange.settle(reason)
+
+
+def offline_error(body: int) -> BodyOffline:
+    """The error of whoever asks a body that does not answer."""
+    return BodyOffline(f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable.")
+
+
+def _sent(exchange: Exchange, what: str) -> str:
+    return f"{exchange.command.code} was sent to body {exchange.body:02X}, and {what}."
+
+
+def _remedy(exchange: Exchange) -> str:
+    return "Ask again." if exchange.command.may_repeat() else "Read status and position before anything else."

@@ -1,0 +1,80 @@
+import pytest
+
+from gateway.errors import Cancelled, Expired, GatewayError, NotAllowed
+from gateway.exchange import Exchange, Lane
+from gateway.gate import Gate
+from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.position import GetPosition
+from protocols.rorze.stops import StopImmediately
+from tests.gateway.exchanges import exchange
+
+MOVE = MoveClockwise(distance=500)
+
+
+def test_a_fresh_command_passes() -> None:
+    assert Gate().refuses(exchange(MOVE), now=0.0) is None
+
+
+def test_a_command_admitted_before_a_stop_never_passes_again() -> None:
+    gate = Gate()
+    admitted = exchange(MOVE, epoch=gate.epoch(2))
+    gate.stop(2)
+    refusal = gate.refuses(admitted, now=0.0)
+    assert isinstance(refusal, Cancelled)
+    assert refusal.moved == "no"
+    assert "nothing was sent" in refusal.detail
+    gate.stop(2)
+    assert isinstance(gate.refuses(admitted, now=0.0), Cancelled)
+
+
+def test_a_stop_concerns_its_own_body_and_what_was_admitted_before_it() -> None:
+    gate = Gate()
+    other = exchange(MOVE, body=3, epoch=gate.epoch(3))
+    gate.stop(2)
+    later = exchange(MOVE, epoch=gate.epoch(2))
+    assert gate.refuses(other, now=0.0) is None
+    assert gate.refuses(later, now=0.0) is None
+
+
+@pytest.mark.parametrize("command", [GetPosition(), StopImmediately()], ids=lambda it: it.code)
+def test_reads_and_stops_pass_after_a_stop(command: GetPosition | StopImmediately) -> None:
+    gate = Gate()
+    admitted = exchange(command, epoch=gate.epoch(2))
+    gate.stop(2)
+    assert gate.refuses(admitted, now=0.0) is None
+
+
+def test_whatever_goes_in_the_command_lane_obeys_the_stop() -> None:
+    gate = Gate()
+    admitted = exchange(GetPosition(), lane=Lane.COMMAND, epoch=gate.epoch(2))
+    gate.stop(2)
+    assert isinstance(gate.refuses(admitted, now=0.0), Cancelled)
+
+
+@pytest.mark.parametrize(("now", "passes"), [(4.999, True), (5.0, False), (1e9, False)])
+def test_no_command_starts_later_than_its_sender_allowed(now: float, passes: bool) -> None:
+    refusal = Gate().refuses(exchange(MOVE, expires_at=5.0), now)
+    assert (refusal is None) is passes
+    assert passes or isinstance(refusal, Expired)
+
+
+def test_added_guards_are_asked_after_the_built_in_ones_and_the_first_refusal_counts() -> None:
+    gate = Gate()
+    asked: list[str] = []
+
+    def lease(_exchange: Exchange, _now: float) -> GatewayError | None:
+        asked.append("lease")
+        return NotAllowed("No lease; nothing was sent.")
+
+    def journal(_exchange: Exchange, _now: float) -> GatewayError | None:
+        asked.append("journal")
+        return None
+
+    gate.add(lease)
+    gate.add(journal)
+    refusal = gate.refuses(exchange(MOVE), now=0.0)
+    assert isinstance(refusal, NotAllowed)
+    assert asked == ["lease"]
+    gate.stop(2)
+    assert isinstance(gate.refuses(exchange(MOVE), now=0.0), Cancelled)
+    assert asked == ["lease"]

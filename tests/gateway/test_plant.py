@@ -1,0 +1,248 @@
+"""The plant: addresses, rules across bodies, and what it notices by itself."""
+
+import asyncio
+
+import pytest
+
+from gateway.errors import Ambiguous, BodyBusy, ControllerRefused, InvalidRequest, NotFound
+from gateway.plant import HEALTH_POLL_S
+from protocols.rorze.flash import SaveSettings
+from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.position import GetPosition
+from simulator.rorze.world import EMS
+from tests.plants import in_virtual_time, rig
+
+FAR = MoveClockwise(distance=50_000)
+
+
+def now() -> float:
+    """The time of the running loop."""
+    return asyncio.get_running_loop().time()
+
+
+# addresses
+
+
+@in_virtual_time
+async def test_a_body_is_found_by_its_short_and_its_long_address_in_either_case() -> None:
+    async with rig() as it:
+        found = {it.plant.body(text) for text in ("3F", "3f", "line1.3F", "line1.3f", "LINE1.3f")}
+        assert [body.address for body in found] == ["line1.3F"]
+        assert it.plant.group("80") is it.plant.group("LINE1.80")
+
+
+@in_virtual_time
+async def test_a_body_on_two_lines_needs_its_long_address() -> None:
+    async with rig(lines=("left", "right")) as it:
+        for find in (it.plant.body, it.plant.group):
+            with pytest.raises(Ambiguous, match=r"left\..., right\..."):
+                find("3F" if find == it.plant.body else "80")
+        body = it.plant.body("right.3f")
+        assert body.address == "right.3F"
+        await body.ask(GetPosition())
+        assert "&3F6PD" in it.wires["right"].frames()
+        assert "&3F6PD" not in it.wires["left"].frames()
+
+
+@pytest.mark.parametrize(
+    "address", ["40", "line1.40", "line2.3F", "", ".", "3F.", "3FF", "line1.", "Ｆ", "0"]
+)
+@in_virtual_time
+async def test_what_is_not_there_is_not_found(address: str) -> None:
+    async with rig() as it:
+        with pytest.raises(NotFound, match="nothing was sent"):
+            it.plant.body(address)
+
+
+@in_virtual_time
+async def test_a_line_is_found_by_its_id() -> None:
+    async with rig() as it:
+        assert it.plant.line("line1").id == "line1"
+        with pytest.raises(NotFound, match="there are line1"):
+            it.plant.line("line2")
+
+
+# groups
+
+
+@in_virtual_time
+async def test_a_group_can_be_defined_and_moved_and_is_defined_again_after_a_restart() -> None:
+    async with rig() as it:
+        group = await it.plant.define_group("81", ["01", "3f"], "pair")
+        assert (group.address, group.name) == ("line1.81", "pair")
+        assert it.plant.group("81") is group
+        moves = await it.plant.moves.start(group, FAR)
+        for move in moves:
+            assert (await it.plant.moves.wait(move.id, 10.0)).status == "succeeded"
+        it.plant.line("line1").set_up_again("a test")
+        await asyncio.sleep(1.0)
+        assert it.wire.frames()[-1] == "&7FXVS81,01,3F"
+
+
+@pytest.mark.parametrize(
+    ("address", "members"),
+    [
+        ("7F", ["00", "01"]),
+        ("9F", ["00", "01"]),
+        ("8", ["00", "01"]),
+        ("+8", ["00", "01"]),
+        ("81", ["00"]),
+        ("81", ["00", "00"]),
+    ],
+)
+@in_virtual_time
+async def test_a_group_that_cannot_be_is_refused_before_anything_is_sent(
+    address: str, members: list[str]
+) -> None:
+    async with rig() as it:
+        sent = len(it.wire.sent)
+        with pytest.raises(InvalidRequest, match="nothing was sent"):
+            await it.plant.define_group(address, members)
+        assert len(it.wire.sent) == sent
+
+
+@in_virtual_time
+async def test_a_group_spans_one_line_only() -> None:
+    async with rig(lines=("left", "right")) as it:
+        with pytest.raises(InvalidRequest, match="one line"):
+            await it.plant.define_group("81", ["left.00", "right.01"])
+
+
+@in_virtual_time
+async def test_a_group_is_not_changed_under_a_moving_member() -> None:
+    async with rig() as it:
+        [move] = await it.plant.moves.start(it.body("01"), FAR)
+        with pytest.raises(BodyBusy, match=r"line1\.01 is moving"):
+            await it.plant.define_group("80", ["00", "3F"])
+        await it.plant.moves.wait(move.id, 10.0)
+
+
+# rules
+
+
+@in_virtual_time
+async def test_flash_waits_for_the_whole_line_to_stand_still() -> None:
+    async with rig() as it:
+        [move] = await it.plant.moves.start(it.body("00"), FAR)
+        with pytest.raises(BodyBusy, match=r"line1\.00 moves; FIS was not sent"):
+            await it.body("3F").ask(SaveSettings())
+        assert "&3FFIS" not in it.wire.frames()
+        await it.plant.moves.wait(move.id, 10.0)
+        began_at = now()
+        await it.body("3F").ask(SaveSettings())
+        assert now() - began_at == pytest.approx(1.5)
+
+
+@in_virtual_time
+async def test_flash_on_one_line_does_not_mind_a_move_on_another() -> None:
+    async with rig(lines=("left", "right")) as it:
+        [move] = await it.plant.moves.start(it.plant.body("left.00"), FAR)
+        await it.plant.body("right.3F").ask(SaveSettings())
+        await it.plant.moves.wait(move.id, 10.0)
+
+
+# what it notices by itself
+
+
+@in_virtual_time
+async def test_motion_that_nobody_here_asked_for_is_reported_once_and_forgets_the_position() -> None:
+    async with rig() as it:
+        await asyncio.sleep(HEALTH_POLL_S)
+        assert it.body().rest_position == 0
+        it.axis().execute("1+MZ", now())
+        await asyncio.sleep(3 * HEALTH_POLL_S)
+        assert it.types("body.motion") == ["body.motion.foreign"]
+        assert it.body().moving
+        with pytest.raises(BodyBusy):
+            await it.body("00").ask(SaveSettings())
+        it.axis().execute("5IS", now())
+        await asyncio.sleep(HEALTH_POLL_S + 1.0)
+        assert not it.body().moving
+        assert it.body().rest_position == it.axis().position(now())
+
+
+@in_virtual_time
+async def test_a_change_of_status_is_reported_by_the_names_of_its_bits() -> None:
+    async with rig() as it:
+        await asyncio.sleep(HEALTH_POLL_S)
+        it.touch(0x3F, lambda axis: axis.world.forced.update({EMS: True}))
+        with pytest.raises(ControllerRefused):
+            await it.plant.moves.start(it.body(), FAR)
+        await asyncio.sleep(HEALTH_POLL_S)
+        changes = [event for event in it.events("body.status.changed") if event.subject == "/bodies/line1.3F"]
+        assert "command_error" in changes[-1].data["status"]
+
+
+@in_virtual_time
+async def test_a_body_that_loses_its_power_goes_offline_and_comes_back() -> None:
+    async with rig() as it:
+        it.machine.switch_body(0x3F, on=False, now=now())
+        await asyncio.sleep(3 * HEALTH_POLL_S)
+        assert not it.body().online
+        assert it.body("00").online
+        it.machine.switch_body(0x3F, on=True, now=now())
+        await asyncio.sleep(3 * HEALTH_POLL_S)
+        assert it.body().online
+        assert [it.types("body.offline"), it.types("body.online")] == [["body.offline"], ["body.online"]]
+
+
+@in_virtual_time
+async def test_a_message_nobody_knows_is_published_with_its_text() -> None:
+    async with rig() as it:
+        it.machine.send_program_message(0x3F, "HELLO", now())
+        it.wire.turn()
+        await asyncio.sleep(0.1)
+        [event] = it.events("line.message")
+        assert event.data == {"frame": ">&7CUSD[3F:HELLO]"}
+
+
+# the link master restarts
+
+
+@in_virtual_time
+async def test_a_link_master_that_restarts_while_all_is_quiet_is_set_up_again() -> None:
+    async with rig() as it:
+        await asyncio.sleep(2.0)
+        it.machine.power_off(now())
+        it.machine.power_on(now())
+        sent = len(it.wire.sent)
+        await asyncio.sleep(2 * HEALTH_POLL_S)
+        frames = it.wire.frames(sent)
+        assert [frame for frame in frames if frame.startswith("&7F")] == [
+            "&7FXID",
+            "&7FXRSM1",
+            "&7FXVS80,00,01",
+        ]
+        moves = await it.plant.moves.start(it.plant.group("80"), FAR)
+        for move in moves:
+            assert (await it.plant.moves.wait(move.id, 10.0)).completion == "frame"
+
+
+@in_virtual_time
+async def test_a_move_runs_on_while_the_link_master_is_without_power() -> None:
+    async with rig() as it:
+        [move] = await it.plant.moves.start(it.body(), MoveClockwise(distance=500_000))
+        await asyncio.sleep(1.0)
+        it.machine.power_off(now())
+        await asyncio.sleep(4.0)
+        assert it.plant.line("line1").offline
+        it.machine.power_on(now())
+        await it.plant.moves.wait(move.id, 60.0)
+        assert (move.status, move.position) == ("succeeded", 500_000)
+        await asyncio.sleep(HEALTH_POLL_S)
+        assert all(body.online for body in it.plant.bodies())
+        assert it.wire.frames().count("&7FXRSM1") >= 2
+
+
+@in_virtual_time
+async def test_a_pulled_cable_is_reported_and_everything_is_set_up_when_it_is_back() -> None:
+    async with rig() as it:
+        it.wire.unplug()
+        assert it.plant.line("line1").state == "down"
+        await asyncio.sleep(10.0)
+        it.wire.plugged_in = True
+        sent = len(it.wire.sent)
+        await asyncio.sleep(10.0)
+        assert it.plant.line("line1").state == "ready"
+        assert it.wire.frames(sent)[:4] == ["!" * 61, "&7FXID", "&7FXRSM1", "&7FXVS80,00,01"]
+        assert it.types("line.")[-2:] == ["line.down", "line.up"]

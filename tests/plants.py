@@ -1,0 +1,191 @@
+"""A plant whose lines lead into simulated link masters, on virtual time."""
+
+import asyncio
+import functools
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from random import Random
+from typing import Any, NamedTuple, ParamSpec
+
+from gateway.bodies import Body
+from gateway.config import parse
+from gateway.events import Event
+from gateway.plant import Plant
+from simulator.rorze.controller import Rc420
+from simulator.rorze.line import Rc400Line, build_line
+from simulator.rorze.rc400 import LinkSettings
+from simulator.rorze.truth import Fact, TruthLog
+from tests.simulated_line import SimulatedLine
+from tests.virtual_time import run_virtual
+
+P = ParamSpec("P")
+
+SET_UP_S = 1.0
+"""More than a line needs to be ready, at 9600 baud, too."""
+BODIES = (0x00, 0x01, 0x3F)
+GROUPS: Mapping[str, Sequence[str]] = {"80": ("00", "01")}
+
+
+def in_virtual_time(story: Callable[P, Coroutine[Any, Any, None]]) -> Callable[P, None]:
+    """Run an asynchronous test in virtual time; what goes wrong in a callback fails it, too."""
+
+    @functools.wraps(story)
+    def test(*args: P.args, **kwargs: P.kwargs) -> None:
+        run_virtual(_watched(story(*args, **kwargs)))
+
+    return test
+
+
+async def _watched(story: Coroutine[Any, Any, None]) -> None:
+    faults: list[dict[str, Any]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: faults.append(context))
+    await story
+    assert not faults, faults
+
+
+class Sent(NamedTuple):
+    """A frame that the gateway has handed to the wire."""
+
+    at: float
+    frame: str
+
+
+class Wire(SimulatedLine):
+    """The simulated cable, with a clerk who notes when each frame began and that none began in another."""
+
+    def __init__(self, machine: Rc400Line, baud: int | None = None) -> None:
+        super().__init__(machine, baud)
+        self.sent: list[Sent] = []
+        self.tx_free_at = 0.0
+        self._awaited: tuple[str, asyncio.Future[None]] | None = None
+
+    def write(self, data: bytes) -> None:
+        now = asyncio.get_running_loop().time()
+        assert now >= self.tx_free_at, f"{data!r} began {self.tx_free_at - now} s before the last frame's end"
+        super().write(data)
+        self.tx_free_at = now + len(data) * self.byte_time_s
+        self.sent.append(Sent(now, data.decode("ascii").rstrip("\r")))
+        if self._awaited and self._awaited[0] == self.sent[-1].frame and not self._awaited[1].done():
+            self._awaited[1].set_result(None)
+
+    def turn(self) -> None:
+        """Let the machine say what it has to say, after it was touched by hand."""
+        self._turn()
+
+    async def begun(self, frame: str) -> None:
+        """Wait for the moment in which a frame is handed to the wire."""
+        self._awaited = frame, asyncio.get_running_loop().create_future()
+        await self._awaited[1]
+
+    def frames(self, after: int = 0) -> list[str]:
+        """The frames sent, without CR, from a number on."""
+        return [sent.frame for sent in self.sent[after:]]
+
+
+@dataclass
+class Rig:
+    """A running plant and what stands behind its lines."""
+
+    plant: Plant
+    wires: dict[str, Wire]
+    machines: dict[str, Rc400Line] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.machines = {line: wire.machine for line, wire in self.wires.items()}
+
+    @property
+    def wire(self) -> Wire:
+        """The wire of the first line."""
+        return next(iter(self.wires.values()))
+
+    @property
+    def machine(self) -> Rc400Line:
+        """The link master of the first line."""
+        return next(iter(self.machines.values()))
+
+    @property
+    def truth(self) -> TruthLog:
+        """What really happened on the first line."""
+        return self.machine.truth
+
+    def body(self, address: str = "3F") -> Body:
+        """A body of the plant."""
+        return self.plant.body(address)
+
+    def axis(self, number: int = 0x3F) -> Rc420:
+        """The simulated controller of a body of the first line."""
+        return self.machine.axes[number]
+
+    def touch(self, number: int, change: Callable[[Rc420], object]) -> None:
+        """Change the world of an axis and let it look."""
+        axis = self.axis(number)
+        change(axis)
+        axis.sense(asyncio.get_running_loop().time())
+        self.machine.look_after(number)
+        self.wire.turn()
+
+    def events(self, prefix: str = "") -> list[Event]:
+        """What has been published so far."""
+        hub = self.plant.events
+        return [it for n in range(hub.first, hub.last + 1) if (it := hub.event(n)).type.startswith(prefix)]
+
+    def types(self, prefix: str = "") -> list[str]:
+        """The types of what has been published so far."""
+        return [event.type for event in self.events(prefix)]
+
+    def executed(self, code: str, body: int | None = None) -> list[Fact]:
+        """The commands of a code that the controllers have accepted."""
+        return [
+            fact
+            for fact in self.truth.of("command", body)
+            if str(fact.facts["text"]).startswith(code) and not str(fact.facts["reply"]).startswith("@")
+        ]
+
+
+def configuration(
+    lines: Sequence[str] = ("line1",),
+    bodies: Sequence[int] = BODIES,
+    groups: Mapping[str, Sequence[str]] = GROUPS,
+    options: str = "",
+) -> str:
+    """The TOML of a plant whose lines are all alike."""
+    body_tables = ", ".join(f'{{id = "{body:02X}"}}' for body in bodies)
+    group_tables = ", ".join(
+        f'{{id = "{group}", members = {list(members)}}}' for group, members in groups.items()
+    )
+    return "\n".join(
+        f'[[lines]]\nid = "{line}"\naddress = "tcp://127.0.0.1:{number + 1}"\n'
+        f"bodies = [{body_tables}]\ngroups = [{group_tables}]\n{options}\n"
+        for number, line in enumerate(lines)
+    )
+
+
+@asynccontextmanager
+async def rig(
+    *,
+    lines: Sequence[str] = ("line1",),
+    bodies: Sequence[int] = BODIES,
+    present: Sequence[int] | None = None,
+    groups: Mapping[str, Sequence[str]] = GROUPS,
+    baud: int | None = None,
+    settings: LinkSettings | None = None,
+    options: str = "",
+    seed: int = 0,
+) -> AsyncIterator[Rig]:
+    """Start a plant and wait until its lines are ready; `present` bodies answer, by default all."""
+    config = parse(configuration(lines, bodies, groups, options), "test.toml")
+    there = bodies if present is None else present
+    wires = {
+        line.address: Wire(build_line(there, 0.0, settings=settings, seed=seed), baud)
+        for line in config.lines
+    }
+    plant = Plant(config, open_transport=wires.__getitem__, rng=Random(seed))
+    running = Rig(plant, {line.id: wires[line.address] for line in config.lines})
+    await plant.start()
+    try:
+        await asyncio.sleep(SET_UP_S)
+        assert all(line.state == "ready" for line in plant.lines.values())
+        yield running
+    finally:
+        await plant.close()
