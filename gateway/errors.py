@@ -102,6 +102,7 @@ class Cancelled(NotSent):
 
     kind = "cancelled"
     title = "Cancelled before it was sent"
+    retryable = False  # what somebody has just stopped must not be started again by itself
 
 
 class StoppedFirst(Cancelled):
@@ -150,6 +151,7 @@ class ControllerRefused(GatewayError):
     title = "The controller refused"
 
     def __init__(self, address: str, code: str, error: int | None) -> None:
+        self.address = address
         self.error = error
         self.command_code = code
         row = lookup(error)

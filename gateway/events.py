@@ -145,7 +145,7 @@ class Subscription(AsyncIterator[Event]):
     """The events that one client wants, from its cursor on: first those it has missed, then each new one.
 
     It is a place in the hub's ring and keeps no events of its own, so that the change from old to new can
-    neither leave out nor repeat one. Iteration ends only by `SlowConsumer`, or when its task is cancelled.
+    neither leave out nor repeat one. Iteration ends when the hub is closed, or by `SlowConsumer`.
     """
 
     def __init__(self, hub: "EventHub", position: int, wanted: Filter, missed_after: str | None) -> None:
@@ -168,6 +168,8 @@ class Subscription(AsyncIterator[Event]):
         :raises SlowConsumer: more than `MAX_BACKLOG` events have come while the last one was being handled.
         """
         while (event := await self.next_published()) is None:
+            if self._hub.closed:
+                raise StopAsyncIteration
             self._live = True
             await self._next_publication()
         return event
@@ -188,6 +190,11 @@ class Subscription(AsyncIterator[Event]):
             if self._wanted.wants(event):
                 return event
         return None
+
+    def wake(self) -> None:
+        """Look again at once."""
+        if self._wake is not None and not self._wake.done():
+            self._wake.set_result(None)
 
     def offer(self, event: Event) -> bool:
         """Wake up for a new event if it is wanted; called by the hub while the subscription is idle."""
@@ -245,6 +252,7 @@ class EventHub:
         self.epoch = epoch or secrets.token_hex(4)
         self.last = 0
         """Number of the newest event; 0 before the first."""
+        self.closed = False
         self._capacity = capacity
         self._clock = clock
         self._ring: list[Event] = []
@@ -273,6 +281,12 @@ class EventHub:
         if self._idle:
             self._idle = [subscription for subscription in self._idle if not subscription.offer(event)]
         return event
+
+    def close(self) -> None:
+        """End all subscriptions once they have read what there is: the gateway is shutting down."""
+        self.closed = True
+        for subscription in self._idle:
+            subscription.wake()
 
     def subscribe(
         self,

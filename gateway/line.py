@@ -429,6 +429,9 @@ def _group_definition(group: int, members: list[int]) -> SetGroup:
     return SetGroup(group=f"{group:02X}", members=[f"{member:02X}" for member in members])
 
 
+_LANES = {Retry.STOP: Lane.STOP, Retry.READ: Lane.READ}
+
+
 def lane_of(command: RorzeCommand[Any]) -> Lane:
     """The lane a command belongs to by its nature."""
-    return {Retry.STOP: Lane.STOP, Retry.READ: Lane.READ}.get(command.retry, Lane.COMMAND)
+    return _LANES.get(command.retry, Lane.COMMAND)

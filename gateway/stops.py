@@ -48,17 +48,15 @@ class Stops:
         self._running: dict[tuple[Body, StopMode], asyncio.Task[None]] = {}
         self._reports: dict[tuple[Body, StopMode], StopReport] = {}
 
-    def stop(
-        self, bodies: Iterable[Body], mode: StopMode, group: Group | None = None
-    ) -> "asyncio.Task[list[StopReport]]":
-        """Stop bodies; every stop frame is queued before this returns.
+    def stop(self, bodies: Iterable[Body], mode: StopMode) -> "asyncio.Task[list[StopReport]]":
+        """Stop bodies; every stop frame is queued before this returns, first those that reach whole groups.
 
         The result comes when all stand still, or after two seconds with what is known then.
         """
         wanted = self._with_interpolation_partners(bodies)
         for body in wanted:
             self._forbid_what_waits(body)
-        if group is not None:
+        for group in self._groups_within(wanted):
             _submit_quietly(group, mode)
         keys = [self._begin(body, mode) for body in wanted]
         return asyncio.create_task(self._report(keys), name="stop report")
@@ -83,6 +81,10 @@ class Stops:
                     if group.address == body.move.group_id:
                         wanted |= dict.fromkeys(group.members)
         return list(wanted)
+
+    def _groups_within(self, bodies: list[Body]) -> list[Group]:
+        groups = dict.fromkeys(group for body in bodies for group in self._groups_of(body))
+        return [group for group in groups if set(group.members) <= set(bodies)]
 
     def _forbid_what_waits(self, body: Body) -> None:
         """Nothing admitted before the stop, for the body or a group it is in, can be written after it."""

@@ -66,8 +66,8 @@ async def test_every_stop_frame_leaves_before_anything_else() -> None:
         sent = len(it.wire.sent)
         reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
         assert [report.state for report in reports] == ["confirmed"] * 3
-        assert it.wire.frames(sent)[:3] == ["&005IS", "&015IS", "&3F5IS"]
-        assert {sent.at for sent in it.wire.sent[sent : sent + 3]} == {it.wire.sent[sent].at}
+        assert it.wire.frames(sent)[:4] == ["&805IS", "&005IS", "&015IS", "&3F5IS"]
+        assert {sent.at for sent in it.wire.sent[sent : sent + 4]} == {it.wire.sent[sent].at}
 
 
 @in_virtual_time
@@ -108,7 +108,7 @@ async def test_the_stop_of_a_group_sends_its_frame_and_one_to_each_member() -> N
         await it.plant.moves.start(it.plant.group("80"), FAR)
         sent = len(it.wire.sent)
         group = it.plant.group("80")
-        reports = await it.plant.stops.stop(group.members, "decelerate", group)
+        reports = await it.plant.stops.stop(group.members, "decelerate")
         assert it.wire.frames(sent)[:3] == ["&805SS", "&005SS", "&015SS"]
         assert [report.state for report in reports] == ["confirmed", "confirmed"]
 
@@ -120,7 +120,7 @@ async def test_the_members_of_a_forgotten_group_are_stopped_nevertheless() -> No
         it.machine.power_off(now())
         it.machine.power_on(now())
         group = it.plant.group("80")
-        reports = await it.plant.stops.stop(group.members, "immediate", group)
+        reports = await it.plant.stops.stop(group.members, "immediate")
         assert [report.state for report in reports] == ["confirmed", "confirmed"]
 
 
@@ -160,11 +160,11 @@ async def test_a_stop_leaves_at_the_next_frame_boundary_while_16_clients_read_fl
         asked_at, boundary, sent = now(), max(now(), it.wire.tx_free_at), len(it.wire.sent)
         stopping = it.plant.stops.stop(it.plant.bodies(), "immediate")
         reports = await stopping
-        frames = it.wire.sent[sent : sent + 3]
-        assert [frame.frame for frame in frames] == ["&005IS", "&015IS", "&3F5IS"]
+        frames = it.wire.sent[sent : sent + 4]
+        assert [frame.frame for frame in frames] == ["&805IS", "&005IS", "&015IS", "&3F5IS"]
         assert frames[0].at == pytest.approx(boundary, abs=1e-9)
         assert frames[0].at - asked_at < 0.064
-        assert frames[2].at - frames[0].at == pytest.approx(2 * 7 * it.wire.byte_time_s)
+        assert frames[3].at - frames[0].at == pytest.approx(3 * 7 * it.wire.byte_time_s)
         assert all(report.state == "confirmed" for report in reports)
         for client in clients:
             client.cancel()

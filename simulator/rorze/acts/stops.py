@@ -43,14 +43,14 @@ def _stop_parameters(axis: Rc420) -> SpeedParameters | None:
 
 
 @acts_out(StopImmediately)
-def _stop_immediately(axis: Rc420, _: StopImmediately, now: float) -> None:
+def stop_immediately(axis: Rc420, _: StopImmediately, now: float) -> None:
     if axis.motor.moving:
         axis.motor.stop(STOP_CAUSE, now)
         axis.io.outputs.give_clear(now)
 
 
 @acts_out(StopDecelerating)
-def _stop_decelerating(axis: Rc420, _: StopDecelerating, now: float) -> None:
+def stop_decelerating(axis: Rc420, _: StopDecelerating, now: float) -> None:
     axis.motor.decelerate(_stop_parameters(axis), now)
 
 

@@ -1,0 +1,46 @@
+"""The web application: all routes over one plant."""
+
+from fastapi import FastAPI
+from fastapi_offline import FastAPIOffline
+from starlette.middleware.cors import CORSMiddleware
+
+from api import bodies, catalogue, groups, health, lines, mirror, moves, problems, raw, stops, streams
+from api.security import SameSite
+from api.version import VERSION
+from gateway.plant import Plant
+
+DESCRIPTION = """\
+RORZE RC-420 motion controllers behind RC-400 link masters.
+
+Bodies are addressed by two hex digits where only one line has them (`3F`), and always with their line
+(`arm.3F`). Errors are problem details (RFC 9457); `moved` says whether the motor did anything. Statuses that
+clients repeat by themselves are sent only where nothing was sent to a controller. A software stop does not
+replace a hardware stop.
+"""
+
+
+def create_app(plant: Plant) -> FastAPI:
+    """Make the application. The plant is started and closed by whoever serves it."""
+    app = FastAPIOffline(
+        title="motion-gateway",
+        version=VERSION,
+        description=DESCRIPTION,
+        separate_input_output_schemas=False,
+        redirect_slashes=False,
+        # What matters is counted and recorded at the lines.
+        telemetry={"tracing": False, "metrics": False, "logs": False},
+    )
+    app.state.plant = plant
+    app.state.metrics = health.metrics_of(plant)
+    problems.install(app)
+    modules = (bodies, moves, stops, groups, lines, streams, catalogue, raw, health)
+    routers = [bodies.reads, *(module.router for module in modules), *mirror.routers()]
+    # Side by side instead of included, which would search them twice for every request; and before the docs.
+    app.router.routes[:0] = [route for router in routers for route in router.routes]
+    server = plant.config.server
+    if server.allowed_origins:
+        app.add_middleware(
+            CORSMiddleware, allow_origins=server.allowed_origins, allow_methods=["*"], allow_headers=["*"]
+        )
+    app.add_middleware(SameSite, allowed_hosts=server.allowed_hosts, allowed_origins=server.allowed_origins)
+    return app

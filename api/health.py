@@ -1,0 +1,114 @@
+"""Whether the gateway lives, whether its lines work, what has happened on them, and which version it is."""
+
+from collections.abc import Iterator
+from typing import Literal
+
+from fastapi import Request, Response
+from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_latest
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+from pydantic import BaseModel, Field
+
+from api.problems import DECLARED
+from api.requests import json_response, new_router, plant_of
+from api.version import VERSION
+from gateway.line import LineState
+from gateway.plant import Plant
+
+router = new_router("health")
+
+
+class Liveness(BaseModel):
+    """The gateway's process answers."""
+
+    status: Literal["alive"]
+
+
+class Readiness(BaseModel):
+    """Whether all lines can take commands."""
+
+    ready: bool
+    lines: dict[str, LineState]
+
+
+class Version(BaseModel):
+    """What is running here."""
+
+    name: str
+    version: str = Field(description="Semantic version of the gateway.")
+
+
+@router.get("/livez", name="livez", response_model=Liveness)
+async def livez() -> Response:
+    """Answer, as long as the process can."""
+    return json_response(Liveness(status="alive"))
+
+
+@router.get(
+    "/readyz",
+    name="readyz",
+    response_model=Readiness,
+    responses={503: {"model": Readiness, "description": "A line is down or being set up."}},
+)
+async def readyz(request: Request) -> Response:
+    """Say whether all lines are open and set up."""
+    states = {line.id: line.state for line in plant_of(request).lines.values()}
+    ready = all(state in (LineState.READY, LineState.OUT_OF_STEP) for state in states.values())
+    return json_response(Readiness(ready=ready, lines=states), 200 if ready else 503)
+
+
+@router.get("/version", name="version", response_model=Version, responses=DECLARED)
+async def version() -> Response:
+    """Tell the version."""
+    return json_response(Version(name="motion-gateway", version=VERSION))
+
+
+@router.get("/metrics", name="metrics", include_in_schema=False)
+async def metrics(request: Request) -> Response:
+    """Give the figures of all lines to Prometheus."""
+    registry: CollectorRegistry = request.app.state.metrics
+    return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
+
+
+def metrics_of(plant: Plant) -> CollectorRegistry:
+    """Make the registry that `/metrics` shows."""
+    registry = CollectorRegistry()
+    registry.register(PlantCollector(plant))
+    return registry
+
+
+class PlantCollector(Collector):
+    """Reads the plant's own counters when Prometheus asks, so that counting costs nothing in between.
+
+    Labels are line and kind only: one series for each body and command would make a scrape block the loop.
+    """
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
+
+    def collect(self) -> Iterator[Metric]:
+        """Give all figures as they are now."""
+        happened = CounterMetricFamily(
+            "motion_gateway_line", "What has happened on a line.", labels=("line", "kind")
+        )
+        waiting = GaugeMetricFamily(
+            "motion_gateway_waiting", "Requests waiting in a lane.", labels=("line", "kind")
+        )
+        bodies = GaugeMetricFamily(
+            "motion_gateway_bodies", "Bodies of a line by condition.", labels=("line", "kind")
+        )
+        up = GaugeMetricFamily(
+            "motion_gateway_line_ready", "Whether a line can take commands.", labels=("line",)
+        )
+        for line in self._plant.lines.values():
+            for kind, count in line.counters.items():
+                happened.add_metric((line.id, kind), count)
+            for lane, count in line.waiting().items():
+                waiting.add_metric((line.id, lane), count)
+            own = [body for body in self._plant.bodies() if body.line is line]
+            bodies.add_metric((line.id, "configured"), len(own))
+            bodies.add_metric((line.id, "offline"), sum(not body.online for body in own))
+            bodies.add_metric((line.id, "moving"), sum(body.moving for body in own))
+            up.add_metric((line.id,), line.state is LineState.READY)
+        yield from (happened, waiting, bodies, up)
+        yield CounterMetricFamily("motion_gateway_events", "Events published.", value=self._plant.events.last)

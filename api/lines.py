@@ -1,0 +1,140 @@
+"""Lines over HTTP: their state, scans of them, and the record of every byte."""
+
+import asyncio
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Annotated, Literal
+
+from fastapi import Query, Request, Response
+from pydantic import AwareDatetime, BaseModel, Field
+
+from api.problems import DECLARED
+from api.requests import LineId, Wait, json_response, new_router, plant_of, wait_headers, wait_s
+from gateway.errors import NotFound
+from gateway.line import Line, LineState
+from gateway.scans import Scan
+
+MAX_TRACE_ENTRIES = 10_000
+
+router = new_router("lines")
+
+
+class LineInfo(BaseModel):
+    """A line: one port with an RC-400 and the bodies behind it."""
+
+    line_id: str
+    address: str = Field(description="The port.")
+    state: LineState
+    down_reason: str | None = Field(description="Why the port is not open; null while it is.")
+    controllers: str = Field(description="What the link master answered to XID.")
+    stop_mode: Literal["interject", "after_reply"] = Field(
+        description="Whether a stop goes out at the next frame boundary, or after the reply under way."
+    )
+    bodies: list[str]
+    offline: list[str] = Field(description="Bodies that do not answer.")
+    groups: list[str]
+    waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
+    counters: dict[str, int] = Field(description="What has happened on the line since the start.")
+
+
+class LineList(BaseModel):
+    """All lines of the configuration."""
+
+    lines: list[LineInfo]
+
+
+class TraceRecord(BaseModel):
+    """What happened on the port at one moment."""
+
+    at: datetime = Field(description="UTC wall time, which jumps when the clock is set.")
+    monotonic_ns: int = Field(description="A clock that never jumps.")
+    kind: Literal["rx", "tx", "opened", "lost", "closed"]
+    data: str = Field(description="The bytes; unprintable ones as \\r, \\n, \\t or \\x00.")
+
+
+class Trace(BaseModel):
+    """The newest records of a line, oldest first."""
+
+    line_id: str
+    entries: list[TraceRecord]
+
+
+@router.get("/lines", name="list_lines", response_model=LineList, responses=DECLARED)
+async def list_lines(request: Request) -> Response:
+    """List all lines."""
+    return json_response(LineList(lines=[_info(line) for line in plant_of(request).lines.values()]))
+
+
+@router.get("/lines/{line_id}", name="get_line", response_model=LineInfo, responses=DECLARED)
+async def get_line(request: Request, line_id: LineId) -> Response:
+    """Tell the state of a line; nothing is sent."""
+    return json_response(_info(plant_of(request).line(line_id)))
+
+
+@router.post(
+    "/lines/{line_id}/scans",
+    name="start_scan",
+    status_code=202,
+    response_model=Scan,
+    responses={**DECLARED, 200: {"model": Scan, "description": "The scan is over."}},
+)
+async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Response:
+    """Ask all 120 body numbers of the line, between its other work, whether somebody is there."""
+    plant = plant_of(request)
+    scan = plant.scans.start(plant.line(line_id))
+    waited_s = wait_s(request, wait)
+    await plant.scans.wait(scan.id, waited_s)
+    headers = {"Location": f"/lines/{line_id}/scans/{scan.id}", **wait_headers(waited_s)}
+    return json_response(scan, 202 if scan.status == "running" else 200, headers)
+
+
+@router.get("/lines/{line_id}/scans/{scan_id}", name="get_scan", response_model=Scan, responses=DECLARED)
+async def get_scan(request: Request, line_id: LineId, scan_id: str, wait: Wait = None) -> Response:
+    """Get a scan, at once or when it is over."""
+    plant = plant_of(request)
+    line = plant.line(line_id)
+    if plant.scans.get(scan_id).line_id != line.id:
+        raise NotFound(f"Line {line.id} has no scan {scan_id}.")
+    waited_s = wait_s(request, wait)
+    return json_response(await plant.scans.wait(scan_id, waited_s), headers=wait_headers(waited_s))
+
+
+@router.get("/lines/{line_id}/trace", name="get_trace", response_model=Trace, responses=DECLARED)
+async def get_trace(
+    request: Request,
+    line_id: LineId,
+    last: Annotated[int, Query(ge=1, le=MAX_TRACE_ENTRIES, description="How many records.")] = 1000,
+    since: Annotated[AwareDatetime | None, Query(description="Only records not before this time.")] = None,
+) -> Response:
+    """Give the newest bytes of the line, both ways, with their times."""
+    plant = plant_of(request)
+    line = plant.line(line_id)
+    # Writing thousands of records as text takes milliseconds, in which no stop may wait.
+    entries = plant.recorders[line.id].entries
+    content = await asyncio.to_thread(lambda: _trace(line.id, entries(last, since)))
+    return Response(content, media_type="application/json")
+
+
+def _trace(line_id: str, entries: Sequence[BaseModel]) -> str:
+    records = ",".join(entry.model_dump_json() for entry in entries)
+    return f'{{"line_id":"{line_id}","entries":[{records}]}}'
+
+
+def _info(line: Line) -> LineInfo:
+    return LineInfo(
+        line_id=line.id,
+        address=line.transport.address,
+        state=line.state,
+        down_reason=line.down_reason if line.state is LineState.DOWN else None,
+        controllers=line.controllers,
+        stop_mode="interject" if line.interject_stops else "after_reply",
+        bodies=_addresses(line, line.bodies),
+        offline=_addresses(line, sorted(line.offline)),
+        groups=_addresses(line, list(line.groups)),
+        waiting=line.waiting(),
+        counters=dict(line.counters),
+    )
+
+
+def _addresses(line: Line, numbers: list[int]) -> list[str]:
+    return [f"{line.id}.{number:02X}" for number in numbers]

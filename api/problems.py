@@ -1,0 +1,209 @@
+"""Every error as a problem detail (RFC 9457), and which HTTP status it has.
+
+Clients repeat 408, 425, 429, 500, 502, 503 and 504 by themselves: so 503 is sent only where nothing was
+written to the line and nothing will be. What may have reached a controller is 409, and `moved` says more.
+"""
+
+from collections.abc import Mapping
+from http import HTTPStatus
+from typing import Any, Final
+from urllib.parse import quote
+
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel, Field
+from starlette.exceptions import HTTPException
+
+from api.strict_json import MAX_BODY_BYTES
+from gateway.errors import (
+    Ambiguous,
+    Cancelled,
+    ControllerRefused,
+    GatewayError,
+    InvalidRequest,
+    Moved,
+    NotAllowed,
+    NotFound,
+    NotSent,
+)
+from protocols.rorze.errors import lookup
+
+TYPE_PREFIX = "urn:motion-gateway:problem:"
+MEDIA_TYPE = "application/problem+json"
+RETRY_AFTER_S = 1
+
+_STATUS: Final[Mapping[type[GatewayError], int]] = {
+    NotFound: 404,
+    Ambiguous: 409,
+    InvalidRequest: 422,
+    NotAllowed: 403,
+    NotSent: 503,
+    # Nothing was sent, but a client that repeats it by itself would move what somebody has just stopped.
+    Cancelled: 409,
+    GatewayError: 409,
+}
+
+_CANNOT_WORK: Final = frozenset(
+    {0x23, *range(0x40, 0x48), 0x4A, 0x54, 0x5B, 0x5D, 0x5E, 0x5F, *range(0x61, 0x66)}
+)
+"""Controller errors that the same request meets again until it, or a setting, is changed."""
+
+
+class InvalidField(BaseModel):
+    """What is wrong with one part of the request."""
+
+    field: str = Field(description="Where: distance.value")
+    message: str
+
+
+class Problem(BaseModel):
+    """Why a request was not carried out, as RFC 9457 has it."""
+
+    type: str = Field(description=f"The kind of error, {TYPE_PREFIX}KIND; never changes.")
+    title: str = Field(description="The kind of error in words.")
+    status: int = Field(description="The HTTP status.")
+    detail: str = Field(description="What happened, and what was and was not done to the motor.")
+    instance: str = Field(description="The path that was asked for.")
+    moved: Moved = Field(description="Whether the motor did anything because of this request.")
+    remedy: str = Field(description="What to do next; may be empty.")
+    retryable: bool = Field(description="Whether the same request may succeed later.")
+    code: str | None = Field(default=None, description="The controller's error code, such as 0x51.")
+    errors: list[InvalidField] | None = Field(default=None, description="Every part that is not valid.")
+
+
+def _declared(meaning: str) -> dict[str, Any]:
+    schema = {"$ref": "#/components/schemas/Problem"}
+    return {"description": meaning, "content": {MEDIA_TYPE: {"schema": schema}}}
+
+
+DECLARED: Final[dict[int | str, dict[str, Any]]] = {
+    "4XX": _declared("Refused, not possible, or the outcome is not known: `moved` says what the motor did."),
+    503: _declared("Nothing was sent, and nothing will be: it may be asked again."),
+}
+"""The problems of every route, for its OpenAPI entry."""
+
+
+def problem_of(error: GatewayError, instance: str, *, japanese: bool = False) -> Problem:
+    """Describe an error; a controller's own in Japanese, if that is wanted."""
+    code = error.error if isinstance(error, ControllerRefused) else None
+    problem = Problem(
+        type=TYPE_PREFIX + error.kind,
+        title=error.title,
+        status=_status_of(error),
+        detail=error.detail,
+        instance=instance,
+        moved=error.moved,
+        remedy=error.remedy,
+        retryable=error.retryable,
+        code=None if code is None else f"0x{code:02X}",
+    )
+    if japanese and isinstance(error, ControllerRefused):
+        row = lookup(code)
+        problem.title = "コントローラが実行を拒否しました"
+        problem.detail = f"{error.command_code}: {row.ja} このコマンドではモータは動いていません。"
+        problem.remedy = row.remedy_ja
+    return problem
+
+
+def _status_of(error: GatewayError) -> int:
+    if isinstance(error, ControllerRefused):
+        return 422 if error.error in _CANNOT_WORK else 409
+    return next(_STATUS[kind] for kind in type(error).__mro__ if kind in _STATUS)
+
+
+def response_to(problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
+    """Send a problem."""
+    return Response(
+        problem.model_dump_json(exclude_none=True), problem.status, headers, media_type=MEDIA_TYPE
+    )
+
+
+def wants_japanese(request: Request) -> bool:
+    """Whether Japanese is what Accept-Language asks for first."""
+    first = request.headers.get("accept-language", "").partition(",")[0]
+    return first.partition(";")[0].strip().lower().partition("-")[0] == "ja"
+
+
+def instance_of(request: Request) -> str:
+    """The path of a request, as it may stand in a URI."""
+    return quote(request.scope["path"])
+
+
+def install(app: FastAPI) -> None:
+    """Let every error of the app be told as a problem."""
+    app.exception_handler(GatewayError)(_tell_gateway_error)
+    app.exception_handler(RequestValidationError)(_tell_invalid)
+    app.exception_handler(HTTPException)(_tell_http_error)
+    app.exception_handler(Exception)(_tell_fault)
+
+
+async def _tell_gateway_error(request: Request, error: GatewayError) -> Response:
+    japanese = wants_japanese(request)
+    problem = problem_of(error, instance_of(request), japanese=japanese)
+    headers = {"Vary": "Accept-Language"}
+    if japanese and isinstance(error, ControllerRefused):
+        headers["Content-Language"] = "ja"
+    if problem.status == 503:
+        headers["Retry-After"] = str(RETRY_AFTER_S)
+    return response_to(problem, headers)
+
+
+async def _tell_invalid(request: Request, error: RequestValidationError) -> Response:
+    fields = [
+        InvalidField(
+            field=_place(fault["loc"], error.body), message=fault["msg"].removeprefix("Value error, ")
+        )
+        for fault in error.errors()
+    ]
+    first = fields[0]
+    problem = _plain(request, 422, f"{first.field or 'The request body'}: {first.message}; nothing was sent.")
+    problem.errors = fields
+    return response_to(problem)
+
+
+def _place(location: tuple[str | int, ...], body: Any) -> str:
+    """Where in the request a fault is: its path, without the names of the members of unions."""
+    if location[0] != "body":
+        return str(location[-1])
+    parts: list[str] = []
+    for index, part in enumerate(location[1:], start=2):
+        known = part in body if isinstance(body, dict) else isinstance(body, list) and isinstance(part, int)
+        missing = isinstance(body, dict) and index == len(location)
+        if known:
+            body = body[part]
+        if known or missing:
+            parts.append(str(part))
+    return ".".join(parts)
+
+
+async def _tell_http_error(request: Request, error: HTTPException) -> Response:
+    details = {
+        404: f"There is nothing at {instance_of(request)}; nothing was sent.",
+        405: f"{request.method} is not possible at {instance_of(request)}; nothing was sent.",
+        413: f"The request body is over {MAX_BODY_BYTES} bytes; nothing was sent.",
+    }
+    detail = details.get(error.status_code, error.detail)
+    return response_to(_plain(request, error.status_code, detail), error.headers)
+
+
+async def _tell_fault(request: Request, _error: Exception) -> Response:
+    detail = "The gateway itself has failed; the line's trace tells what was sent."
+    problem = _plain(request, 500, detail)
+    problem.moved = "unknown"
+    problem.remedy = "Read the body's status and position, and report the fault."
+    return response_to(problem)
+
+
+def _plain(request: Request, status: int, detail: str) -> Problem:
+    title = InvalidRequest.title if status == 422 else HTTPStatus(status).phrase
+    kind = InvalidRequest.kind if status == 422 else title.lower().replace(" ", "-")
+    return Problem(
+        type=TYPE_PREFIX + kind,
+        title=title,
+        status=status,
+        detail=detail,
+        instance=instance_of(request),
+        moved="no",
+        remedy="See /docs for what can be asked.",
+        retryable=False,
+    )

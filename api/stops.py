@@ -1,0 +1,60 @@
+"""Software stops over HTTP: ahead of everything, and never in need of more than a body's address."""
+
+from typing import Annotated
+
+from fastapi import Body, Request, Response
+from pydantic import BaseModel, Field
+
+from api.problems import DECLARED
+from api.requests import BodyId, GroupId, RequestModel, json_response, new_router, plant_of
+from gateway.bodies import Body as PlantBody
+from gateway.stops import StopMode, StopReport
+
+router = new_router("stops")
+
+
+class StopRequest(RequestModel):
+    """How to stop."""
+
+    mode: StopMode = Field(
+        default="decelerate",
+        description="`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14).",
+    )
+
+
+class StopResult(BaseModel):
+    """How far the stop has come, after two seconds at most."""
+
+    confirmed: bool = Field(
+        description="Whether every controller reports standstill. If not, use the hardware stop."
+    )
+    bodies: list[StopReport]
+
+
+StopBody = Annotated[StopRequest, Body(default_factory=StopRequest)]
+
+
+@router.post("/stop", name="stop_all", response_model=StopResult, responses=DECLARED)
+async def stop_all(request: Request, stop: StopBody) -> Response:
+    """Stop all bodies of all lines by software. It does not replace a hardware stop."""
+    return await perform_stop(request, plant_of(request).bodies(), stop.mode)
+
+
+@router.post("/bodies/{body_id}/stop", name="stop_body", response_model=StopResult, responses=DECLARED)
+async def stop_body(request: Request, body_id: BodyId, stop: StopBody) -> Response:
+    """Stop a body by software: what waits is cancelled, and the stop goes out at the next frame boundary."""
+    return await perform_stop(request, [plant_of(request).body(body_id)], stop.mode)
+
+
+@router.post("/groups/{group_id}/stop", name="stop_group", response_model=StopResult, responses=DECLARED)
+async def stop_group(request: Request, group_id: GroupId, stop: StopBody) -> Response:
+    """Stop all members of a group by software, with one frame for all and then one for each."""
+    group = plant_of(request).group(group_id)
+    return await perform_stop(request, group.members, stop.mode)
+
+
+async def perform_stop(request: Request, bodies: list[PlantBody], mode: StopMode) -> Response:
+    """Stop bodies; the frames are queued before anything is awaited."""
+    reports = await plant_of(request).stops.stop(bodies, mode)
+    confirmed = all(report.state == "confirmed" for report in reports)
+    return json_response(StopResult(confirmed=confirmed, bodies=reports))

@@ -1,0 +1,151 @@
+"""Events over WebSocket, as a list and as server-sent events: the same events with the same cursor."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from typing import Annotated
+
+from fastapi import Header, Query, Request, Response, WebSocket
+from pydantic import BaseModel
+from starlette.responses import StreamingResponse
+from starlette.websockets import WebSocketDisconnect
+
+from api.problems import DECLARED
+from api.requests import new_router, plant_of
+from gateway.errors import InvalidRequest
+from gateway.events import CloudEvent, Event, SlowConsumer, Subscription
+from gateway.plant import Plant
+
+router = new_router("events")
+
+SUBPROTOCOL = "cloudevents.json"
+"""One CloudEvent in each text frame; spoken to clients that ask for no subprotocol, too."""
+CLOSE_GOING_AWAY = 1001
+CLOSE_SLOW_CONSUMER = 4008
+CLOSE_INVALID = 4400
+CLOSE_GOING_AWAY = 1001
+KEEP_ALIVE_S = 15.0
+"""A silent stream of server-sent events carries a comment this often, so that dead clients are noticed."""
+
+After = Annotated[str | None, Query(description="Only events after this cursor.")]
+Bodies = Annotated[
+    str | None,
+    Query(description="Only events of these bodies: addresses joined by commas, such as 3F,arm.02."),
+]
+Types = Annotated[
+    str | None,
+    Query(description="Only events of these types, joined by commas, such as body.move.*,line.down."),
+]
+
+
+class EventList(BaseModel):
+    """Some events in their order, and where the list goes on."""
+
+    events: list[CloudEvent]
+    cursor: str
+
+
+@router.get("/events", name="list_events", response_model=EventList, responses=DECLARED)
+async def list_events(
+    request: Request,
+    after: After = None,
+    bodies: Bodies = None,
+    types: Types = None,
+    limit: Annotated[int, Query(ge=1, le=1000)] = 100,
+) -> Response:
+    """List what has happened after a cursor, or from the oldest event that is kept.
+
+    Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
+    """
+    page = await plant_of(request).events.since(after, _split(bodies), _split(types), limit)
+    events = ",".join(event.json for event in page.events)
+    return Response(f'{{"events":[{events}],"cursor":"{page.cursor}"}}', media_type="application/json")
+
+
+# A stream has no end, which the schema of a response cannot say: it stays out of the OpenAPI document.
+@router.get("/events/stream", name="stream_events", include_in_schema=False)
+async def stream_events(
+    request: Request,
+    after: After = None,
+    bodies: Bodies = None,
+    types: Types = None,
+    last_event_id: Annotated[str | None, Header()] = None,
+) -> Response:
+    """Send events as they happen (text/event-stream); a browser resumes by itself with Last-Event-ID."""
+    events = plant_of(request).events.subscribe(last_event_id or after, _split(bodies), _split(types))
+    return StreamingResponse(
+        _server_sent(events),
+        media_type="text/event-stream",
+        headers={"Cache-Control": "no-cache", "X-Accel-Buffering": "no"},
+    )
+
+
+async def _server_sent(events: Subscription) -> AsyncIterator[str]:
+    yield f": events after {events.cursor}\n\n"
+    while True:
+        try:
+            event = await _next_within(events, KEEP_ALIVE_S)
+        except (SlowConsumer, StopAsyncIteration):
+            return
+        yield _frame(event) if event else ": still here\n\n"
+
+
+async def _next_within(events: Subscription, seconds: float) -> Event | None:
+    try:
+        async with asyncio.timeout(seconds):
+            return await anext(events)
+    except TimeoutError:
+        return None
+
+
+def _frame(event: Event) -> str:
+    return f"id: {event.cursor}\nevent: {event.type}\ndata: {event.json}\n\n"
+
+
+@router.websocket("/events", name="follow_events")
+async def follow_events(websocket: WebSocket) -> None:
+    """Send events as they happen, one in each text frame; what the client sends is not read."""
+    plant: Plant = websocket.app.state.plant
+    query = websocket.query_params
+    offered = websocket.scope.get("subprotocols", ())
+    await websocket.accept(SUBPROTOCOL if SUBPROTOCOL in offered else None)
+    try:
+        events = plant.events.subscribe(
+            query.get("after"), _split(query.get("bodies")), _split(query.get("types"))
+        )
+    except InvalidRequest as error:
+        await websocket.close(CLOSE_INVALID, error.detail[:100])
+        return
+    await _follow(websocket, events)
+
+
+async def _follow(websocket: WebSocket, events: Subscription) -> None:
+    """Send beside a task that listens, or a client that has gone would be noticed only at the next event."""
+    listener = asyncio.create_task(_listen(websocket), name="events listener")
+    sender = asyncio.create_task(_send(websocket, events), name="events sender")
+    try:
+        await asyncio.wait((listener, sender), return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        listener.cancel()
+        sender.cancel()
+        await asyncio.gather(listener, sender, return_exceptions=True)
+
+
+async def _listen(websocket: WebSocket) -> None:
+    message = await websocket.receive()
+    while message["type"] != "websocket.disconnect":
+        message = await websocket.receive()
+
+
+async def _send(websocket: WebSocket, events: Subscription) -> None:
+    try:
+        async for event in events:
+            await websocket.send_text(event.json)
+        await websocket.close(CLOSE_GOING_AWAY, "the gateway is shutting down")
+    except SlowConsumer as slow:
+        await websocket.close(CLOSE_SLOW_CONSUMER, f"slow consumer; go on after {slow.cursor}")
+    except WebSocketDisconnect:
+        return
+
+
+def _split(text: str | None) -> list[str] | None:
+    return [part.strip() for part in text.split(",")] if text else None

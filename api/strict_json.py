@@ -1,0 +1,127 @@
+"""Request bodies: JSON of which nothing is guessed, rounded, overwritten or silently dropped."""
+
+import json
+import math
+from collections.abc import Callable, Coroutine
+from typing import Any, NoReturn
+
+from fastapi import HTTPException, Request, Response
+from fastapi.routing import APIRoute
+
+MAX_BODY_BYTES = 65_536
+"""A longer request body is refused with 413."""
+
+MAX_DEPTH = 16
+"""No request has more levels of arrays and objects; the deepest command has three."""
+
+
+class NotStrict(ValueError):
+    """JSON by its grammar, but not to be trusted."""
+
+
+def parse(data: bytes) -> object:
+    """Read a JSON text.
+
+    :raises NotStrict: a key stands twice, a number is not finite, text is not Unicode, or it is too deep.
+    :raises ValueError: it is no JSON, or not UTF-8.
+    """
+    try:
+        value: object = json.loads(
+            data.decode("utf-8"),
+            object_pairs_hook=_object,
+            parse_constant=_refuse_constant,
+            parse_float=_finite,
+        )
+    except RecursionError:
+        raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep") from None
+    _check(value, MAX_DEPTH)
+    return value
+
+
+def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    result = dict(pairs)
+    if len(result) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise NotStrict(f"the key {twice!a} stands there more than once")
+    return result
+
+
+def _refuse_constant(word: str) -> NoReturn:
+    raise NotStrict(f"{word} is not a number")
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise NotStrict(f"{text[:20]} is too large a number")
+    return value
+
+
+def _check(value: object, levels: int) -> None:
+    """Refuse lone surrogates, which no answer could repeat, and bottomless nesting."""
+    if isinstance(value, str):
+        if not value.isascii() and any("\ud800" <= character <= "\udfff" for character in value):
+            raise NotStrict("text holds half of a surrogate pair")
+    elif isinstance(value, dict | list):
+        if levels == 0:
+            raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep")
+        for item in (*value, *value.values()) if isinstance(value, dict) else value:
+            _check(item, levels - 1)
+
+
+class StrictRequest(Request):
+    """A request whose body is short and read by `parse`."""
+
+    async def body(self) -> bytes:
+        """Read the body's bytes.
+
+        :raises HTTPException: 413 as soon as they are too many.
+        """
+        if not hasattr(self, "_body"):
+            received = bytearray()
+            async for chunk in self.stream():
+                received += chunk
+                if len(received) > MAX_BODY_BYTES:
+                    raise HTTPException(413)
+            self._body = bytes(received)
+        return self._body
+
+    async def json(self) -> Any:
+        """Read the body.
+
+        :raises HTTPException: 400 where it is no JSON, 422 where it is not strict.
+        """
+        try:
+            return parse(await self.body())
+        except NotStrict as error:
+            raise HTTPException(422, f"The request is not valid: {error}; nothing was sent.") from None
+        except ValueError as error:
+            raise HTTPException(400, f"The request body is not JSON: {error}; nothing was sent.") from None
+
+
+class StrictRoute(APIRoute):
+    """A route that takes its body as strict JSON or not at all."""
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """Put the check before the route's own handler, where there is a body to check."""
+        handle = super().get_route_handler()
+        if self.body_field is None:
+            return handle
+
+        async def strict(request: Request) -> Response:
+            strict_request = StrictRequest(request.scope, request.receive)
+            if await strict_request.body():
+                _require_json(strict_request)
+            return await handle(strict_request)
+
+        return strict
+
+
+def _require_json(request: Request) -> None:
+    content_type = request.headers.get("content-type", "")
+    if content_type.partition(";")[0].strip().lower() != "application/json":
+        raise HTTPException(
+            415,
+            f"The request body is {content_type or 'of no type'}, not application/json; nothing was sent.",
+        )

@@ -1,0 +1,184 @@
+"""A gateway over a simulated line in virtual time, with an HTTP and a WebSocket client in front of it."""
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import Any, Final
+
+import httpx2
+from fastapi import FastAPI
+from httpx2 import ASGITransport, AsyncClient
+
+from api.app import create_app
+from gateway.config import Config
+from gateway.plant import Plant
+from simulator.rorze.line import build_line
+from tests.simulated_line import SimulatedLine
+from tests.virtual_time import run_virtual
+
+HOST = "127.0.0.1:8420"
+BODIES: Final[Sequence[Mapping[str, object]]] = [
+    {"id": "00"},
+    {"id": "01", "units": {"unit": "mm", "pulses_per_unit": 1000.0}},
+    {"id": "3F"},
+]
+RELATIVE = {"kind": "relative", "direction": "cw", "distance": {"value": 50_000, "unit": "pulse"}}
+
+
+@dataclass
+class Stand:
+    """All that a story needs."""
+
+    plant: Plant
+    app: FastAPI
+    client: AsyncClient
+    ports: dict[str, SimulatedLine]
+
+    @property
+    def port(self) -> SimulatedLine:
+        return self.ports["arm"]
+
+    def frames(self) -> list[str]:
+        """What was written to the line arm, without the poison of its opening."""
+        return [frame.decode("ascii").rstrip("\r") for frame in self.port.written if frame[:1] == b"&"]
+
+    def moved(self) -> list[str]:
+        """The motion commands that were written."""
+        return [frame for frame in self.frames() if frame[5:6] == "M"]
+
+    async def post(self, path: str, content: object = None, **headers: str) -> httpx2.Response:
+        return await self.client.post(path, json=content, headers=headers)
+
+    async def get(self, path: str, **headers: str) -> httpx2.Response:
+        return await self.client.get(path, headers=headers)
+
+    async def send(self, body: str, name: str, **parameters: object) -> dict[str, Any]:
+        """Send a command that must be accepted."""
+        answer = await self.post(f"/bodies/{body}/commands/{name}", parameters)
+        assert answer.status_code in (200, 202), answer.text
+        return dict(answer.json())
+
+    async def teach_speeds(self, body: str) -> None:
+        """Set the standard speed parameters, so that the body can move."""
+        await self.send(body, "set-start-speed", speed=5_000)
+        await self.send(body, "set-maximum-speed", speed=50_000)
+        await self.send(body, "set-maximum-acceleration", acceleration=100_000)
+
+
+Bodies = Sequence[Mapping[str, object]]
+Story = Callable[[Stand], Coroutine[Any, Any, None]]
+
+
+@asynccontextmanager
+async def build_stand(lines: Mapping[str, Bodies], server: Mapping[str, object]) -> AsyncIterator[Stand]:
+    """Start a plant of these lines and wait until they are ready."""
+    now = asyncio.get_running_loop().time()
+    addresses = {line: f"tcp://127.0.0.1:{number}" for number, line in enumerate(lines, start=1)}
+    ports = {
+        line: SimulatedLine(build_line([int(str(body["id"]), 16) for body in bodies], now))
+        for line, bodies in lines.items()
+    }
+    tables = [{"id": line, "address": addresses[line], "bodies": lines[line]} for line in lines]
+    config = Config.model_validate({"server": server, "lines": tables})
+    by_address = {addresses[line]: port for line, port in ports.items()}
+    plant = Plant(config, open_transport=lambda address: by_address[address])
+    ups = plant.events.subscribe(types=["line.up"])
+    await plant.start()
+    for _ in lines:
+        await anext(ups)
+    app = create_app(plant)
+    transport = ASGITransport(app, raise_app_exceptions=False)
+    async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
+        yield Stand(plant, app, client, ports)
+    await plant.close()
+
+
+class _Inline(ThreadPoolExecutor):
+    """Does at once what would go to a thread: virtual time does not wait for threads."""
+
+    def submit(self, deed: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        future: Future[Any] = Future()
+        try:
+            future.set_result(deed(*args, **kwargs))
+        except Exception as error:  # as a thread would hand it over
+            future.set_exception(error)
+        return future
+
+
+def on_stand(
+    lines: Mapping[str, Bodies] | None = None, **server: object
+) -> Callable[[Story], Callable[[], None]]:
+    """Turn a story about a stand into a test that runs it in virtual time."""
+
+    def as_test(story: Story) -> Callable[[], None]:
+        def test() -> None:
+            async def run() -> None:
+                asyncio.get_running_loop().set_default_executor(_Inline())
+                async with build_stand(lines or {"arm": BODIES}, server) as stand:
+                    await story(stand)
+
+            run_virtual(run())
+
+        return test
+
+    return as_test
+
+
+class Socket:
+    """A WebSocket client that speaks ASGI straight to the app."""
+
+    def __init__(
+        self, app: FastAPI, target: str, subprotocols: Sequence[str], headers: Mapping[str, str]
+    ) -> None:
+        path, _, query = target.partition("?")
+        self._scope = {
+            "type": "websocket",
+            "asgi": {"version": "3.0", "spec_version": "2.4"},
+            "scheme": "ws",
+            "path": path,
+            "raw_path": path.encode(),
+            "root_path": "",
+            "query_string": query.encode(),
+            "headers": [(name.lower().encode(), value.encode()) for name, value in headers.items()],
+            "subprotocols": list(subprotocols),
+        }
+        self._to_app: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self._from_app: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self.reading = asyncio.Event()
+        self.reading.set()
+        self.task = asyncio.create_task(app(self._scope, self._to_app.get, self._take))
+
+    async def _take(self, message: Any) -> None:
+        await self.reading.wait()
+        await self._from_app.put(message)
+
+    async def message(self) -> dict[str, Any]:
+        async with asyncio.timeout(10):
+            return await self._from_app.get()
+
+    async def event(self) -> dict[str, Any]:
+        return dict(json.loads((await self.message())["text"]))
+
+    async def say(self, message: dict[str, Any]) -> None:
+        await self._to_app.put(message)
+
+
+@asynccontextmanager
+async def socket(
+    stand: Stand,
+    target: str,
+    subprotocols: Sequence[str] = (),
+    headers: Mapping[str, str] | None = None,
+) -> AsyncIterator[Socket]:
+    """Shake hands; the story reads what was answered to it."""
+    client = Socket(stand.app, target, subprotocols, {"Host": HOST, **(headers or {})})
+    await client.say({"type": "websocket.connect"})
+    try:
+        yield client
+    finally:
+        client.reading.set()
+        await client.say({"type": "websocket.disconnect", "code": 1000})
+        await client.task

@@ -1,0 +1,128 @@
+"""Bodies over HTTP: what is read is said with its age, and what is set is set at the controller."""
+
+import pytest
+
+from simulator.rorze.faults import Direction, Fault, Switch
+from tests.api.stand import BODIES, RELATIVE, Stand, on_stand
+
+
+@on_stand()
+async def test_the_position_comes_from_the_controller(stand: Stand) -> None:
+    await stand.send("3F", "set-position", position=-1234)
+    position = (await stand.get("/bodies/3f/position")).json()
+    assert (position["body_id"], position["pulses"], position["unit"]) == ("arm.3F", -1234, None)
+    assert position["age_ms"] >= 0
+    assert stand.frames()[-1] == "&3F6PD"
+
+
+@on_stand()
+async def test_the_position_can_be_called_by_another_number(stand: Stand) -> None:
+    answer = await stand.client.put("/bodies/01/position", json={"value": 2.5, "unit": "mm"})
+    assert (answer.status_code, answer.json()["pulses"], answer.json()["value"]) == (200, 2500, 2.5)
+    assert "&016PS2500" in stand.frames()
+    assert (await stand.get("/bodies/01/position")).json()["value"] == 2.5
+
+
+@on_stand()
+async def test_the_position_cannot_be_set_while_the_motor_moves(stand: Stand) -> None:
+    await stand.teach_speeds("3F")
+    await stand.post("/bodies/3F/moves", RELATIVE)
+    answer = await stand.client.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"})
+    assert (answer.status_code, answer.json()["code"]) == (409, "0x50")
+
+
+@on_stand()
+async def test_the_status_names_every_bit(stand: Stand) -> None:
+    await stand.teach_speeds("3F")
+    await stand.post("/bodies/3F/moves", RELATIVE)
+    await stand.post("/bodies/3F/stop", {"mode": "immediate"})
+
+    status = (await stand.get("/bodies/3F/status")).json()
+
+    assert status["moving"] is False
+    assert status["end_causes"] == ["stop_command"]
+    assert set(status["sensors"]) == {"stall", "origin", "cw_limit", "ccw_limit", "in_position", "ems"}
+    assert (status["status"]["pulses_running"], status["status"]["limit_error"]) == (False, False)
+    assert len(status["status"]) == 8
+
+
+@on_stand()
+async def test_the_status_of_a_moving_motor_says_so(stand: Stand) -> None:
+    await stand.teach_speeds("3F")
+    await stand.post("/bodies/3F/moves", RELATIVE)
+    status = (await stand.get("/bodies/3F/status")).json()
+    assert (status["moving"], status["status"]["pulses_running"]) == (True, True)
+
+
+@on_stand()
+async def test_a_body_is_described_without_asking_it(stand: Stand) -> None:
+    await stand.get("/bodies/01/position")
+    sent = len(stand.frames())
+    body = (await stand.get("/bodies/01")).json()
+    assert (body["body_id"], body["line_id"], body["online"], body["moving"]) == (
+        "arm.01",
+        "arm",
+        True,
+        False,
+    )
+    assert (body["unit"], body["pulses_per_unit"]) == ("mm", 1000.0)
+    assert [it["body_id"] for it in (await stand.get("/bodies")).json()["bodies"]] == [
+        "arm.00",
+        "arm.01",
+        "arm.3F",
+    ]
+    assert len(stand.frames()) == sent
+
+
+@on_stand()
+async def test_the_bodys_move_and_groups_are_named(stand: Stand) -> None:
+    await stand.client.put("/groups/80", json={"members": ["00", "3F"]})
+    await stand.teach_speeds("3F")
+    move = (await stand.post("/bodies/3F/moves", RELATIVE)).json()
+    body = (await stand.get("/bodies/3F")).json()
+    assert (body["move_id"], body["moving"], body["groups"]) == (move["id"], True, ["arm.80"])
+
+
+@on_stand({"arm": BODIES, "rail": [{"id": "3F"}]})
+async def test_an_address_of_two_bodies_is_409_and_names_them(stand: Stand) -> None:
+    ambiguous = await stand.get("/bodies/3F/position")
+    assert ambiguous.status_code == 409
+    assert "arm.3F, rail.3F" in ambiguous.json()["detail"]
+    assert (await stand.get("/bodies/RAIL.3f/position")).json()["body_id"] == "rail.3F"
+    assert (await stand.get("/bodies/00/position")).json()["body_id"] == "arm.00"
+
+
+@pytest.mark.parametrize(
+    ("request_body", "frame"),
+    [
+        ({"mode": "change", "speed": 20_000}, "&3F5CS20000"),
+        ({"mode": "accelerate"}, "&3F5AS"),
+        ({"mode": "decelerate"}, "&3F5DS"),
+    ],
+)
+def test_the_speed_of_a_move_is_changed(request_body: dict[str, object], frame: str) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        await stand.teach_speeds("3F")
+        await stand.post("/bodies/3F/moves", RELATIVE)
+        answer = await stand.post("/bodies/3F/speed", request_body)
+        assert (answer.status_code, answer.json()["body_id"]) == (200, "arm.3F")
+        assert frame in stand.frames()
+
+    story()
+
+
+@on_stand()
+async def test_the_speed_of_a_standing_motor_cannot_be_changed(stand: Stand) -> None:
+    answer = await stand.post("/bodies/3F/speed", {"mode": "accelerate"})
+    assert (answer.status_code, answer.json()["code"]) == (409, "0x56")
+    assert (await stand.post("/bodies/3F/speed", {"mode": "change"})).status_code == 422
+    assert (await stand.post("/bodies/3F/speed", {"mode": "change", "speed": 1.0})).status_code == 422
+
+
+@on_stand()
+async def test_a_body_that_falls_silent_is_never_a_reason_to_repeat_blindly(stand: Stand) -> None:
+    stand.port.machine.faults.set(Switch(Fault.LOST, Direction.REPLIES, probability=1.0))
+    answer = await stand.client.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"})
+    assert (answer.status_code, answer.json()["moved"]) == (409, "unknown")
+    assert answer.json()["type"].endswith(":no-reply")

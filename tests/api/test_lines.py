@@ -1,0 +1,65 @@
+"""Lines over HTTP: what state they are in, who is there, and what was said on them."""
+
+from tests.api.stand import BODIES, Stand, on_stand
+
+
+@on_stand({"arm": BODIES, "rail": [{"id": "10"}]})
+async def test_lines_say_what_they_can_do(stand: Stand) -> None:
+    lines = (await stand.get("/lines")).json()["lines"]
+    assert [(line["line_id"], line["state"]) for line in lines] == [("arm", "ready"), ("rail", "ready")]
+    assert lines[0]["bodies"] == ["arm.00", "arm.01", "arm.3F"]
+    assert lines[0]["controllers"] == "00,01,3F"
+    assert lines[0]["stop_mode"] == "interject"
+
+
+@on_stand()
+async def test_a_line_that_is_down_says_why(stand: Stand) -> None:
+    stand.port.unplug()
+    line = (await stand.get("/lines/arm")).json()
+    assert line["state"] == "down"
+    assert "cable" in line["down_reason"]
+
+
+@on_stand()
+async def test_an_unknown_line_is_404(stand: Stand) -> None:
+    assert (await stand.get("/lines/leg")).status_code == 404
+    assert (await stand.get("/lines/leg/trace")).status_code == 404
+    assert (await stand.post("/lines/leg/scans")).status_code == 404
+
+
+@on_stand()
+async def test_a_scan_finds_who_is_there_and_can_be_asked_for_later(stand: Stand) -> None:
+    started = await stand.post("/lines/arm/scans")
+    assert (started.status_code, started.json()["status"]) == (202, "running")
+    busy = await stand.post("/lines/arm/scans")
+    assert busy.status_code == 409
+
+    over = (await stand.get(started.headers["location"] + "?wait=60")).json()
+
+    assert (over["status"], over["asked"]) == ("finished", 120)
+    assert [found["body_id"] for found in over["found"]] == ["arm.00", "arm.01", "arm.3F"]
+    assert (await stand.get("/lines/arm/scans/none")).status_code == 404
+
+
+@on_stand()
+async def test_a_scan_can_be_waited_for(stand: Stand) -> None:
+    answer = await stand.post("/lines/arm/scans", prefer="wait=60")
+    assert (answer.status_code, answer.json()["status"]) == (200, "finished")
+
+
+@on_stand()
+async def test_the_trace_holds_every_byte_with_its_direction(stand: Stand) -> None:
+    await stand.get("/bodies/3F/position")
+    entries = (await stand.get("/lines/arm/trace?last=2")).json()["entries"]
+    assert [(entry["kind"], entry["data"]) for entry in entries] == [
+        ("tx", "&3F6PD\\r"),
+        ("rx", ">&3F6PD+000000000\\r"),
+    ]
+    later = (await stand.get("/lines/arm/trace?since=2100-01-01T00:00:00Z")).json()
+    assert later == {"line_id": "arm", "entries": []}
+
+
+@on_stand()
+async def test_a_trace_asked_for_oddly_is_422(stand: Stand) -> None:
+    for query in ("last=0", "last=99999999", "last=x", "since=yesterday", "since=2026-01-01T00:00:00"):
+        assert (await stand.get(f"/lines/arm/trace?{query}")).status_code == 422

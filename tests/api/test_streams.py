@@ -1,0 +1,177 @@
+"""Events over WebSocket, SSE and as a list: no client can miss one without being told."""
+
+import asyncio
+import json
+
+from gateway.events import MAX_BACKLOG
+from tests.api.stand import RELATIVE, Stand, on_stand, socket
+
+
+async def move(stand: Stand) -> dict[str, object]:
+    await stand.teach_speeds("3F")
+    return dict((await stand.post("/bodies/3F/moves?wait=30", RELATIVE)).json())
+
+
+@on_stand()
+async def test_a_websocket_client_sees_a_move_start_and_end(stand: Stand) -> None:
+    async with socket(stand, "/events?types=body.move.*") as client:
+        assert (await client.message())["type"] == "websocket.accept"
+        moved = await move(stand)
+        types = [(await client.event())["type"] for _ in range(4)]
+    assert types == ["body.move.queued", "body.move.sent", "body.move.started", "body.move.succeeded"]
+    assert moved["status"] == "succeeded"
+
+
+@on_stand()
+async def test_a_client_resumes_after_its_cursor_without_a_hole(stand: Stand) -> None:
+    moved = await move(stand)
+    async with socket(stand, f"/events?after={moved['event_cursor']}") as client:
+        await client.message()
+        event = await client.event()
+    assert (event["type"], event["correlationid"]) == ("body.move.sent", moved["id"])
+    assert (event["specversion"], event["subject"]) == ("1.0", "/bodies/arm.3F")
+
+
+@on_stand()
+async def test_a_cursor_of_another_life_is_answered_with_a_gap(stand: Stand) -> None:
+    async with socket(stand, "/events?after=00000000-000000000007") as client:
+        await client.message()
+        event = await client.event()
+    assert event["type"] == "stream.gap"
+    assert event["data"]["requested"] == "00000000-000000000007"
+
+
+@on_stand()
+async def test_events_of_other_bodies_are_left_out(stand: Stand) -> None:
+    async with socket(stand, "/events?bodies=00,01") as client:
+        await client.message()
+        await move(stand)
+        stand.plant.events.publish("test.mark", "/bodies/arm.00", {})
+        assert (await client.event())["type"] == "test.mark"
+
+
+@on_stand()
+async def test_the_subprotocol_is_spoken_when_it_is_offered(stand: Stand) -> None:
+    async with socket(stand, "/events", ["other", "cloudevents.json"]) as client:
+        assert (await client.message())["subprotocol"] == "cloudevents.json"
+    async with socket(stand, "/events", ["other"]) as client:
+        assert (await client.message())["subprotocol"] is None
+
+
+@on_stand()
+async def test_a_malformed_cursor_or_filter_closes_the_socket_with_a_reason(stand: Stand) -> None:
+    for query in ("after=yesterday", "bodies=ZZ", "types=*"):
+        async with socket(stand, f"/events?{query}") as client:
+            await client.message()
+            closed = await client.message()
+        assert (closed["type"], closed["code"]) == ("websocket.close", 4400)
+        assert closed["reason"]
+
+
+@on_stand()
+async def test_a_client_that_does_not_read_is_closed_and_can_go_on_later(stand: Stand) -> None:
+    async with socket(stand, "/events?types=test.mark") as client:
+        await client.message()
+        await asyncio.sleep(0.1)  # it has read all there is
+        client.reading.clear()
+        for number in range(MAX_BACKLOG + 100):
+            stand.plant.events.publish("test.mark", "/lines/arm", {"number": number})
+            await asyncio.sleep(0)
+        client.reading.set()
+        first = await client.event()
+        closed = await client.message()
+    assert (closed["type"], closed["code"]) == ("websocket.close", 4008)
+    assert closed["reason"].endswith(first["cursor"])
+
+
+@on_stand()
+async def test_what_a_client_says_disturbs_nothing(stand: Stand) -> None:
+    async with socket(stand, "/events?types=test.mark") as client:
+        await client.message()
+        await client.say({"type": "websocket.receive", "text": "{" * 1000})
+        await client.say({"type": "websocket.receive", "bytes": b"\xff"})
+        await asyncio.sleep(0.1)
+        stand.plant.events.publish("test.mark", "/lines/arm", {})
+        assert (await client.event())["type"] == "test.mark"
+
+
+@on_stand()
+async def test_a_client_that_goes_leaves_nothing_behind(stand: Stand) -> None:
+    async with socket(stand, "/events") as client:
+        await client.message()
+    assert client.task.done()
+    assert client.task.exception() is None
+
+
+@on_stand()
+async def test_the_list_is_read_page_by_page(stand: Stand) -> None:
+    await move(stand)
+    everything = (await stand.get("/events?limit=1000")).json()["events"]
+
+    pages, cursor = [], None
+    while True:
+        page = (await stand.get("/events?limit=2" + (f"&after={cursor}" if cursor else ""))).json()
+        if not page["events"]:
+            break
+        pages += page["events"]
+        cursor = page["cursor"]
+
+    assert pages == everything
+    assert len({event["id"] for event in pages}) == len(pages) > 4
+
+
+@on_stand()
+async def test_a_list_asked_for_oddly_is_422(stand: Stand) -> None:
+    for query in ("after=x", "types=A", "bodies=,", "limit=0", "limit=x"):
+        answer = await stand.get(f"/events?{query}")
+        assert answer.status_code == 422
+        assert answer.json()["type"].endswith(":invalid-request")
+
+
+async def read_sent(stand: Stand, count: int, path: str, **headers: str) -> list[dict[str, str]]:
+    """Read a few frames of server-sent events, straight from the app, and hang up."""
+    gone, received = asyncio.Event(), bytearray()
+
+    async def receive() -> dict[str, object]:
+        await gone.wait()
+        return {"type": "http.disconnect"}
+
+    async def send(message: dict[str, object]) -> None:
+        body = message.get("body", b"")
+        assert isinstance(body, bytes)
+        received.extend(body)
+        if received.count(b"\ndata: ") >= count:
+            gone.set()
+
+    place, _, query = path.partition("?")
+    raw = [(b"host", b"localhost"), *((key.encode(), value.encode()) for key, value in headers.items())]
+    scope = {
+        "type": "http",
+        "asgi": {"version": "3.0"},
+        "http_version": "1.1",
+        "method": "GET",
+        "scheme": "http",
+        "path": place,
+        "raw_path": place.encode(),
+        "root_path": "",
+        "query_string": query.encode(),
+        "headers": raw,
+    }
+    await stand.app(scope, receive, send)  # type: ignore[arg-type]  # plain dictionaries are messages
+    frames = [frame for frame in received.decode().split("\n\n") if frame.startswith("id: ")]
+    return [dict(line.split(": ", 1) for line in frame.splitlines()) for frame in frames]
+
+
+@on_stand()
+async def test_server_sent_events_carry_the_cursor_as_their_id(stand: Stand) -> None:
+    moved = await move(stand)
+    first, second, *_ = await read_sent(stand, 2, f"/events/stream?after={moved['event_cursor']}")
+    assert first["event"] == "body.move.sent"
+    assert json.loads(first["data"])["cursor"] == first["id"]
+    again, *_ = await read_sent(stand, 1, "/events/stream", **{"last-event-id": first["id"]})
+    assert again == second
+
+
+@on_stand()
+async def test_a_malformed_cursor_is_422_for_server_sent_events(stand: Stand) -> None:
+    assert (await stand.get("/events/stream?after=x")).status_code == 422

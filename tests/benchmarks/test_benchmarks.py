@@ -1,0 +1,68 @@
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.figures import Figure, Target, table
+from benchmarks.http_client import is_complete
+
+ROOT = Path(__file__).parents[2]
+ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)")
+
+
+@pytest.mark.parametrize(
+    ("benchmark", "names"),
+    [
+        ("line-use", ["line use at 9600 baud", "line use at 38400 baud", "line use at 115200 baud"]),
+        ("http-read", ["HTTP read, 1 client: p50", "HTTP read, 16 clients"]),
+        ("first-byte", ["GET to first byte: p50", "POST to first byte: p50"]),
+    ],
+)
+def test_a_benchmark_runs_and_prints_its_figures(benchmark: str, names: list[str]) -> None:
+    program = [sys.executable, "-m", "benchmarks", "--only", benchmark, "--seconds", "0.2"]
+    done = subprocess.run(program, cwd=ROOT, capture_output=True, text=True, check=False)  # noqa: S603
+    assert done.returncode == 0, done.stderr
+    head, *rows = done.stdout.splitlines()
+    assert head.split() == ["benchmark", "unit", "measured", "yardstick", "ratio", "target"]
+    assert [match["name"] for row in rows if (match := ROW.fullmatch(row))] == names
+
+
+def figure(measured: list[float], yardstick: list[float], target: Target) -> Figure:
+    return Figure("speed", "m/s", measured, yardstick, target)
+
+
+def test_each_measurement_is_compared_with_the_yardstick_of_its_own_round() -> None:
+    found = figure([10, 30, 80], [10, 20, 40], Target("ratio", "<=", 1.5))
+    assert found.ratios == [1, 1.5, 2]
+    assert found.reached
+
+
+@pytest.mark.parametrize(
+    ("target", "reached"),
+    [
+        (Target("figure", "<=", 2), True),
+        (Target("figure", "<=", 1.9), False),
+        (Target("ratio", ">=", 0.5), True),
+        (Target("ratio", ">=", 0.51), False),
+    ],
+)
+def test_the_median_decides_whether_a_target_is_reached(target: Target, reached: bool) -> None:
+    found = figure([1, 2, 9], [4, 4, 4], target)
+    assert found.reached is reached
+    assert table([found]).endswith("reached" if reached else "MISSED")
+
+
+def test_the_table_gives_the_median_and_the_spread() -> None:
+    assert "2 (1-9)" in table([figure([1, 2, 9], [4, 4, 4], Target("figure", "<=", 2))])
+
+
+def test_a_response_is_complete_when_all_its_bytes_are_there() -> None:
+    whole = b"HTTP/1.1 200 OK\r\ncontent-length: 5\r\ncontent-type: text/plain\r\n\r\nhello"
+    assert [end for end in range(len(whole) + 1) if is_complete(whole[:end])] == [len(whole)]
+
+
+def test_a_failed_request_is_not_measured() -> None:
+    with pytest.raises(RuntimeError, match=r"a request failed: HTTP/1\.1 404"):
+        is_complete(b"HTTP/1.1 404 Not Found\r\ncontent-length: 0\r\n\r\n")
