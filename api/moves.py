@@ -25,7 +25,6 @@ from gateway.plans import PlannedMove, plan_of
 from gateway.plant import Plant
 from gateway.units import Scale, Unit, to_pulses
 from protocols.rorze import moves, origin
-from protocols.rorze.link import encode
 from protocols.rorze.moves import RelativeMove
 from protocols.rorze.row import RorzeCommand
 
@@ -259,7 +258,7 @@ def _common_command(group: Group, move: MoveRequest) -> RorzeCommand[Any]:
 
 
 async def _group_plan(group: Group, command: RorzeCommand[Any]) -> GroupPlan:
-    frame = encode(group.number, command, group.line.introducer).decode("ascii").replace("\r", "\\r")
+    frame = group.line.frame_of(group.number, command)
     plans = await asyncio.gather(*(plan_of(member, command) for member in group.members))
     members = [plan.model_copy(update={"frame": frame}) for plan in plans]
     return GroupPlan(group_id=group.address, frame=frame, members=members)

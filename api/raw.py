@@ -15,7 +15,6 @@ from api.stops import StopResult, perform_stop
 from gateway.errors import InvalidRequest, NotAllowed
 from gateway.moves import Move
 from protocols.rorze.commands import COMMANDS
-from protocols.rorze.link import encode
 from protocols.rorze.notation import Text
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply, Retry, WireFault
@@ -79,7 +78,7 @@ async def send_raw(request: Request, body_id: BodyId, raw: RawRequest, wait: Wai
     return json_response(
         RawReply(
             body_id=body.address,
-            sent=encode(body.number, command, body.line.introducer).decode("ascii").replace("\r", "\\r"),
+            sent=body.line.frame_of(body.number, command),
             reply=reply.written(),
             age_ms=age_ms_of(answered.at),
         )

@@ -74,13 +74,19 @@ class Conversation:
 
     # what goes next
 
+    def frame_of(self, body: int, command: RorzeCommand[Any]) -> bytes:
+        """Build the frame of a command as this line writes it.
+
+        The old forms have one digit of body number: groups and the link master have no place in it.
+        """
+        return encode(body, command, self.introducer if body <= 0xF else "&")
+
     def exchange(self, body: int, command: RorzeCommand[Any], lane: Lane) -> Exchange:
         """Build an exchange: its frame, its stop epoch, how long it takes, and how often it is repeated."""
         return Exchange(
             body,
             command,
-            # The old forms have one digit of body number: groups and the link master have no place in it.
-            encode(body, command, self.introducer if body <= 0xF else "&"),
+            self.frame_of(body, command),
             lane,
             epoch=self.gate.epoch(body),
             timeout_s=self.reply_timeout_s + 2 * command.takes_s,

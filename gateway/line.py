@@ -136,6 +136,10 @@ class Line:
         """How many exchanges wait in each lane."""
         return {lane.name.lower(): self._talk.scheduler.waiting(lane) for lane in Lane}
 
+    def frame_of(self, body: int, command: RorzeCommand[Any]) -> str:
+        """Show the exact frame of a command as text, with its CR escaped."""
+        return self._talk.frame_of(body, command).decode("ascii").replace("\r", "\\r")
+
     def can_address(self, body: int) -> bool:
         """Whether the line's way of addressing reaches this body number."""
         return self.introducer == "&" or body <= 0xF

@@ -102,7 +102,7 @@ class Move(BaseModel):
         "controller says; not_executed or position_mismatch as the gateway found.",
     )
     command: str = Field(description="The three characters of the controller's command.")
-    frame: str = Field(description="The bytes sent, without CR.")
+    frame: str = Field(description="The exact bytes, CR as \\r.")
     start_position: int | None = Field(default=None, description="In pulses, before the move.")
     target_position: int | None = Field(
         default=None, description="In pulses, where it can be known beforehand."
@@ -205,7 +205,7 @@ class Moves:
             group_id=target.address if isinstance(target, Group) else None,
             kind=kind_of(command),
             command=command.code,
-            frame=f"{target.line.introducer}{target.short}{command.code}{command.written()}",
+            frame=target.line.frame_of(target.number, command),
             created_at=now,
         )
         self._moves[move.id] = move

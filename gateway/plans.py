@@ -6,7 +6,6 @@ from gateway.bodies import Body
 from gateway.errors import ControllerRefused
 from gateway.moves import target_of
 from protocols.rorze.encoder import GetEncoderRatio
-from protocols.rorze.link import encode
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.patterns import GetPattern, GetSpeedChange
@@ -44,7 +43,7 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
 
     :raises GatewayError: the settings could not be read.
     """
-    frame = encode(body.number, command, body.line.introducer).decode("ascii").replace("\r", "\\r")
+    frame = body.line.frame_of(body.number, command)
     position, _ = await body.ask(GetPosition())
     target = await target_of(body, command, position.pulses)
     planned = PlannedMove(

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -18,6 +19,8 @@ from protocols.rorze.row import (
 )
 
 CR = b"\r"
+REQUESTS_KEPT = 1024
+"""Decoded requests that are kept: a host that polls says the same again and again."""
 INTRODUCERS = "&$#"
 """`&` is followed by two digits of body number, `$` and `#` (RC-200 series) by one."""
 
@@ -94,6 +97,7 @@ _STARTS = tuple(f">{introducer}".encode() for introducer in INTRODUCERS)
 _PREFIX = r"(?:&(?P<two>[0-9A-F]{2})|[$#](?P<one>[0-9A-F]))"
 _REPLY = re.compile(_PREFIX + r"(?P<code>[!-~]{3})(?P<payload>[ -~]*)")
 _REQUEST = re.compile(_PREFIX + r"(?P<text>[ -~]*)")
+_UNSENDABLE = re.compile(r"[^ -~]|&")
 _BLANKS = b"\t \n"
 _MEMBER = re.compile(r"\[([0-7][0-9A-F]):((?:[^\[\]]|\[[^\[\]]*\])*)\]")
 _MEMBERS = re.compile(rf"(?:{_MEMBER.pattern})+")
@@ -125,7 +129,7 @@ def frame(body: int, text: str, introducer: str = "&") -> bytes:
         raise ValueError(
             f"the command has {len(digits) + len(text)} characters, {MAX_COMMAND_LENGTH} are allowed"
         )
-    if re.search(r"[^ -~]|&", text):
+    if _UNSENDABLE.search(text):
         raise ValueError(f"the command {text!r} has a character that cannot be sent")
     return f"{introducer}{digits}{text}".encode("ascii") + CR
 
@@ -196,6 +200,7 @@ class RequestReader:
         return [_request(line) for line in lines if line]
 
 
+@lru_cache(REQUESTS_KEPT)
 def _request(line: bytes) -> Request | Garbage:
     match = _REQUEST.fullmatch(_without_blanks(line).decode("ascii", "replace"))
     if match is None:

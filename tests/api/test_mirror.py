@@ -87,7 +87,7 @@ async def test_a_move_from_the_position_table_is_possible(stand: Stand) -> None:
     await stand.send("3F", "set-position-entry", entry={"position": 25}, pulses=321)
     move = await stand.send("3F", "move-to", position={"position": 25})
     over = (await stand.get(f"/bodies/3F/moves/{move['id']}?wait=30")).json()
-    assert (over["frame"], over["position"]) == ("&3F1AMP[25]", 321)
+    assert (over["frame"], over["position"]) == ("&3F1AMP[25]\\r", 321)
 
 
 @pytest.mark.parametrize("text", ["a\rb", "a\nb", "a&b", "a>b", "a\x00b", "é", "\t"])

@@ -27,7 +27,7 @@ async def test_a_relative_move_is_accepted_followed_and_ends(stand: Stand) -> No
     move = accepted.json()
     assert accepted.status_code == 202
     assert accepted.headers["location"] == f"/bodies/arm.3F/moves/{move['id']}"
-    assert move["frame"] == "&3F1+M50000"
+    assert move["frame"] == "&3F1+M50000\\r"
     assert move["status"] in ("sent", "moving")
 
     over = await stand.get(accepted.headers["location"] + "?wait=30")
@@ -102,7 +102,7 @@ async def test_lengths_are_converted_by_the_bodys_scale(stand: Stand) -> None:
     answer = await stand.post("/bodies/01/moves?wait=30", move)
     position = (await stand.get("/bodies/01/position")).json()
 
-    assert answer.json()["frame"] == "&011AM12500"
+    assert answer.json()["frame"] == "&011AM12500\\r"
     assert (position["pulses"], position["value"], position["unit"]) == (12_500, 12.5, "mm")
 
 

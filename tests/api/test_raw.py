@@ -24,7 +24,7 @@ async def test_a_motion_as_text_is_a_move(stand: Stand) -> None:
     await stand.teach_speeds("3F")
     answer = await stand.post("/bodies/3F/raw?wait=30", {"text": "1+M500"})
     assert (answer.status_code, answer.json()["status"]) == (200, "succeeded")
-    assert (await stand.get(answer.headers["location"])).json()["frame"] == "&3F1+M500"
+    assert (await stand.get(answer.headers["location"])).json()["frame"] == "&3F1+M500\\r"
 
 
 @on_stand(raw_commands=True)

@@ -60,7 +60,7 @@ async def test_a_move_is_queued_sent_seen_moving_and_ends_at_its_target() -> Non
         move = await start(it, LONG)
         assert move.status == "sent"
         assert (move.frame, move.kind, move.start_position, move.target_position) == (
-            "&3F1+M50000",
+            "&3F1+M50000\\r",
             "relative",
             0,
             50_000,

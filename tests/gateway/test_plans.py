@@ -68,7 +68,7 @@ async def test_the_planned_duration_is_that_of_the_pulses(command: RorzeCommand[
         assert planned.distance == distance
         assert planned.target_position == move.target_position == move.position
         assert planned.duration_s == pytest.approx(over.at - begun.at, abs=1e-9)
-        assert planned.frame == f"{move.frame}\\r"
+        assert planned.frame == move.frame
         assert planned.note is None
 
 
