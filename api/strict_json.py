@@ -7,6 +7,7 @@ from typing import Any, NoReturn
 
 from fastapi import HTTPException, Request, Response
 from fastapi.routing import APIRoute
+from starlette.requests import ClientDisconnect
 
 MAX_BODY_BYTES = 65_536
 """A longer request body is refused with 413."""
@@ -76,16 +77,24 @@ class StrictRequest(Request):
     async def body(self) -> bytes:
         """Read the body's bytes.
 
-        :raises HTTPException: 413 as soon as they are too many.
+        :raises HTTPException: 413 as soon as they are too many, 400 where the client leaves in the middle.
         """
         if not hasattr(self, "_body"):
-            received = bytearray()
-            async for chunk in self.stream():
-                received += chunk
-                if len(received) > MAX_BODY_BYTES:
-                    raise HTTPException(413)
-            self._body = bytes(received)
+            if int(self.headers.get("content-length", 0)) > MAX_BODY_BYTES:
+                raise HTTPException(413)
+            try:
+                self._body = await self._received()
+            except ClientDisconnect:
+                raise HTTPException(400, "The request ended in its middle; nothing was sent.") from None
         return self._body
+
+    async def _received(self) -> bytes:
+        received = bytearray()
+        async for chunk in self.stream():
+            received += chunk
+            if len(received) > MAX_BODY_BYTES:
+                raise HTTPException(413)
+        return bytes(received)
 
     async def json(self) -> Any:
         """Read the body.

@@ -42,16 +42,35 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
 
 def run_virtual(story: Coroutine[Any, Any, T]) -> T:
-    """Run a coroutine to its end in virtual time; tasks it leaves behind fail the test."""
+    """Run a coroutine to its end in virtual time.
+
+    An error in a callback ends it at once; that, or tasks it leaves behind, fails the test.
+    """
     loop = VirtualLoop()
+    task = loop.create_task(story)
+    errors: list[dict[str, Any]] = []
+
+    def fail(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        errors.append(context)
+        task.cancel()
+
+    loop.set_exception_handler(fail)
     try:
-        result = loop.run_until_complete(story)
+        result = _result(loop, task, errors)
         leaked = asyncio.all_tasks(loop)
-        for task in leaked:
-            task.cancel()
+        for leak in leaked:
+            leak.cancel()
         if leaked:
             loop.run_until_complete(asyncio.wait(leaked))
         assert not leaked, f"tasks left running: {leaked}"
+        assert not errors, errors
         return result
     finally:
         loop.close()
+
+
+def _result(loop: VirtualLoop, task: "asyncio.Task[T]", errors: list[dict[str, Any]]) -> T:
+    try:
+        return loop.run_until_complete(task)
+    except asyncio.CancelledError:
+        raise AssertionError(errors) from (errors[0].get("exception") if errors else None)

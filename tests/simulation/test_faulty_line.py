@@ -36,6 +36,8 @@ COMMANDS_PER_SEED = 10_000
 CLIENTS_PER_BODY = 2
 SET_UP_S = 1.0
 OFFLINE_PAUSE_S = 0.5
+SECONDS_PER_COMMAND = 0.7
+"""Ten times what it takes: a line that stands still fails the test instead of keeping it."""
 LIVENESS_S = 10.0
 """After the faults have ceased the line is as good as new within this time."""
 BAUD = 115_200
@@ -194,7 +196,8 @@ class Simulation:
         for switch in BAD_WIRE:
             self._faults.set(switch)
         clients = [self._client(body) for body in self._line.bodies for _ in range(CLIENTS_PER_BODY)]
-        await asyncio.gather(*clients)
+        async with asyncio.timeout(SECONDS_PER_COMMAND * self._left):
+            await asyncio.gather(*clients)
         self._faults.clear()
         await asyncio.sleep(LIVENESS_S)
         self._report.state, self._report.waiting = self._line.state, self._line.waiting()
