@@ -40,6 +40,9 @@ class Body:
     move: "Move | None" = None
     """The move that is not over yet."""
     move_ended: asyncio.Event = field(default_factory=asyncio.Event)
+    """The link master has announced the end of a move."""
+    free: asyncio.Event = field(default_factory=asyncio.Event)
+    """The last move is over and recorded: the next one may begin."""
     went_silent: bool = False
     """Whether it has been offline since its last move was sent: it may have lost its power meanwhile."""
 

@@ -1,25 +1,21 @@
 """The command line: start the gateway or a simulator, and talk to a running gateway from scripts."""
 
 import asyncio
-import gc
 import json
 import logging
-import signal
 import sys
-from collections.abc import Iterator
-from contextlib import AsyncExitStack, contextmanager
 from importlib.metadata import version as distribution_version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any, NoReturn
 
 import httpx
 import typer
-import uvicorn
 import uvloop
 
 from gateway.config import Config, ConfigError, load
-from gateway.events import EventHub
-from gateway.plant import Plant
+from gateway.server import CannotListen
+from gateway.server import serve as run_server
 from protocols.rorze.commands import COMMANDS
 from protocols.table import WireFault
 
@@ -33,10 +29,6 @@ EXIT_UNKNOWN = 4
 EXIT_CONFIG = 78
 
 DEMO_BODIES = (0x00, 0x01, 0x3F)
-DEMO_PORT_PATH = Path("/tmp/motion-gateway-demo")  # noqa: S108  # a symlink that is replaced, never followed blindly
-SHUTDOWN_S = 3
-"""How long open requests and streams may take to end."""
-
 app = typer.Typer(
     help="A network gateway for RORZE RC-420 motion controllers. It is not a safety function.",
     no_args_is_help=True,
@@ -63,82 +55,40 @@ def serve(
     """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM)."""
     if (config is None) == (not demo):
         _fail("Say either --config FILE or --demo.", EXIT_USAGE)
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
-        settings = load(config) if config else _demo_config()
+        serving = run_server(_on_port(load(config), port)) if config else _serve_demo(port)
+        with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
+            runner.run(serving)
     except ConfigError as error:
         _fail(str(error), EXIT_CONFIG)
-    if port is not None:
-        server = settings.server.model_copy(update={"port": port})
-        settings = settings.model_copy(update={"server": server})
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
-        clean = runner.run(_serve(settings, demo=demo))
-    raise typer.Exit(0 if clean else EXIT_NOT_SENT)
+    except CannotListen as error:
+        _fail(str(error), EXIT_NOT_SENT)
 
 
-def _demo_config() -> Config:
+async def _serve_demo(port: int | None) -> None:
+    """Serve a simulated line that runs in this very process."""
+    from simulator.cli import start_demo_line
+
+    with TemporaryDirectory(prefix="motion-gateway-") as folder:
+        path = Path(folder) / "line1"
+        line = start_demo_line(DEMO_BODIES, path)
+        try:
+            await run_server(_on_port(_demo_config(path), port))
+        finally:
+            await line.aclose()
+
+
+def _demo_config(line_path: Path) -> Config:
     bodies = [{"id": f"{body:02X}"} for body in DEMO_BODIES]
-    line = {"id": "line1", "address": f"serial://{DEMO_PORT_PATH}?baud=9600", "bodies": bodies}
+    line = {"id": "line1", "address": f"serial://{line_path}?baud=9600", "bodies": bodies}
     return Config.model_validate({"lines": [line]})
 
 
-async def _serve(config: Config, *, demo: bool) -> bool:
-    """Run plant and server in one loop: this process owns the ports."""
-    from api.app import create_app
-
-    async with AsyncExitStack() as stack:
-        if demo:
-            from simulator.cli import start_demo_line
-
-            stack.push_async_callback(start_demo_line(DEMO_BODIES, DEMO_PORT_PATH).aclose)
-        plant = Plant(config)
-        await plant.start()
-        stack.push_async_callback(plant.close)
-        server = _Server(_uvicorn_config(config, create_app(plant)), plant.events)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            asyncio.get_running_loop().add_signal_handler(number, server.end, number)
-        # What has been made by now stays: looking it through again would hold up every line for 50 ms.
-        gc.collect()
-        gc.freeze()
-        await server.serve()
-        return server.started
-
-
-class _Server(uvicorn.Server):
-    """A server whose signals are ours, and that ends the event streams before it waits for its clients."""
-
-    def __init__(self, config: uvicorn.Config, events: EventHub) -> None:
-        super().__init__(config)
-        self._events = events
-
-    def end(self, number: int) -> None:
-        """Shut down because of a signal; a second one does not wait for anybody."""
-        self._events.close()
-        self.handle_exit(number, None)
-
-    @contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        """Leave the signals to us: after the server the plant has to be closed too."""
-        yield
-
-
-def _uvicorn_config(config: Config, asgi: Any) -> uvicorn.Config:
-    return uvicorn.Config(
-        asgi,
-        host=config.server.host,
-        port=config.server.port,
-        http="httptools",
-        ws="websockets-sansio",
-        ws_per_message_deflate=False,
-        ws_max_size=65536,
-        workers=1,
-        access_log=False,
-        log_config=None,
-        server_header=False,
-        proxy_headers=False,
-        lifespan="off",
-        timeout_graceful_shutdown=SHUTDOWN_S,
-    )
+def _on_port(config: Config, port: int | None) -> Config:
+    if port is None:
+        return config
+    return config.model_copy(update={"server": config.server.model_copy(update={"port": port})})
 
 
 @app.command()

@@ -29,6 +29,8 @@ from transports.base import Transport, TransportError, TransportLost
 
 log = logging.getLogger(__name__)
 
+REPLIES = Answer, Refusal, GroupAnswer
+
 SILENCE_S = 0.05
 """The line must be quiet this long after the poison of an opening."""
 GAP_S = 0.1
@@ -366,7 +368,7 @@ class Line:
 
     def _take(self, frame: Frame) -> None:
         """Hear a frame; the next one goes out before anybody is told what the reply was."""
-        if isinstance(frame, Answer | Refusal | GroupAnswer):
+        if isinstance(frame, REPLIES):
             tell = self._talk.heard(frame, self._last_rx_at)
             self._pump()
             if tell is not None:

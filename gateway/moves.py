@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from gateway.bodies import Body, Group
 from gateway.errors import (
@@ -25,6 +25,7 @@ from gateway.errors import (
     QueueFull,
     StoppedFirst,
 )
+from gateway.records import Record
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.notation import PositionReference
@@ -73,7 +74,7 @@ class MoveStatus(StrEnum):
         return self not in (MoveStatus.QUEUED, MoveStatus.SENT, MoveStatus.MOVING)
 
 
-class MoveError(BaseModel):
+class MoveError(Record):
     """Why a move did not succeed, in the words of a problem detail."""
 
     type: str = Field(description="The kind of error; stable.")
@@ -86,10 +87,8 @@ class MoveError(BaseModel):
     )
 
 
-class Move(BaseModel):
+class Move(Record):
     """One move of one body, from the request to its end."""
-
-    model_config = ConfigDict(extra="forbid")
 
     id: str
     body_id: str = Field(description="Address of the body, LINE.3F.")
@@ -111,7 +110,7 @@ class Move(BaseModel):
     completion: Literal["frame", "polling"] | None = Field(
         default=None, description="Whether the end was announced by the link master or found by polling."
     )
-    evidence: Annotated[list[str], Field(description="How the gateway knows what it says.")] = []
+    evidence: list[str] = Field(default_factory=list, description="How the gateway knows what it says.")
     error: MoveError | None = None
     created_at: datetime
     sent_at: datetime | None = None
@@ -212,6 +211,7 @@ class Moves:
         self._over[move.id] = asyncio.Event()
         self._forget_old()
         body.move = move
+        body.free.clear()
         move.event_cursor = self._publish("body.move.queued", body, move)
         return move
 
@@ -231,6 +231,7 @@ class Moves:
         if status.final:
             move.ended_at = datetime.now(UTC)
             body.move = None
+            body.free.set()
             self._over[move.id].set()
         self._publish(
             "body.move.started" if status is MoveStatus.MOVING else f"body.move.{status}", body, move

@@ -1,10 +1,11 @@
 """What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.bodies import Body
 from gateway.errors import ControllerRefused
 from gateway.moves import target_of
+from gateway.records import Record
 from protocols.rorze.encoder import GetEncoderRatio
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
@@ -25,7 +26,7 @@ SPEED_CHANGES = 16
 """Points a pattern may have (SES)."""
 
 
-class PlannedMove(BaseModel):
+class PlannedMove(Record):
     """A move that was checked and not sent."""
 
     body_id: str

@@ -6,12 +6,13 @@ from collections import OrderedDict
 from datetime import UTC, datetime
 from typing import Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.errors import BodyBusy, GatewayError, LineDown, NotFound, NotSent
 from gateway.events import EventHub
 from gateway.exchange import Answered
 from gateway.line import Line
+from gateway.records import Record
 from protocols.rorze.link import encode
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
@@ -23,20 +24,20 @@ PROBE_TIMEOUT_S = 0.1
 ROUNDS = 2
 
 
-class FoundBody(BaseModel):
+class FoundBody(Record):
     """A body that answered."""
 
     body_id: str
     configured: bool = Field(description="Whether the configuration knows it.")
 
 
-class Scan(BaseModel):
+class Scan(Record):
     """One scan of a line."""
 
     id: str
     line_id: str
     status: Literal["running", "finished", "failed"] = "running"
-    found: list[FoundBody] = []
+    found: list[FoundBody] = Field(default_factory=list)
     asked: int = Field(0, description="Body numbers asked so far, of 120.")
     error: str | None = None
     started_at: datetime

@@ -2,14 +2,16 @@
 
 import asyncio
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from gateway.bodies import Body, Group
 from gateway.errors import ControllerRefused, GatewayError, StoppedFirst
 from gateway.events import EventHub
 from gateway.exchange import Answered, Lane, Outcome
+from gateway.records import Record
 from protocols.rorze.interpolation import StartInterpolation
 from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import EndProgram, GetProgramStatus
@@ -23,12 +25,13 @@ REPEAT_S = 0.1
 CONFIRM_WITHIN_S = 2.0
 """After this time without standstill an event calls for the hardware stop; the stop is still repeated."""
 GIVE_UP_AFTER_S = 60.0
+RECORD_WITHIN_S = 1.0
 UNCONFIRMED = "Standstill is not confirmed: use the hardware stop."
 PROGRAM_RUNS = 1
 """Bit 0 of a program's status (URD)."""
 
 
-class StopReport(BaseModel):
+class StopReport(Record):
     """How far the stop of one body has come."""
 
     body_id: str
@@ -143,6 +146,7 @@ class Stops:
         body.moving = False
         report.state, report.detail = "confirmed", None
         self._publish("body.stop.confirmed", body, report)
+        await _move_recorded(body)
 
     def _warn(self, body: Body, report: StopReport) -> None:
         report.detail = UNCONFIRMED
@@ -184,6 +188,14 @@ class Stops:
 
     def _publish(self, kind: str, body: Body, report: StopReport) -> None:
         self._events.publish(kind, f"/bodies/{body.address}", report.model_dump())
+
+
+async def _move_recorded(body: Body) -> None:
+    """Wait a little until the stopped move is over in the records too: a new one may then follow at once."""
+    if body.move is not None:
+        with suppress(TimeoutError):
+            async with asyncio.timeout(RECORD_WITHIN_S):
+                await body.free.wait()
 
 
 async def _runs_pulses(body: Body) -> bool:

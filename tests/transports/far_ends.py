@@ -1,4 +1,4 @@
-"""The other ends of real ports: a pseudo-terminal and a TCP server, driven by hand."""
+"""The other ends of real ports: a pseudo-terminal, a TCP server and a dual-port RAM, driven by hand."""
 
 import os
 import socket
@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from pathlib import Path
 
 import anyio
+import anyio.lowlevel
 
 from transports import TransportLost
 
@@ -132,3 +133,53 @@ class TcpFarEnd(FarEnd):
         with anyio.fail_after(10):
             await anyio.wait_readable(self.client)
         return self.client.recv(1)
+
+
+class DpramFarEnd(FarEnd):
+    """The Fics side of a dual-port RAM in a file, reached by reading and writing that file."""
+
+    def __init__(self, directory: Path) -> None:
+        self.name = directory / "dpram"
+        self.address = f"dpram://{self.name}?size=1024"
+        self._unfinished = b""
+        self.appear()
+
+    def appear(self) -> None:
+        self.fd = os.open(self.name, os.O_RDWR | os.O_CREAT)
+        os.truncate(self.fd, 1024)
+
+    async def answer(self) -> None:
+        assert self.fd >= 0
+
+    def vanish(self) -> None:
+        if self.fd >= 0:
+            os.truncate(self.fd, 0)
+            self.name.unlink()
+            os.close(self.fd)
+            self.fd = -1
+
+    def peek(self, start: int, count: int = 1) -> bytes:
+        return os.pread(self.fd, count, start)
+
+    def poke(self, start: int, data: bytes) -> None:
+        os.pwrite(self.fd, data, start)
+
+    async def write(self, data: bytes) -> None:
+        *messages, self._unfinished = (self._unfinished + data).split(b"\r")
+        for message in messages:
+            await self.sees(512, 0)
+            self.poke(513, (message + b"\r").ljust(255, b"\0"))
+            self.poke(512, b"\1")
+
+    async def read(self, count: int) -> bytes:
+        data = b""
+        while len(data) < count:
+            await self.sees(257, 1)
+            data += self.peek(258, 254).partition(b"\r")[0] + b"\r"
+            self.poke(257, b"\0")
+        return data
+
+    async def sees(self, flag: int, value: int) -> None:
+        with anyio.fail_after(10):
+            while self.peek(flag) != bytes([value]):
+                await anyio.lowlevel.checkpoint()

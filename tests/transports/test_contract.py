@@ -6,19 +6,26 @@ from pathlib import Path
 
 import pytest
 
-from tests.transports.far_ends import Ear, FarEnd, PtyFarEnd, TcpFarEnd
+from tests.transports.far_ends import DpramFarEnd, Ear, FarEnd, PtyFarEnd, TcpFarEnd
 from transports import Transport, TransportLost, TransportUnavailable, create
 from transports.recorder import Recorded, Recorder
 
 pytestmark = pytest.mark.anyio
 
-EVERY_BYTE = bytes(range(256))
+EVERY_BYTE = bytes(range(256)) + b"\r"  # two messages, where a port carries messages
 LARGE = EVERY_BYTE * 2048  # more than the far end's side of the way holds
 
 
-@pytest.fixture(params=["serial", "tcp"])
+@pytest.fixture(params=["serial", "tcp", "dpram"])
 def far(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[FarEnd]:
-    end = PtyFarEnd(tmp_path) if request.param == "serial" else TcpFarEnd()
+    end: FarEnd
+    match request.param:
+        case "serial":
+            end = PtyFarEnd(tmp_path)
+        case "tcp":
+            end = TcpFarEnd()
+        case _:
+            end = DpramFarEnd(tmp_path)
     yield end
     end.vanish()
 
@@ -46,9 +53,9 @@ class TestTransport:
     ) -> None:
         await self.connect(transport, far, ear)
         transport.write(EVERY_BYTE)
-        assert await far.read(256) == EVERY_BYTE
+        assert await far.read(257) == EVERY_BYTE
         await far.write(EVERY_BYTE)
-        assert await ear.hears(256) == EVERY_BYTE
+        assert await ear.hears(257) == EVERY_BYTE
         await transport.close()
 
     async def test_bytes_sent_one_by_one_arrive_in_order(
@@ -58,8 +65,8 @@ class TestTransport:
         for value in EVERY_BYTE:
             transport.write(bytes([value]))
             await far.write(bytes([value]))
-        assert await far.read(256) == EVERY_BYTE
-        assert await ear.hears(256) == EVERY_BYTE
+        assert await far.read(257) == EVERY_BYTE
+        assert await ear.hears(257) == EVERY_BYTE
         await transport.close()
 
     async def test_a_large_write_arrives_whole_and_is_unsent_until_it_is_taken(
@@ -153,6 +160,6 @@ class TestTransport:
         await self.connect(transport, far, ear)
         with pytest.raises(TransportUnavailable, match="open already"):
             await transport.open(Ear())
-        await far.write(b"still the first one's")
-        assert await ear.hears(21) == b"still the first one's"
+        await far.write(b"still the first one's\r")
+        assert await ear.hears(22) == b"still the first one's\r"
         await transport.close()

@@ -1,0 +1,46 @@
+"""Run the benchmarks and print what they found: `python -m benchmarks --only line-use --seconds 10`."""
+
+from collections.abc import Awaitable, Callable
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+import uvloop
+
+from benchmarks import first_byte, http_read, line_use
+from benchmarks.figures import Figure, table
+
+
+class Benchmark(StrEnum):
+    """What can be measured."""
+
+    LINE_USE = "line-use"
+    HTTP_READ = "http-read"
+    FIRST_BYTE = "first-byte"
+
+
+RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
+    Benchmark.LINE_USE: line_use.run,
+    Benchmark.HTTP_READ: http_read.run,
+    Benchmark.FIRST_BYTE: first_byte.run,
+}
+
+
+def main(
+    only: Annotated[list[Benchmark] | None, typer.Option(help="Leave the others out.")] = None,
+    seconds: Annotated[float, typer.Option(min=0.1, help="How long each of them measures.")] = 10.0,
+) -> None:
+    """Measure, and print medians, lowest and highest of several rounds beside yardstick and target.
+
+    A missed target is printed, not an error: it may be the machine, which should have nothing else to do.
+    """
+    figures = uvloop.run(_run(only or list(Benchmark), seconds))
+    typer.echo(table(figures))
+
+
+async def _run(chosen: list[Benchmark], seconds: float) -> list[Figure]:
+    return [figure for benchmark in chosen for figure in await RUNS[benchmark](seconds)]
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,134 @@
+"""How long a request takes from the client's socket to the first byte on an idle line."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
+from itertools import cycle
+from pathlib import Path
+from socket import socket
+from statistics import median
+from tempfile import TemporaryDirectory
+from time import monotonic
+
+from benchmarks.figures import Figure, Target
+from benchmarks.http_client import ask, connect, get, post
+from benchmarks.http_read import write_config
+from benchmarks.processes import free_port, gateway, module, set_apart
+from simulator.ports import Machine, serve_tcp
+from simulator.rorze.line import build_line
+
+BODIES = list(range(8))
+ROUNDS = 5
+PAUSE_S = 0.001
+"""Between two requests, so that the line is idle."""
+TARGET = Target("figure", "<=", 1.0)
+READS = [get(f"/bodies/{body:02X}/position") for body in BODIES]
+COMMANDS = [post(f"/bodies/{body:02X}/commands/set-homing-retries", {"retries": 1}) for body in BODIES]
+"""Each to another body than the one before: between two equal ones to the same body goes a check."""
+
+
+class Overheard:
+    """A machine that notes when a frame of one kind begins to arrive, on the clock the client uses."""
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self.heard: dict[bytes, float] = {}
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Note the time, and let the machine work."""
+        self.heard[data[3:6]] = monotonic()
+        self._machine.receive(data, now)
+
+    def take_output(self, now: float) -> bytes:
+        """The machine's."""
+        return self._machine.take_output(now)
+
+    def wake_at(self) -> float | None:
+        """The machine's."""
+        return self._machine.wake_at()
+
+
+class Echo:
+    """A machine that says what it hears: the far end of the bare application."""
+
+    def __init__(self) -> None:
+        self._said = b""
+
+    def receive(self, data: bytes, _now: float) -> None:
+        """Take bytes."""
+        self._said += data
+
+    def take_output(self, _now: float) -> bytes:
+        """Give them back."""
+        said, self._said = self._said, b""
+        return said
+
+    def wake_at(self) -> float | None:
+        """Nothing happens by itself."""
+        return None
+
+
+async def run(seconds: float) -> list[Figure]:
+    """Measure reads and commands, gateway and yardstick in turn, each for a part of the seconds."""
+    share = seconds / ROUNDS / 4
+    reads: list[list[float]] = []
+    commands: list[list[float]] = []
+    async with _stands() as stands:
+        for measure in stands:
+            await measure(READS, b"6PD", share)  # not counted: caches fill
+        for _ in range(ROUNDS):
+            reads.append([await measure(READS, b"6PD", share) for measure in stands])
+            commands.append([await measure(COMMANDS, b"0RS", share) for measure in stands])
+    return [_figure("GET to first byte: p50", reads), _figure("POST to first byte: p50", commands)]
+
+
+def _figure(name: str, rounds: list[list[float]]) -> Figure:
+    measured, yardstick = zip(*rounds, strict=True)
+    return Figure(name, "ms", measured, yardstick, TARGET)
+
+
+Measure = Callable[[list[bytes], bytes, float], Coroutine[None, None, float]]
+"""Median milliseconds to the first byte of frames with a code, for requests repeated for some seconds."""
+
+
+@asynccontextmanager
+async def _stands() -> AsyncIterator[tuple[Measure, Measure]]:
+    """Run the gateway and the bare application, both with far ends in this process."""
+    line = Overheard(build_line(BODIES, monotonic()))
+    echo = Overheard(Echo())
+    web, bare = free_port(), free_port()
+    async with AsyncExitStack() as stack:
+        line_port, echo_port = [await _listen(stack, machine) for machine in (line, echo)]
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        apart = stack.enter_context(set_apart())
+        start = stack.enter_async_context
+        await start(gateway(write_config(folder, web, line_port, BODIES), web, apart))
+        await start(module("benchmarks.bare_app", bare, str(echo_port), processors=apart))
+        yield partial(_p50_ms, web, line), partial(_p50_ms, bare, echo)
+
+
+async def _listen(stack: AsyncExitStack, machine: Machine) -> int:
+    port = await serve_tcp(machine, "127.0.0.1", 0)
+    stack.push_async_callback(port.aclose)
+    return int(port.address.rpartition(":")[2])
+
+
+async def _p50_ms(port: int, far_end: Overheard, requests: list[bytes], code: bytes, seconds: float) -> float:
+    taken: list[float] = []
+    with connect(port) as sock:
+        ends_at = monotonic() + seconds
+        for request in cycle(requests):
+            await asyncio.sleep(PAUSE_S)
+            sent_at = await asyncio.to_thread(_ask, sock, request)
+            taken.append(far_end.heard[code] - sent_at)
+            if monotonic() >= ends_at:
+                break
+    return 1000 * median(taken)
+
+
+def _ask(sock: socket, request: bytes) -> float:
+    """Ask, and tell when the request was about to be written."""
+    sent_at = monotonic()
+    ask(sock, request)
+    return sent_at

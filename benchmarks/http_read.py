@@ -1,0 +1,67 @@
+"""What an HTTP read costs that goes to the controllers and back, beside a bare FastAPI application's."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+
+from benchmarks.figures import Figure, Target
+from benchmarks.http_client import get, latencies, requests_per_s
+from benchmarks.processes import free_port, gateway, module, set_apart, simulated_line
+
+BODIES = list(range(8))
+CLIENTS = 16
+ROUNDS = 5
+READS = [get(f"/bodies/{body:02X}/position") for body in BODIES]
+
+
+async def run(seconds: float) -> list[Figure]:
+    """Load gateway and yardstick in turn, each round for a part of the seconds."""
+    share = seconds / ROUNDS / 4
+    p50_us: list[list[float]] = []
+    rates: list[list[float]] = []
+    async with _servers() as ports:
+        for port in ports:
+            await _p50_us(port, share)  # not counted: caches fill
+        for _ in range(ROUNDS):
+            p50_us.append([await _p50_us(port, share) for port in ports])
+            rates.append([await requests_per_s(port, CLIENTS, READS, share) for port in ports])
+    return [
+        _figure("HTTP read, 1 client: p50", "us", p50_us, Target("ratio", "<=", 1.35)),
+        _figure(f"HTTP read, {CLIENTS} clients", "req/s", rates, Target("ratio", ">=", 0.65)),
+    ]
+
+
+async def _p50_us(port: int, seconds: float) -> float:
+    return 1e6 * median(await asyncio.to_thread(latencies, port, READS, seconds))
+
+
+def _figure(name: str, unit: str, rounds: list[list[float]], target: Target) -> Figure:
+    measured, yardstick = zip(*rounds, strict=True)
+    return Figure(name, unit, measured, yardstick, target)
+
+
+@asynccontextmanager
+async def _servers() -> AsyncIterator[tuple[int, int]]:
+    """Run the gateway on a simulated line, and the bare application on its echo; give their ports."""
+    line, web, echo, bare = (free_port() for _ in range(4))
+    async with AsyncExitStack() as stack:
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        apart = stack.enter_context(set_apart())
+        start = stack.enter_async_context
+        await start(simulated_line(BODIES, "--listen", f"tcp://127.0.0.1:{line}"))
+        await start(gateway(write_config(folder, web, line, BODIES), web, apart))
+        await start(module("benchmarks.echo", echo))
+        await start(module("benchmarks.bare_app", bare, str(echo), processors=apart))
+        yield web, bare
+
+
+def write_config(folder: Path, web_port: int, line_port: int, bodies: list[int]) -> Path:
+    """Write a configuration of one line at a TCP port."""
+    tables = "".join(f'[[lines.bodies]]\nid = "{body:02X}"\n' for body in bodies)
+    line = f'[[lines]]\nid = "line"\naddress = "tcp://127.0.0.1:{line_port}"\n'
+    path = folder / "gateway.toml"
+    path.write_text(f"[server]\nport = {web_port}\n{line}{tables}")
+    return path

@@ -1,0 +1,108 @@
+"""How a benchmark starts what it measures: each program in a process of its own, ended with its block."""
+
+import asyncio
+import os
+import socket
+import sys
+from asyncio.subprocess import PIPE
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from pathlib import Path
+
+START_S = 20.0
+"""A program that has not started by then never will."""
+END_S = 10.0
+
+MOTION_GATEWAY = ("-c", "from gateway.cli import main; main()")
+"""The command line as the installed script runs it, also where it is not installed."""
+
+
+@contextmanager
+def set_apart() -> Iterator[set[int]]:
+    """Keep a processor free of this process and of those it starts; give it, for what is measured.
+
+    Where controllers and clients are other machines they do not take turns with the server on its processor
+    either. With a single processor there is nothing to set apart.
+    """
+    everything = os.sched_getaffinity(0)
+    apart = {max(everything)}
+    os.sched_setaffinity(0, everything - apart or apart)
+    try:
+        yield apart
+    finally:
+        os.sched_setaffinity(0, everything)
+
+
+@asynccontextmanager
+async def simulated_line(bodies: list[int], *place: str) -> AsyncIterator[None]:
+    """Run a simulated RC-400; `place` are the options that say where, such as `--pty PATH --baud 9600`."""
+    numbers = ",".join(f"{body:02X}" for body in bodies)
+    program = [*MOTION_GATEWAY, "simulate", "rc400", "--bodies", numbers, *place]
+    async with _running(program) as process:
+        assert process.stdout is not None
+        async with asyncio.timeout(START_S):
+            said = await process.stdout.readline()
+        if not said:
+            raise RuntimeError("The simulated line did not start; its error stands above.")
+        yield
+
+
+@asynccontextmanager
+async def gateway(config: Path, port: int, processors: set[int]) -> AsyncIterator[None]:
+    """Run the gateway, which accepts connections at `port`, on some processors."""
+    async with _serving([*MOTION_GATEWAY, "serve", "--config", str(config)], port, processors):
+        yield
+
+
+@asynccontextmanager
+async def module(
+    name: str, port: int, *arguments: str, processors: set[int] | None = None
+) -> AsyncIterator[None]:
+    """Run a module that accepts connections at `port`, on some processors if they are given."""
+    async with _serving(["-m", name, str(port), *arguments], port, processors):
+        yield
+
+
+@asynccontextmanager
+async def _serving(program: list[str], port: int, processors: set[int] | None) -> AsyncIterator[None]:
+    async with _running(program) as process:
+        if processors:
+            os.sched_setaffinity(process.pid, processors)
+        async with asyncio.timeout(START_S):
+            while not await _accepts(port):
+                if process.returncode is not None:
+                    raise RuntimeError(f"{program[-1]} did not start; its error stands above.")
+                await asyncio.sleep(0.05)
+        yield
+
+
+@asynccontextmanager
+async def _running(arguments: list[str]) -> AsyncIterator[asyncio.subprocess.Process]:
+    process = await asyncio.create_subprocess_exec(sys.executable, *arguments, stdout=PIPE)
+    try:
+        yield process
+    finally:
+        if process.returncode is None:
+            process.terminate()
+        try:
+            async with asyncio.timeout(END_S):
+                await process.wait()
+        except TimeoutError:
+            process.kill()
+            await process.wait()
+
+
+async def _accepts(port: int) -> bool:
+    try:
+        _, writer = await asyncio.open_connection("127.0.0.1", port)
+    except OSError:
+        return False
+    writer.close()
+    return True
+
+
+def free_port() -> int:
+    """Find a TCP port that nobody uses now."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])

@@ -1,0 +1,15 @@
+"""What the records that the gateway gives to its clients have in common."""
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+
+def _all_required(schema: dict[str, Any]) -> None:
+    schema["required"] = list(schema["properties"])
+
+
+class Record(BaseModel):
+    """Something the gateway tells: every member is always there, be it null."""
+
+    model_config = ConfigDict(extra="forbid", json_schema_extra=_all_required)

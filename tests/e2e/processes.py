@@ -1,0 +1,314 @@
+"""The gateway and the simulator as child processes of a test, and what they have really done."""
+
+import json
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import httpx
+
+from protocols.rorze.profile import Profile, SpeedParameters, plan
+
+T = TypeVar("T")
+
+MOTION_GATEWAY = Path(sys.executable).with_name("motion-gateway")
+"""The command as `make` installs it."""
+PATIENCE_S = 20.0
+"""What has not happened by then on a busy machine never will."""
+LOOK_AGAIN_S = 0.02
+BODIES = "00,01,3F"
+
+RUNNING: "list[Program]" = []
+"""Every program that has not been ended yet; the tests' report shows their words."""
+
+
+class Program:
+    """A `motion-gateway` command of which every word goes to a file."""
+
+    def __init__(self, log: Path, *arguments: str) -> None:
+        self.log = log
+        with log.open("ab") as words:
+            self._begin = words.tell()
+            self._process = subprocess.Popen(  # noqa: S603  # our own program with the tests' own words
+                [MOTION_GATEWAY, *arguments], stdin=subprocess.DEVNULL, stdout=words, stderr=words
+            )
+        RUNNING.append(self)
+
+    def runs(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.poll() is None
+
+    def words(self) -> str:
+        """What it has said so far."""
+        return self.log.read_bytes()[self._begin :].decode("utf-8", "replace")
+
+    def said(self, pattern: str) -> re.Match[str]:
+        """Wait until it says something."""
+
+        def search() -> re.Match[str] | None:
+            found = re.search(pattern, self.words())
+            assert found or self.runs(), f"It ended without {pattern!r}:\n{self.words()}"
+            return found
+
+        return until(search, f"{self.log.stem} says {pattern!r}")
+
+    def kill(self) -> None:
+        """End it at once, as a power cut would (SIGKILL)."""
+        self._process.kill()
+        self._gone()
+
+    def end(self, within_s: float = PATIENCE_S) -> int:
+        """Ask it to end (SIGTERM), and give its exit code; one that does not obey is killed."""
+        self._process.terminate()
+        try:
+            return self._process.wait(within_s)
+        finally:
+            self._process.kill()
+            self._gone()
+
+    def _gone(self) -> None:
+        self._process.wait()
+        if self in RUNNING:
+            RUNNING.remove(self)
+
+
+def until(look: Callable[[], T | None], what: str) -> T:
+    """Look again and again until there is something to see."""
+    give_up_at = time.monotonic() + PATIENCE_S
+    while time.monotonic() < give_up_at:
+        seen = look()
+        if seen:
+            return seen
+        time.sleep(LOOK_AGAIN_S)
+    raise AssertionError(f"In vain for {PATIENCE_S:.0f} s: {what}")
+
+
+@dataclass
+class Fact:
+    """A line of the truth log."""
+
+    kind: str
+    time_s: float
+    body: str
+    request: int | None
+    facts: dict[str, Any]
+
+    @classmethod
+    def of(cls, line: str) -> "Fact":
+        """Read it."""
+        named = json.loads(line)
+        kind, time_s, body, request = (named.pop(name) for name in ("kind", "time_s", "body", "request"))
+        return cls(kind, time_s, body, request, named)
+
+
+class SimulatedLine:
+    """A simulated RC-400 in a process of its own, with its control interface and its truth log."""
+
+    def __init__(self, folder: Path, bodies: str, *options: str) -> None:
+        self.folder = folder
+        place = () if "--listen" in options else ("--pty", str(folder / "line"))
+        self._start = ("simulate", "rc400", "--bodies", bodies, *place, *options)
+        self._truth = folder / "truth.jsonl"
+        self._begin = 0
+        self.start()
+
+    def start(self) -> None:
+        """Switch it on; after a `kill` it has the speeds and positions of a new box."""
+        log, truth = self.folder / "simulator.log", str(self._truth)
+        self.program = Program(log, *self._start, "--truth", truth, "--control", "127.0.0.1:0")
+        said = self.program.said(r"control interface at (http://\S+)\nRC-400 with bodies .* at (\S+)\n")
+        self.control = httpx.Client(base_url=said[1], timeout=PATIENCE_S)
+        self.place = said[2]
+
+    def address(self, baud: int) -> str:
+        """Where a gateway finds it."""
+        return self.place if self.place.startswith("tcp://") else f"serial://{self.place}?baud={baud}"
+
+    def kill(self) -> None:
+        """Pull the whole box out of the wall."""
+        self.control.close()
+        self.program.kill()
+
+    def end(self) -> int:
+        """End it."""
+        self.control.close()
+        return self.program.end()
+
+    def tell(self, method: str, path: str, **content: object) -> None:
+        """Use the control interface."""
+        self.control.request(method, path, json=content or None).raise_for_status()
+
+    def begin_anew(self) -> None:
+        """From now on tell only what happens later."""
+        self._begin += len(self.truth())
+
+    def truth(self, kind: str | None = None, body: str | None = None) -> list[Fact]:
+        """What has really happened; a line that is being written is left for the next time."""
+        lines = self._truth.read_text("utf-8").split("\n")[self._begin : -1]
+        facts = [Fact.of(line) for line in lines]
+        return [it for it in facts if kind in (None, it.kind) and body in (None, it.body)]
+
+    def executed(self, code: str) -> list[Fact]:
+        """The commands of one code that controllers have taken without an error."""
+        return [
+            it
+            for it in self.truth("command")
+            if it.facts["text"].startswith(code) and not it.facts["reply"].startswith("@")
+        ]
+
+    def requests(self) -> list[str]:
+        """The frames that have arrived, without CR."""
+        return [it.facts["frame"] for it in self.truth("request")]
+
+
+class Gateway:
+    """A gateway in a process of its own, and an HTTP client for it."""
+
+    def __init__(self, config: Path) -> None:
+        self.config = config
+        self._starts = 0
+        self.start()
+
+    def start(self) -> None:
+        """Start it, at a port that is free now."""
+        self._starts += 1
+        log = self.config.with_name(f"{self.config.stem}-{self._starts}.log")
+        self.program = Program(log, "serve", "--config", str(self.config))
+        self.url = self.program.said(r"running on (http://[0-9.]+:\d+)")[1]
+        self.http = httpx.Client(base_url=self.url, timeout=PATIENCE_S)
+        self._cursor: str | None = None
+
+    def wait_until_ready(self) -> "Gateway":
+        """Wait until its lines are open and set up."""
+        until(lambda: self.http.get("/readyz").is_success, "the gateway is ready")
+        return self
+
+    def kill(self) -> None:
+        """End it at once."""
+        self.http.close()
+        self.program.kill()
+
+    def end(self, within_s: float = PATIENCE_S) -> int:
+        """End it as a service manager would, and give its exit code."""
+        self.http.close()
+        return self.program.end(within_s)
+
+    @property
+    def websocket(self) -> str:
+        """The address of its event stream."""
+        return self.url.replace("http", "ws") + "/events"
+
+    def get(self, path: str) -> Any:
+        """Read something that is there."""
+        return self.http.get(path).raise_for_status().json()
+
+    def command(self, body: str, name: str, **parameters: object) -> Any:
+        """Call a mirror command that succeeds."""
+        return (
+            self.http.post(f"/bodies/{body}/commands/{name}", json=parameters or None)
+            .raise_for_status()
+            .json()
+        )
+
+    def move(self, body: str, pulses: int, wait: float = 0, **more: object) -> httpx.Response:
+        """Ask for a relative move clockwise."""
+        content = {"kind": "relative", "direction": "cw", "distance": {"value": pulses, "unit": "pulse"}}
+        return self.http.post(f"/bodies/{body}/moves", params={"wait": wait}, json=content | more)
+
+    def moving(self, body: str, pulses: int) -> Any:
+        """Start a relative move that the controller accepts."""
+        answer = self.move(body, pulses)
+        assert answer.status_code == 202, answer.text
+        return answer.json()
+
+    def ended(self, body: str, move_id: str) -> Any:
+        """Wait for the end of a move, and give it."""
+        move = self.get(f"/bodies/{body}/moves/{move_id}?wait={PATIENCE_S}")
+        assert move["ended_at"], move
+        return move
+
+    def begin_anew(self) -> "Gateway":
+        """From now on tell only of later events."""
+        while (page := self._events())["events"]:
+            self._cursor = page["cursor"]
+        return self
+
+    def events(self, *types: str) -> list[Any]:
+        """The events of some types."""
+        return list(self._events(types=",".join(types))["events"])
+
+    def _events(self, **wanted: str) -> Any:
+        after = {"after": self._cursor} if self._cursor else {}
+        return self.http.get("/events", params={**wanted, **after, "limit": 1000}).raise_for_status().json()
+
+
+def teach(gateway: Gateway, body: str, pattern: int, speeds: SpeedParameters) -> None:
+    """Set an acceleration pattern with the same curve up and down."""
+    values = {
+        "start-speed": {"speed": speeds.low},
+        "maximum-speed": {"speed": speeds.high},
+        "maximum-acceleration": {"acceleration": speeds.acceleration},
+        "rising-acceleration-share": {"percent": speeds.rising},
+        "falling-acceleration-share": {"percent": speeds.falling},
+    }
+    for name, value in values.items():
+        gateway.command(body, f"set-{name}", speed_set=pattern, **value)
+    gateway.command(body, "set-pattern", pattern=pattern, acceleration=pattern, deceleration=pattern)
+
+
+def planned(pulses: int, speeds: SpeedParameters) -> Profile:
+    """How such a move has to run by the manual's rules."""
+    return plan(pulses, speeds, speeds)
+
+
+@contextmanager
+def simulated_line(folder: Path, bodies: str = BODIES, *options: str) -> Iterator[SimulatedLine]:
+    """Run a simulated line, and end it with the block."""
+    line = SimulatedLine(folder, bodies, *options)
+    try:
+        yield line
+    finally:
+        line.end()
+
+
+@contextmanager
+def gateway_at(
+    line: SimulatedLine, name: str = "gateway", bodies: str = BODIES, *, baud: int = 115_200, **more: str
+) -> Iterator[Gateway]:
+    """Run a gateway on a line, and end it with the block; `more` are further keys of the line's table."""
+    gateway = Gateway(write_config(line, name, bodies, baud, **more))
+    try:
+        yield gateway
+    finally:
+        gateway.end()
+
+
+def write_config(
+    line: SimulatedLine, name: str, bodies: str = BODIES, baud: int = 115_200, **more: str
+) -> Path:
+    """Write a configuration for a line; `more` are further keys of its table."""
+    config = line.folder / f"{name}.toml"
+    table = {
+        "id": '"line1"',
+        "address": f'"{line.address(baud)}"',
+        "bodies": "[{}]".format(", ".join(f'{{ id = "{body}" }}' for body in bodies.split(","))),
+        # So that a fault costs a test as little time as it can.
+        "reply_timeout_s": "0.2",
+        "late_reply_s": "0.3",
+        "poll_interval_s": "0.1",
+        **more,
+    }
+    keys = [f"{key} = {value}" for key, value in table.items()]
+    config.write_text("\n".join(["[server]", "port = 0", "", "[[lines]]", *keys, ""]), "utf-8")
+    return config
+
+
+def group_of(*members: str) -> str:
+    """The key of a configuration that makes group 80."""
+    return '[{{ id = "80", members = [{}] }}]'.format(", ".join(f'"{member}"' for member in members))

@@ -1,0 +1,136 @@
+"""The command line as scripts use it: exit codes, one clear sentence, and plain words of help."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.e2e.processes import (
+    MOTION_GATEWAY,
+    PATIENCE_S,
+    Gateway,
+    SimulatedLine,
+    gateway_at,
+    simulated_line,
+    write_config,
+)
+
+
+def run(*arguments: str | Path, url: str = "http://127.0.0.1:9") -> subprocess.CompletedProcess[str]:
+    """Run a command to its end; without a gateway's URL there is none."""
+    return subprocess.run(  # noqa: S603
+        [MOTION_GATEWAY, *arguments],
+        env={"MOTION_GATEWAY_URL": url, "COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE_S,
+    )
+
+
+def test_version() -> None:
+    said = run("version")
+    assert said.returncode == 0
+    assert said.stdout.strip().count(".") == 2
+
+
+def test_send_prints_the_answer_as_json(gateway: Gateway) -> None:
+    said = run("send", "3F", "3PDP[7]", url=gateway.url)
+    assert (said.returncode, said.stderr) == (0, "")
+    assert said.stdout.split() == ["{", '"pulses":', "0", "}"]
+
+
+def test_send_waits_for_the_end_of_a_move(gateway: Gateway, line: SimulatedLine) -> None:
+    said = run("send", "line1.01", "1-M250", "--wait", "10", url=gateway.url)
+    assert said.returncode == 0, said.stderr
+    assert '"status": "succeeded"' in said.stdout
+    assert len(line.executed("1-M250")) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "sentence"),
+    [
+        (("3F", "1AM5,5"), 2, "1AM"),
+        (("3F", "ZZZ"), 2, "There is no command 'ZZZ'"),
+        (("44", "6PD"), 2, "There is no body 44"),
+        (("3F", "1+MA[29],500"), 1, "1+M"),
+    ],
+)
+def test_send_says_why_not(
+    words: tuple[str, str], code: int, sentence: str, gateway: Gateway, line: SimulatedLine
+) -> None:
+    said = run("send", *words, url=gateway.url)
+    assert (said.returncode, said.stdout) == (code, "")
+    assert sentence in said.stderr
+    assert "Traceback" not in said.stderr
+    assert not line.truth("pulses_start")
+
+
+def test_send_without_a_gateway_says_that_nothing_was_sent() -> None:
+    said = run("send", "3F", "6PD")
+    assert said.returncode == 3
+    assert "Nothing was sent" in said.stderr
+
+
+def test_scan_prints_who_answers(tmp_path: Path) -> None:
+    """Over TCP, and with one digit for a body: there are only sixteen to wait for."""
+    with (
+        simulated_line(tmp_path, "00,0A", "--listen", "tcp://127.0.0.1:0") as line,
+        gateway_at(line, bodies="00,01", introducer='"$"') as gateway,
+    ):
+        said = run("scan", "line1", url=gateway.wait_until_ready().url)
+    assert said.returncode == 0, said.stderr
+    assert said.stdout == "line1.00\nline1.0A  (not in the configuration)\n"
+
+
+def test_scan_of_a_line_that_is_not_there(gateway: Gateway) -> None:
+    said = run("scan", "line2", url=gateway.url)
+    assert said.returncode == 2
+    assert "There is no line line2" in said.stderr
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right", "sentence"),
+    [
+        ("adress", "address", "gateway.toml:6: lines[0].adress: unknown key; did you mean address?"),
+        ('host = "0.0.0.0"\nport', "port", "gateway.toml:2: server.host: must be a loopback address"),
+    ],
+)
+def test_a_wrong_configuration_is_refused_with_its_line(
+    wrong: str, right: str, sentence: str, line: SimulatedLine, tmp_path: Path
+) -> None:
+    config = tmp_path / "gateway.toml"
+    text = write_config(line, "template").read_text("utf-8")
+    config.write_text(text.replace(right, wrong, 1), "utf-8")
+    said = run("serve", "--config", config)
+    assert said.returncode == 78
+    assert sentence in said.stderr
+    assert said.stdout == ""
+
+
+def test_a_configuration_that_is_not_there() -> None:
+    said = run("serve", "--config", "/nowhere/gateway.toml")
+    assert said.returncode == 78
+    assert "/nowhere/gateway.toml: cannot be read: No such file or directory" in said.stderr
+
+
+def test_serve_wants_to_know_what() -> None:
+    said = run("serve")
+    assert (said.returncode, said.stderr) == (2, "Say either --config FILE or --demo.\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ((), ("serve", "simulate", "send", "scan", "version", "not a safety function")),
+        (("serve",), ("--config", "--demo", "--port", "SIGTERM")),
+        (("send",), ("Code and parameters as in the manual", "Seconds to wait")),
+        (("scan",), ("120 body numbers",)),
+        (("simulate", "rc400"), ("--bodies", "--pty", "--listen", "--truth", "--control")),
+    ],
+)
+def test_help_in_plain_words(words: tuple[str, ...], told: tuple[str, ...]) -> None:
+    said = run(*words, "--help")
+    assert said.returncode == 0
+    for word in told:
+        assert word in " ".join(said.stdout.split())
