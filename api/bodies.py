@@ -26,6 +26,8 @@ from protocols.rorze.status import (
 )
 from protocols.rorze.stops import Accelerate, ChangeSpeed, Decelerate
 
+WHERE = GetPosition()
+
 router = new_router("bodies")
 reads = new_router("bodies", DirectRoute)
 
@@ -148,7 +150,7 @@ class SpeedAccepted(BaseModel):
 async def read_position(request: Request, body_id: BodyId) -> Response:
     """Ask the controller where the motor stands (6PD)."""
     body = plant_of(request).body(body_id)
-    reply, answered = await body.ask(GetPosition())
+    reply, answered = await body.ask(WHERE)
     return json_response(_position(body, reply.pulses, answered.at))
 
 

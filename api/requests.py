@@ -76,7 +76,7 @@ def age_ms_of(at: float) -> float:
 
 def utc_of(at: float) -> datetime:
     """The wall time of a moment on the event loop's clock."""
-    return datetime.now(UTC) - timedelta(milliseconds=age_ms_of(at))
+    return datetime.now(UTC) - timedelta(seconds=asyncio.get_running_loop().time() - at)
 
 
 def json_response(model: BaseModel, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:

@@ -37,14 +37,20 @@ def set_apart() -> Iterator[set[int]]:
 async def simulated_line(bodies: list[int], *place: str) -> AsyncIterator[None]:
     """Run a simulated RC-400; `place` are the options that say where, such as `--pty PATH --baud 9600`."""
     numbers = ",".join(f"{body:02X}" for body in bodies)
-    program = [*MOTION_GATEWAY, "simulate", "rc400", "--bodies", numbers, *place]
-    async with _running(program) as process:
+    async with announced(*MOTION_GATEWAY, "simulate", "rc400", "--bodies", numbers, *place):
+        yield
+
+
+@asynccontextmanager
+async def announced(*program: str) -> AsyncIterator[str]:
+    """Run a program that says a line when it has started; give that line."""
+    async with _running(list(program)) as process:
         assert process.stdout is not None
         async with asyncio.timeout(START_S):
             said = await process.stdout.readline()
         if not said:
-            raise RuntimeError("The simulated line did not start; its error stands above.")
-        yield
+            raise RuntimeError(f"{' '.join(program)} did not start; its error stands above.")
+        yield said.decode().rstrip()
 
 
 @asynccontextmanager

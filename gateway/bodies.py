@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from gateway.errors import ControllerRefused, GatewayError, NoReply
@@ -46,12 +47,12 @@ class Body:
     went_silent: bool = False
     """Whether it has been offline since its last move was sent: it may have lost its power meanwhile."""
 
-    @property
+    @cached_property
     def short(self) -> str:
         """Its two hexadecimal digits."""
         return f"{self.number:02X}"
 
-    @property
+    @cached_property
     def address(self) -> str:
         """Its address that is always unique, such as `LINE.3F`."""
         return f"{self.line.id}.{self.short}"

@@ -11,6 +11,7 @@ from transports.base import Transport
 SCHEMES: dict[str, str] = {
     "serial": "transports.serial_port:SerialPort",
     "tcp": "transports.tcp:TcpPort",
+    "dpram": "transports.dpram:DpramPort",
 }
 
 

@@ -16,6 +16,10 @@ class TransportLost(TransportError):
     """The port has gone: unplugged or closed by the far end. What was written last may not have arrived."""
 
 
+class TransportRefused(TransportError):
+    """The port does not carry this data; nothing of it was written, and the port stays open."""
+
+
 class Receiver(Protocol):
     """Whoever listens to an open transport. Both calls come on the event loop's thread."""
 
@@ -51,6 +55,7 @@ class Transport(ABC):
         """Hand bytes to the operating system, all of them, in order.
 
         :raises TransportLost: the port is not open.
+        :raises TransportRefused: a port of messages cannot carry one of this size.
         """
 
     @abstractmethod

@@ -7,6 +7,8 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
+from protocols.lines import CR as CR
+from protocols.lines import Lines
 from protocols.rorze.row import (
     EVENT,
     FIRST_GROUP,
@@ -18,7 +20,6 @@ from protocols.rorze.row import (
     RorzeCommand,
 )
 
-CR = b"\r"
 REQUESTS_KEPT = 1024
 """Decoded requests that are kept: a host that polls says the same again and again."""
 INTRODUCERS = "&$#"
@@ -134,37 +135,11 @@ def frame(body: int, text: str, introducer: str = "&") -> bytes:
     return f"{introducer}{digits}{text}".encode("ascii") + CR
 
 
-class _Lines:
-    """Cuts a stream at CR. A line that grows too long is given once, cut, and its tail is dropped."""
-
-    def __init__(self, longest: int) -> None:
-        self._longest = longest
-        self._begun = b""
-        self._cut = False
-
-    def feed(self, data: bytes) -> list[bytes]:
-        """Take bytes, give the lines that are complete now, without their CR."""
-        *ends, self._begun = (self._begun + data).split(CR)
-        lines = [end[: self._longest + 1] for end in ends]
-        if lines and self._cut:
-            del lines[0]  # the tail of a line that was given before
-            self._cut = False
-        if len(self._begun) > self._longest:
-            self._begun = self._begun[: self._longest + 1]
-            lines += [] if self._cut else [self._begun]
-            self._cut = True
-        return lines
-
-    def pending(self) -> int:
-        """Bytes after the last CR; none of a line that has grown too long, for nobody waits for its end."""
-        return 0 if self._cut else len(self._begun)
-
-
 class LinkReader:
     """Cuts the bytes of an RC-400 into frames; how they were split on the way makes no difference."""
 
     def __init__(self) -> None:
-        self._lines = _Lines(MAX_REPLY_LENGTH)
+        self._lines = Lines(MAX_REPLY_LENGTH)
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes, give the frames that are complete now."""
@@ -192,7 +167,7 @@ class RequestReader:
     """Cuts the bytes of a host into requests: the RC-400's side of the line."""
 
     def __init__(self) -> None:
-        self._lines = _Lines(4 * MAX_COMMAND_LENGTH)
+        self._lines = Lines(4 * MAX_COMMAND_LENGTH)
 
     def feed(self, data: bytes) -> list[Request | Garbage]:
         """Take bytes, give the requests that are complete now; stray CR and LF are nothing."""

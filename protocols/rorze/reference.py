@@ -8,8 +8,8 @@ from protocols.rorze.row import LinkMasterCommand
 _HEAD = """\
 # The RC-420 command table
 
-Written from the rows in `protocols/rorze/` by `python -m protocols.rorze.reference`; `GET /commands` gives the
-same with the schemas of parameters and replies. A name is the last part of a command's route,
+Written from the rows in `protocols/rorze/` by `python -m protocols.rorze.reference`; `GET /commands` gives
+the same with the schemas of parameters and replies. A name is the last part of a command's route,
 `/bodies/{body_id}/commands/{name}`. *Modes* are those of EAS: 0 stepping, 1 encoder, 2 servo. *Moving* says
 whether a running motor allows the command, *retry* what the gateway may do by itself when the outcome is not
 known (`read`, `setting`, `conditional`, `never`, `stop`).

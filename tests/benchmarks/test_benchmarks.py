@@ -18,6 +18,7 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
         ("line-use", ["line use at 9600 baud", "line use at 38400 baud", "line use at 115200 baud"]),
         ("http-read", ["HTTP read, 1 client: p50", "HTTP read, 16 clients"]),
         ("first-byte", ["GET to first byte: p50", "POST to first byte: p50"]),
+        ("dpram", ["DPRAM round trip: p50", "DPRAM idle"]),
     ],
 )
 def test_a_benchmark_runs_and_prints_its_figures(benchmark: str, names: list[str]) -> None:
