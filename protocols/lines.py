@@ -1,0 +1,29 @@
+"""How a stream of bytes is cut into lines that end with CR."""
+
+CR = b"\r"
+
+
+class Lines:
+    """Cuts a stream at CR. A line that grows too long is given once, cut, and its tail is dropped."""
+
+    def __init__(self, longest: int) -> None:
+        self._longest = longest
+        self._begun = b""
+        self._cut = False
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Take bytes, give the lines that are complete now, without their CR."""
+        *ends, self._begun = (self._begun + data).split(CR)
+        lines = [end[: self._longest + 1] for end in ends]
+        if lines and self._cut:
+            del lines[0]  # the tail of a line that was given before
+            self._cut = False
+        if len(self._begun) > self._longest:
+            self._begun = self._begun[: self._longest + 1]
+            lines += [] if self._cut else [self._begun]
+            self._cut = True
+        return lines
+
+    def pending(self) -> int:
+        """Bytes after the last CR; none of a line that has grown too long, for nobody waits for its end."""
+        return 0 if self._cut else len(self._begun)
