@@ -1,0 +1,1 @@
+"""DYNAX Fics robots and their C-HOST language: command rows, framing, errors."""

@@ -1,0 +1,35 @@
+"""Moves in user coordinates (C-HOST manual 2-5, 2-6, 2-16)."""
+
+from pydantic import Field
+
+from protocols.fics.notation import AXES, Coordinates, PositionNumber
+from protocols.fics.row import Deed
+from protocols.table import Retry
+
+
+class AxesMove(Deed, args="{coordinates}", blocked="abc", motion=True):
+    """What moves of given axes have in common; mm, pulse or degree as each axis is set up."""
+
+    coordinates: Coordinates = Field(description=AXES)
+
+
+class MoveRelative(AxesMove, code="LMI", retry=Retry.NEVER, example=("LMI 10,,-30.5", "LMI")):
+    """相対移動: move the present unit by an amount; homing is not needed."""
+
+
+class MoveAbsolute(AxesMove, code="LMA", retry=Retry.CONDITIONAL, example=("LMA 100,,-30.5", "LMA")):
+    """絶対移動: move the present unit to a position."""
+
+
+class MoveToPosition(
+    Deed,
+    code="POM",
+    args="{position}",
+    blocked="abc",
+    motion=True,
+    retry=Retry.NEVER,
+    example=("POM 1999", "POM"),
+):
+    """指定ポジション移動: move the present unit to a stored position."""
+
+    position: PositionNumber = Field(description="Number of the position, 1-1999; it has to be set.")

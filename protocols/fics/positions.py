@@ -1,0 +1,97 @@
+"""The table of positions of a unit (C-HOST manual 2-17 to 2-20)."""
+
+from pydantic import Field
+
+from protocols.fics.notation import AXES, Coordinates, PositionNumber, StoredCoordinates
+from protocols.fics.row import Deed, Query
+from protocols.table import Reply, Retry
+
+LAST_POSITION = 1999
+
+
+class BeginPositionUpload(
+    Deed,
+    code="POF",
+    args="1<,{first}>",
+    blocked="abc",
+    retry=Retry.CONDITIONAL,
+    example=("POF 1", "POF", "POF 1,100", "POF"),
+):
+    """ポジションデータ設定開始: begin to upload positions.
+
+    Until the upload is ended nothing is taken but positions, ERR and its end: no stop either.
+    """
+
+    first: PositionNumber | None = Field(
+        default=None, description="Number of the first position, 1-1999; left out, 1."
+    )
+
+
+class EndPositionUpload(
+    Deed,
+    code="POF",
+    args="2",
+    blocked="abc",
+    during_upload=True,
+    retry=Retry.CONDITIONAL,
+    example=("POF 2", "POF"),
+):
+    """ポジションデータ設定終了: end the upload of positions."""
+
+
+class UploadPosition(
+    Deed,
+    code="POS",
+    args="{coordinates}",
+    blocked="abc",
+    during_upload=True,
+    retry=Retry.NEVER,
+    example=("POS 100,,-30.5", "POS"),
+):
+    """ポジションデータ設定: upload the next position."""
+
+    coordinates: Coordinates = Field(description=f"In mm, pulse or degree as each axis is set up. {AXES}")
+
+
+class StoredPosition(Reply, args="{coordinates}"):
+    """One position of the table."""
+
+    coordinates: StoredCoordinates = Field(
+        description="Per axis, in mm, pulse or degree as it is set up; null where the position has none."
+    )
+
+
+class DownloadPositions(
+    Query[StoredPosition],
+    code="POR",
+    args="<{first}><,{count}>",
+    blocked="abc",
+    answered_as="POS",
+    ends_with="POE",
+    example=("POR 5,1", "POS 100,20,-30.5", "POR", "POS 100,,-30.5", "POR ,1", "POS 0,0"),
+):
+    """ポジションデータ読み出し: download positions in turn.
+
+    Each is an answer of its own, named POS; POE follows the last.
+    """
+
+    first: PositionNumber | None = Field(
+        default=None, description="Number of the first position, 1-1999; left out, 1."
+    )
+    count: PositionNumber | None = Field(default=None, description="How many, 1-1999; left out, all.")
+
+
+class ClearPositions(
+    Deed,
+    code="PCL",
+    args="<{first}><,{count}>",
+    blocked="abc",
+    retry=Retry.CONDITIONAL,
+    example=("PCL", "PCL", "PCL 5", "PCL", "PCL 5,10", "PCL", "PCL ,10", "PCL"),
+):
+    """ポジションデータクリア: clear positions."""
+
+    first: PositionNumber | None = Field(
+        default=None, description="Number of the first position, 1-1999; left out, 1."
+    )
+    count: PositionNumber | None = Field(default=None, description="How many, 1-1999; left out, all.")

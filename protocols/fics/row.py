@@ -1,0 +1,122 @@
+"""The columns of the C-HOST command table: when a command is answered, what blocks it (C-HOST manual 1-7)."""
+
+from collections.abc import Mapping
+from enum import StrEnum
+from types import MappingProxyType
+from typing import ClassVar, Final, TypeVar
+
+from protocols.table import Ack, Command, Reply, Retry
+
+R_co = TypeVar("R_co", bound=Reply, covariant=True)
+
+NAME_LENGTH = 3
+
+
+class Answered(StrEnum):
+    """When a command is answered, in either communication mode (C-HOST manual 1-1-1, 1-7)."""
+
+    ALWAYS = "always"
+    """At once in both modes: a query."""
+    ON_COMPLETION = "on_completion"
+    """Ver.2: never. Ver.3: with its bare name when it is done, with an error when it is not."""
+    AT_ONCE = "at_once"
+    """Ver.2: never. Ver.3: with its bare name as soon as it is accepted, as JOG is."""
+
+
+class Block(StrEnum):
+    """What keeps the system from taking a command: the letters of the manual's table (C-HOST manual 1-7)."""
+
+    TERMINAL_RUNS = "a"
+    """Automatic operation, homing or JOG from the teaching terminal."""
+    TERMINAL_EDITS = "b"
+    """Data or parameters are being edited at the teaching terminal."""
+    MOTION = "c"
+    """A motion command or a macro of the host is under way."""
+    UNIT_MOTION = "d"
+    """A motion command of the host is under way in the present unit."""
+
+
+BLOCK_ERRORS: Final[Mapping[Block, str]] = MappingProxyType(
+    {Block.TERMINAL_RUNS: "E01", Block.TERMINAL_EDITS: "E03", Block.MOTION: "E01", Block.UNIT_MOTION: "E01"}
+)
+"""The error each block is reported with (C-HOST manual 1-7)."""
+
+UPLOAD_ERROR: Final = "E03"
+"""Refusal of a command between POF 1 and POF 2. An assumption: the manual prints no error for it."""
+
+
+class FicsCommand(Command[R_co], args=""):
+    """A row of C-HOST manual 1-7 or 4-1; a setting and its query are two rows of the same name."""
+
+    answered: ClassVar[Answered] = Answered.ON_COMPLETION
+    blocked: ClassVar[frozenset[Block]] = frozenset()
+    """The states in which it is refused."""
+    during_upload: ClassVar[bool] = False
+    """Allowed between POF 1 and POF 2."""
+    motion: ClassVar[bool] = False
+    """Sets axes moving: until it ends it blocks others as (c), and (d) unless it is a macro."""
+    answered_as: ClassVar[str] = ""
+    """The name its answers carry, where it is not its own."""
+    ends_with: ClassVar[str] = ""
+    """The name that follows the last of several answers; empty where there is only one."""
+
+    def __init_subclass__(
+        cls,
+        *,
+        code: str | None = None,
+        args: str | None = None,
+        answered: Answered | None = None,
+        blocked: str | None = None,
+        during_upload: bool | None = None,
+        motion: bool | None = None,
+        answered_as: str | None = None,
+        ends_with: str | None = None,
+        retry: Retry | None = None,
+        echo: tuple[str, ...] | None = None,
+        example: tuple[str, ...] | None = None,
+    ) -> None:
+        """Take the columns from the class keywords; `blocked` is the letters of the manual's table."""
+        super().__init_subclass__(args=args)
+        columns: dict[str, object] = {
+            "code": code,
+            "answered": answered,
+            "blocked": None if blocked is None else frozenset(map(Block, blocked)),
+            "during_upload": during_upload,
+            "motion": motion,
+            "answered_as": answered_as,
+            "ends_with": ends_with,
+        }
+        columns |= {"retry": retry, "echo": echo, "example": example}
+        for name, value in columns.items():
+            if value is not None:
+                setattr(cls, name, value)
+
+    def text(self) -> str:
+        """The command as it stands on the wire, without terminator."""
+        return " ".join(part for part in (self.code, self.written()) if part)
+
+    def wire_name(self) -> str:
+        """The three characters it begins with; a macro's are its own."""
+        return self.text()[:NAME_LENGTH]
+
+    @classmethod
+    def is_query(cls) -> bool:
+        """Whether it is answered with data, in both modes."""
+        return cls.answered is Answered.ALWAYS
+
+    def may_repeat(self) -> bool:
+        """Whether it may be sent again by itself."""
+        return self.retry is Retry.READ
+
+    @classmethod
+    def starts_motion(cls) -> bool:
+        """Whether axes move until its end is reported or seen."""
+        return cls.motion
+
+
+class Query(FicsCommand[R_co], answered=Answered.ALWAYS, retry=Retry.READ):
+    """A command that is answered with data and changes nothing."""
+
+
+class Deed(FicsCommand[Ack]):
+    """A command that does something; Ver.3 answers its bare name, Ver.2 nothing."""
