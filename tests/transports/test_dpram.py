@@ -483,6 +483,24 @@ class TestGoing:
 
         play(story())
 
+    def test_a_port_that_fails_in_a_write_takes_no_more_and_once_closed_tells_nothing(
+        self, far: DpramFarEnd
+    ) -> None:
+        async def story() -> None:
+            port, ear = port_at(far), Ear()
+            await port.open(ear)
+            os.truncate(far.fd, 0)
+            port.write(b"LMA 100\r")
+            os.truncate(far.fd, 1024)
+            with pytest.raises(TransportLost, match="nothing was sent"):
+                port.write(b"AES\r")
+            assert port.unsent() == 0
+            await port.close()
+            await looks()
+            assert (ear.losses, far.peek(TO_FICS_FLAG)) == ([], b"\0")
+
+        play(story())
+
     def test_a_file_that_is_removed_is_a_loss(self, far: DpramFarEnd) -> None:
         async def story() -> None:
             port, ear = port_at(far), Ear()

@@ -1,0 +1,106 @@
+"""The Fics side of a dual-port RAM in a file, for a simulated machine."""
+
+import asyncio
+import mmap
+import os
+import re
+from collections import deque
+from pathlib import Path
+
+from simulator.ports import MOST_UNREAD, Clockwork, Machine, Port
+
+SIZE = 1024
+HOST_FLAG, FROM_HOST = 257, slice(258, 512)
+FICS_FLAG, TO_HOST = 512, slice(513, 768)
+FREE, FULL = 0, 1
+"""The layout, C-HOST manual 1-4. A flag is 1 while its area holds a message that has not been taken."""
+
+SPIN_S = 0.002
+"""So long after a message the RAM is looked at in every turn of the event loop."""
+
+PAUSE_S = 0.002
+"""Between two looks at other times."""
+
+_MESSAGES = re.compile(rb"[^\r]*\r\n?|[^\r]+")
+
+
+class DpramPort(Port):
+    """A dual-port RAM; programs come and go at its host side, it stays until `aclose`."""
+
+    def __init__(self, clockwork: Clockwork, path: Path, ram: mmap.mmap) -> None:
+        super().__init__(f"dpram://{path}", clockwork)
+        self.stalled = False
+        """While set, Fics neither takes a message nor gives one, and the flags stay as they are."""
+        self._path = path
+        self._inode = path.stat().st_ino
+        self._ram = ram
+        self._waiting: deque[bytes] = deque()
+        self._loop = asyncio.get_running_loop()
+        self._busy_until = self._loop.time()
+        clockwork.host = self
+        self._timer: asyncio.Handle = self._loop.call_soon(self._turn)
+
+    def write(self, data: bytes) -> None:
+        """Put messages into the RAM as the host takes them; what is too much for it is lost."""
+        if sum(map(len, self._waiting)) < MOST_UNREAD:
+            self._waiting.extend(_MESSAGES.findall(data))
+        self._give()
+
+    async def aclose(self) -> None:
+        """Stop, and remove the file."""
+        self._clockwork.stop()
+        self._timer.cancel()
+        self._ram.close()
+        if self._path.exists() and self._path.stat().st_ino == self._inode:
+            self._path.unlink()
+
+    def _turn(self) -> None:
+        # Planned first: a message may make the machine fail, and that must not end the polling.
+        if self._loop.time() < self._busy_until:
+            self._timer = self._loop.call_soon(self._turn)
+        else:
+            self._timer = self._loop.call_later(PAUSE_S, self._turn)
+        self._give()
+        self._take()
+
+    def _give(self) -> None:
+        """Write a message if the host has taken the one before: the data first, its flag last."""
+        if self._waiting and self._ram[FICS_FLAG] == FREE and not self.stalled:
+            room = TO_HOST.stop - TO_HOST.start
+            self._ram[TO_HOST] = self._waiting.popleft()[:room].ljust(room, b"\0")
+            self._ram[FICS_FLAG] = FULL
+            self._stay_awake()
+
+    def _take(self) -> None:
+        """Read a message, free the area, and let the machine hear it."""
+        if self._ram[HOST_FLAG] == FULL and not self.stalled:
+            area = self._ram[FROM_HOST].rstrip(b"\0")
+            self._ram[HOST_FLAG] = FREE
+            self._stay_awake()
+            for message in _MESSAGES.findall(area)[:1]:
+                self._clockwork.feed(message)
+
+    def _stay_awake(self) -> None:
+        self._busy_until = self._loop.time() + SPIN_S
+        self._timer.cancel()
+        self._timer = self._loop.call_soon(self._turn)
+
+
+def serve_dpram(machine: Machine, path: Path) -> DpramPort:
+    """Put a machine behind a new dual-port RAM in a file at `path`, both sides empty.
+
+    A file of an earlier run is replaced, so that a program at its host side sees that the RAM has gone.
+
+    :raises FileExistsError: something else than such a file is there.
+    :raises OSError: the file cannot be made.
+    """
+    if path.exists() and not (path.is_file() and path.stat().st_size == SIZE):
+        raise FileExistsError(
+            f"{path} exists and is no dual-port RAM; nothing was changed. Choose another path"
+        )
+    fresh = path.with_name(f".{path.name}.{os.getpid()}")
+    fresh.write_bytes(bytes(SIZE))
+    with fresh.open("r+b") as file:
+        ram = mmap.mmap(file.fileno(), SIZE)
+    fresh.replace(path)
+    return DpramPort(Clockwork(machine), path, ram)
