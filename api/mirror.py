@@ -74,7 +74,7 @@ def _snake(row: Row) -> str:
 
 def _add(router: APIRouter, place: str, name: str, row: Row, endpoint: Endpoint) -> None:
     """Register a row's route. Its parameters may be left out altogether where none is required."""
-    required = any(field.is_required() for field in row.model_fields.values())
+    required = not row.may_be_empty() or any(field.is_required() for field in row.model_fields.values())
     endpoint.__annotations__["command"] = row if required else Annotated[row, Body(default_factory=row)]
     to_group = router.tags == ["group commands"]
     router.add_api_route(

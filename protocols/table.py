@@ -256,6 +256,11 @@ class Spoken(BaseModel):
         """The written forms, in words a person can follow."""
         return [form.syntax or "no parameters" for form in cls.forms]
 
+    @classmethod
+    def may_be_empty(cls) -> bool:
+        """Whether it can be written without any parameter."""
+        return frozenset() in cls._writer
+
     def written(self) -> str:
         """The parameters as they stand on the wire, without code and frame."""
         given = self._given()
