@@ -1,15 +1,15 @@
 """One port with its RC-400: keeps it open and set up, and carries the conversation over it in time."""
 
 import asyncio
-import logging
 import random
-from collections.abc import Callable, Iterable
-from enum import StrEnum
+from collections.abc import Callable, Coroutine, Iterable
 from typing import Any
 
 from gateway.conversation import Conversation, offline_error
-from gateway.errors import Cancelled, ControllerRefused, GatewayError, LineDown, NoReply
+from gateway.errors import Cancelled, ControllerRefused, GatewayError, NoReply
 from gateway.exchange import Answered, Exchange, Lane, Outcome
+from gateway.port import LineState as LineState
+from gateway.port import PortLoop
 from protocols.rorze.link import (
     POISON,
     Answer,
@@ -25,37 +25,20 @@ from protocols.rorze.link import (
 from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.table import Retry
-from transports.base import Transport, TransportError, TransportLost
-
-log = logging.getLogger(__name__)
+from transports.base import Transport
 
 REPLIES = Answer, Refusal, GroupAnswer
 
-SILENCE_S = 0.05
-"""The line must be quiet this long after the poison of an opening."""
 GAP_S = 0.1
 """A reply that has begun may pause this long before it counts as cut off."""
-STUCK_S = 1.0
-"""The port must take our bytes within this time, or it is opened anew."""
-REOPEN_S = (0.2, 5.0)
-"""First and longest pause before a lost port is tried again; it doubles in between."""
 PROBE_S = (1.0, 10.0)
 """First and longest pause between probes of the bodies that do not answer."""
 PROBE_SHARE = 0.1
 """Share of the line's time that probes may take while anybody else answers."""
 
 
-class LineState(StrEnum):
-    """What a line can do for its users now."""
-
-    DOWN = "down"
-    SETTING_UP = "setting_up"
-    READY = "ready"
-    OUT_OF_STEP = "out_of_step"
-
-
-class Line:
-    """One port with its RC-400 and bodies. All its methods belong to the event loop's thread."""
+class Line(PortLoop):
+    """One port with its RC-400 and bodies."""
 
     def __init__(
         self,
@@ -69,13 +52,6 @@ class Line:
         interject_stops: bool = True,
         rng: random.Random | None = None,
     ) -> None:
-        self.id = line_id
-        self.transport = transport
-        self.controllers = ""
-        """What the link master answered to XID."""
-        self.down_reason = "not opened yet"
-        self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
-        self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
         self._talk = Conversation(
             bodies,
             introducer=introducer,
@@ -84,50 +60,22 @@ class Line:
             interject_stops=interject_stops,
             rng=rng,
         )
+        super().__init__(line_id, transport, self._talk.counters)
+        self.controllers = ""
+        """What the link master answered to XID."""
+        self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
         self._talk.on_presence = self._presence_changed
         self.bodies, self.groups, self.offline = self._talk.bodies, self._talk.groups, self._talk.offline
-        self.gate, self.counters = self._talk.gate, self._talk.counters
+        self.gate = self._talk.gate
         self.introducer, self.interject_stops = introducer, interject_stops
         self.reply_timeout_s, self.late_reply_s = reply_timeout_s, late_reply_s
         self._reader = LinkReader()
-        self._open = False
-        self._ready = False
-        self._tx_free_at = 0.0
-        self._last_rx_at = 0.0
-        self._stuck_since: float | None = None
-        self._timer: asyncio.Handle | None = None
-        self._timer_at = 0.0
-        self._attention = asyncio.Event()
-        self._set_up_due = False
-        self._tasks: list[asyncio.Task[None]] = []
-        self._loop: asyncio.AbstractEventLoop
 
-    # life
+    def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
+        return (self._probe_offline(),)
 
-    def start(self) -> None:
-        """Begin to open the port, and to open it again whenever it is lost."""
-        self._loop = asyncio.get_running_loop()
-        self._tasks = [
-            asyncio.create_task(self._keep_open(), name=f"line {self.id}"),
-            asyncio.create_task(self._probe_offline(), name=f"probes {self.id}"),
-        ]
-
-    async def close(self) -> None:
-        """Cancel what waits, close the port and end all tasks. What was written stays written."""
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
-        self._went_down("the gateway is shutting down")
-        await self.transport.close()
-
-    @property
-    def state(self) -> LineState:
-        """What the line can do now."""
-        if not self._open:
-            return LineState.DOWN
-        if not self._ready:
-            return LineState.SETTING_UP
-        return LineState.READY if self._talk.in_step else LineState.OUT_OF_STEP
+    def _in_step(self) -> bool:
+        return self._talk.in_step
 
     @property
     def last_error_at(self) -> float | None:
@@ -146,46 +94,12 @@ class Line:
         """Whether the line's way of addressing reaches this body number."""
         return self.introducer == "&" or body <= 0xF
 
-    async def _keep_open(self) -> None:
-        pause_s = REOPEN_S[0]
-        while True:
-            try:
-                await self.transport.open(self)
-            except TransportError as error:
-                self._went_down(str(error))
-            else:
-                pause_s = REOPEN_S[0]
-                self.counters["openings"] += 1
-                self._open = True
-                await self._serve_until_lost()
-                await self.transport.close()
-            await asyncio.sleep(pause_s)
-            pause_s = min(2 * pause_s, REOPEN_S[1])
-
-    async def _serve_until_lost(self) -> None:
-        self._set_up_due = fresh = True
-        while self._open:
-            if self._set_up_due:
-                self._set_up_due = False
-                await self._set_up(fresh=fresh)
-                fresh = False
-            else:
-                self._attention.clear()
-                await self._attention.wait()
-
-    def _went_down(self, reason: str) -> None:
-        was_open, self._open, self._ready = self._open, False, False
-        changed = was_open or reason != self.down_reason
-        self.down_reason = reason
+    def _break_off(self, reason: str) -> None:
         self._reader = LinkReader()
-        self._stuck_since = None
         self._talk.break_off(
             NoReply(f"Line {self.id} was lost before the reply came: {reason}.", "Read status and position."),
             Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later."),
         )
-        if changed:
-            self.on_change("line.down", {"reason": reason})
-        self._attention.set()
 
     # set-up
 
@@ -193,7 +107,7 @@ class Line:
         """Tell the link master what it forgets at power-off: XID, XRSM1, the groups (RC-420 manual 17.2)."""
         self._ready = False
         if fresh:
-            await self._poison()
+            await self._clear_with(POISON, self.late_reply_s)
         identified = await self._tell(IdentifyControllers())
         if isinstance(identified, Answered):
             self.controllers = getattr(identified.replies[LINK_MASTER], "text", "")
@@ -206,24 +120,6 @@ class Line:
         self.on_change("line.up", {"controllers": self.controllers})
         self._pump()
 
-    async def _poison(self) -> None:
-        """Kill whatever half command an earlier life may have left at the far end, then wait for silence.
-
-        A line that is never silent is used nevertheless: what it does then tells people more than waiting.
-        """
-        try:
-            self.transport.write(POISON)
-        except TransportLost:
-            return
-        self._tx_free_at = self._loop.time() + len(POISON) * self.transport.byte_time_s
-        self._last_rx_at = self._tx_free_at
-        patience_ends_at = self._tx_free_at + self.late_reply_s
-        while self._open:
-            rest_s = min(self._last_rx_at + SILENCE_S, patience_ends_at) - self._loop.time()
-            if rest_s <= 0:
-                return
-            await asyncio.sleep(rest_s)
-
     async def _tell(self, command: RorzeCommand[Any]) -> Outcome:
         """Send the link master a command ahead of everything but stops and fences."""
         if not self._open:
@@ -233,13 +129,6 @@ class Line:
         self._talk.put_first(exchange)
         self._pump()
         return await future
-
-    def set_up_again(self, reason: str) -> None:
-        """The link master shows signs of a restart: tell it everything again."""
-        log.warning("line %s: %s; setting the link master up again", self.id, reason)
-        self.counters["set_ups_again"] += 1
-        self._set_up_due = True
-        self._attention.set()
 
     async def define_group(self, group: int, members: list[int]) -> None:
         """Define a virtual body at the link master, now and after every restart of it.
@@ -307,9 +196,6 @@ class Line:
         exchange.waiters.append(future)
         return future
 
-    def _down(self) -> LineDown:
-        return LineDown(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", "Check the cable.")
-
     def _expire(self) -> None:
         self._talk.scheduler.expire(self._loop.time())
 
@@ -319,37 +205,17 @@ class Line:
         """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
         while self._open and self._talk.has_something():
             now = self._loop.time()
-            if now < self._tx_free_at:
-                self._wake_at(self._tx_free_at)
-                return
-            if not self._port_takes_bytes(now):
+            if not self._port_is_free(now):
                 return
             exchange = self._talk.next(now, ready=self._ready)
             if exchange is None:
                 return
             self._write(exchange, now)
 
-    def _port_takes_bytes(self, now: float) -> bool:
-        """Whether everything written before has left; a port that stays blocked is opened anew."""
-        if self.transport.unsent() == 0:
-            self._stuck_since = None
-            return True
-        if self._stuck_since is None:
-            self._stuck_since = now
-        if now - self._stuck_since > STUCK_S:
-            self._went_down(f"{self.transport.address} takes no bytes")
-        else:
-            self._wake_at(now + 0.001)
-        return False
-
     def _write(self, exchange: Exchange, now: float) -> None:
-        try:
-            self.transport.write(exchange.frame)
-        except TransportLost as error:
-            self._went_down(str(error))
+        if not self._send(exchange.frame, now):
             exchange.settle(self._down())
             return
-        self._tx_free_at = now + len(exchange.frame) * self.transport.byte_time_s
         deadline = self._tx_free_at + exchange.timeout_s
         self._talk.written(exchange, now, deadline)
         self._wake_at(deadline)
@@ -361,10 +227,6 @@ class Line:
         self._last_rx_at = self._loop.time()
         for frame in self._reader.feed(data):
             self._take(frame)
-
-    def connection_lost(self, error: TransportLost) -> None:
-        """The port has gone by itself."""
-        self._went_down(str(error))
 
     def _take(self, frame: Frame) -> None:
         """Hear a frame; the next one goes out before anybody is told what the reply was."""
@@ -383,23 +245,10 @@ class Line:
 
     # time
 
-    def _wake_at(self, at: float) -> None:
-        """Keep one timer, at the earliest moment anything is due."""
-        if self._timer is not None:
-            if self._timer_at <= at:
-                return
-            self._timer.cancel()
-        # Kept beside the handle: uvloop's handles of timers that are due at once do not tell their time.
-        self._timer, self._timer_at = self._loop.call_at(at, self._wake), at
-
-    def _wake(self) -> None:
-        self._timer = None
+    def _pass_deadlines(self, now: float) -> float | None:
         resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
-        self._talk.pass_deadlines(self._loop.time(), resumes_at)
-        deadline = self._talk.deadline()
-        if deadline is not None:
-            self._wake_at(deadline)
-        self._pump()
+        self._talk.pass_deadlines(now, resumes_at)
+        return self._talk.deadline()
 
     # presence
 

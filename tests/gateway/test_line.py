@@ -18,7 +18,8 @@ from gateway.errors import (
     QueueFull,
 )
 from gateway.exchange import Answered, Lane, Outcome
-from gateway.line import REOPEN_S, SILENCE_S, STUCK_S, Line, LineState, lane_of
+from gateway.line import Line, LineState, lane_of
+from gateway.port import REOPEN_S, SILENCE_S, STUCK_S
 from gateway.scheduler import QUEUE_LIMIT
 from protocols.rorze.link import Frame, MoveEnded, Refusal, StatusChanged, UnknownMessage
 from protocols.rorze.link_master import SetGroup
