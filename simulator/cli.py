@@ -4,22 +4,28 @@ import asyncio
 import re
 import signal
 import socket
-from collections.abc import AsyncIterator, Iterable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
-from typing import Annotated
+from typing import Annotated, TypeVar
 from urllib.parse import urlsplit
 
 import typer
 import uvicorn
 import uvloop
+from fastapi import FastAPI
 
 from protocols.rorze.row import LAST_BODY
-from simulator.ports import Port, PtyPort, serve_pty, serve_tcp
+from simulator.fics.control import create_control as create_fics_control
+from simulator.fics.dpram_port import DpramPort, serve_dpram
+from simulator.fics.layout import Layout
+from simulator.fics.line import build_line as build_fics
+from simulator.fics.macros import MACROS, read_macros
+from simulator.ports import Machine, Port, PtyPort, serve_pty, serve_tcp
 from simulator.rorze.control import create_control
-from simulator.rorze.line import Rc400Line, build_line
+from simulator.rorze.line import build_line
 from simulator.rorze.truth import TruthLog
 
 KEPT_FACTS = 100_000
@@ -37,8 +43,27 @@ SLOWEST, FASTEST = 300, 4_000_000
 app = typer.Typer(help="Run simulated controllers.", no_args_is_help=True)
 
 
-Place = Path | tuple[str, int]
-"""The link to a pseudo-terminal, or the host and port of a TCP listener."""
+@dataclass(frozen=True, slots=True)
+class DpramFile:
+    """The file of a dual-port RAM."""
+
+    path: Path
+
+
+Place = Path | tuple[str, int] | DpramFile
+"""The link to a pseudo-terminal, the host and port of a TCP listener, or a dual-port RAM."""
+
+PtyOption = Annotated[Path | None, typer.Option(help="Make a pseudo-terminal, and this symbolic link to it.")]
+ListenOption = Annotated[str | None, typer.Option(help="Listen for one TCP client: tcp://HOST:PORT.")]
+BaudOption = Annotated[
+    int | None,
+    typer.Option(min=SLOWEST, max=FASTEST, help="Let bytes take their time, 8N1; left out, they take none."),
+]
+TruthOption = Annotated[
+    Path | None, typer.Option(help="Append what really happens to this file, as JSON lines.")
+]
+ControlOption = Annotated[str | None, typer.Option(help="Offer the HTTP control interface at HOST:PORT.")]
+SeedOption = Annotated[int, typer.Option(help="Seed of the faults' dice.")]
 
 
 @app.callback()
@@ -47,53 +72,79 @@ def simulate() -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Rc400Options:
-    """How to run an RC-400 line; `baud` None paces nothing."""
+class Service:
+    """How to offer a machine; `baud` None paces nothing."""
 
-    bodies: tuple[int, ...]
     place: Place
     baud: int | None = None
     truth: Path | None = None
     control: tuple[str, int] | None = None
-    seed: int = 0
 
 
 @app.command()
 def rc400(
     bodies: Annotated[str, typer.Option(help="Body numbers, hexadecimal 00-77: 00,01,3F.")],
-    pty: Annotated[
-        Path | None, typer.Option(help="Make a pseudo-terminal, and this symbolic link to it.")
-    ] = None,
-    listen: Annotated[str | None, typer.Option(help="Listen for one TCP client: tcp://HOST:PORT.")] = None,
-    baud: Annotated[
-        int | None,
-        typer.Option(
-            min=SLOWEST, max=FASTEST, help="Let bytes take their time, 8N1; left out, they take none."
-        ),
-    ] = None,
-    truth: Annotated[
-        Path | None, typer.Option(help="Append what really happens to this file, as JSON lines.")
-    ] = None,
-    control: Annotated[
-        str | None, typer.Option(help="Offer the HTTP control interface at HOST:PORT.")
-    ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the faults' dice.")] = 0,
+    pty: PtyOption = None,
+    listen: ListenOption = None,
+    baud: BaudOption = None,
+    truth: TruthOption = None,
+    control: ControlOption = None,
+    seed: SeedOption = 0,
 ) -> None:
     """Simulate an RC-400 link master with RC-420 controllers until interrupted."""
     try:
-        options = Rc400Options(
-            bodies=read_bodies(bodies),
-            place=read_place(pty, listen),
-            baud=baud,
-            truth=truth,
-            control=None if control is None else read_endpoint(control),
-            seed=seed,
-        )
+        numbers = read_bodies(bodies)
+        service = read_service(read_place(pty, listen), baud, truth, control)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
+    _run(
+        service,
+        lambda log: build_line(numbers, monotonic(), log, seed=seed),
+        create_control,
+        f"RC-400 with bodies {', '.join(f'{body:02X}' for body in numbers)}",
+    )
+
+
+@app.command()
+def fics(
+    units: Annotated[int, typer.Option(help="How many units, 1-9; unit 1 is a miniSCARA.")] = 1,
+    axes: Annotated[str, typer.Option(help="The user axes of each unit, of X Y Z @ W.")] = "XYZ",
+    pty: PtyOption = None,
+    listen: ListenOption = None,
+    dpram: Annotated[Path | None, typer.Option(help="Make a dual-port RAM in this file.")] = None,
+    macros: Annotated[
+        Path | None, typer.Option(help="Macros of this TOML file, in place of those built in.")
+    ] = None,
+    baud: BaudOption = None,
+    truth: TruthOption = None,
+    control: ControlOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Simulate a Fics robot system with C-HOST until interrupted."""
+    try:
+        programs = MACROS if macros is None else read_macros(macros)
+        layout = Layout(units=units, axes=axes, macros=programs)
+        service = read_service(read_fics_place(pty, listen, dpram), baud, truth, control)
+    except (OSError, ValueError) as error:
+        raise typer.BadParameter(str(error)) from None
+    _run(
+        service,
+        lambda log: build_fics(layout, log, seed=seed),
+        create_fics_control,
+        f"Fics with {units} unit{'s' if units > 1 else ''} of axes {axes}",
+    )
+
+
+M = TypeVar("M", bound=Machine)
+
+
+def _run(
+    service: Service, build: Callable[[TruthLog], M], control: Callable[[M, Port], FastAPI], title: str
+) -> None:
+    """Run a machine until interrupted; a port or file that cannot be opened ends the program."""
     try:
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
-            runner.run(run_rc400(options))
+            runner.run(_serve_until_stopped(service, build, control, title))
     except OSError as error:
         typer.echo(f"The simulated line did not start: {error}.", err=True)
         raise typer.Exit(1) from None
@@ -141,34 +192,54 @@ def read_endpoint(text: str) -> tuple[str, int]:
     return host, port
 
 
-async def run_rc400(options: Rc400Options) -> None:
-    """Run a line until SIGINT or SIGTERM.
+def read_fics_place(pty: Path | None, listen: str | None, dpram: Path | None) -> Place:
+    """Take one of the three places where a Fics can be.
 
-    :raises OSError: a port or a file could not be opened.
+    :raises ValueError: not exactly one is given, or no TCP address.
     """
+    if [pty, listen, dpram].count(None) != 2:
+        raise ValueError("give one of --pty PATH, --listen tcp://HOST:PORT and --dpram FILE")
+    return read_place(pty, listen) if dpram is None else DpramFile(dpram)
+
+
+def read_service(place: Place, baud: int | None, truth: Path | None, control: str | None) -> Service:
+    """Put the options together.
+
+    :raises ValueError: the control interface has no HOST:PORT, or a dual-port RAM a speed.
+    """
+    if baud is not None and isinstance(place, DpramFile):
+        raise ValueError("--baud is the speed of a serial line; leave it out with --dpram")
+    return Service(place, baud, truth, None if control is None else read_endpoint(control))
+
+
+async def _serve_until_stopped(
+    service: Service, build: Callable[[TruthLog], M], control: Callable[[M, Port], FastAPI], title: str
+) -> None:
+    """Run a machine until SIGINT or SIGTERM."""
     stopped = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stopped.set)
     async with AsyncExitStack() as stack:
         # Opened once, before anything runs.
-        sink = None if options.truth is None else stack.enter_context(options.truth.open("a", buffering=1))
-        line = build_line(options.bodies, monotonic(), TruthLog(KEPT_FACTS, sink), seed=options.seed)
-        port = await _serve(line, options)
+        sink = None if service.truth is None else stack.enter_context(service.truth.open("a", buffering=1))
+        machine = build(TruthLog(KEPT_FACTS, sink))
+        port = await _serve(machine, service)
         stack.push_async_callback(port.aclose)
-        if options.control is not None:
-            await stack.enter_async_context(_control(line, port, *options.control))
-        typer.echo(
-            f"RC-400 with bodies {', '.join(f'{body:02X}' for body in options.bodies)} at {port.address}"
-        )
+        if service.control is not None:
+            await stack.enter_async_context(_control(control(machine, port), *service.control))
+        typer.echo(f"{title} at {port.address}")
         await stopped.wait()
 
 
-async def _serve(line: Rc400Line, options: Rc400Options) -> Port:
-    if isinstance(options.place, Path):
-        return serve_pty(line, options.place, options.baud)
-    host, port = options.place
-    return await serve_tcp(line, host, port, options.baud)
+async def _serve(machine: Machine, service: Service) -> Port:
+    match service.place:
+        case DpramFile(path):
+            return serve_dpram(machine, path)
+        case Path() as link:
+            return serve_pty(machine, link, service.baud)
+        case host, port:
+            return await serve_tcp(machine, host, port, service.baud)
 
 
 class _Server(uvicorn.Server):
@@ -179,13 +250,11 @@ class _Server(uvicorn.Server):
 
 
 @asynccontextmanager
-async def _control(line: Rc400Line, port: Port, host: str, number: int) -> AsyncIterator[None]:
-    """Serve the control interface in this event loop, where the line runs too."""
+async def _control(control: FastAPI, host: str, number: int) -> AsyncIterator[None]:
+    """Serve the control interface in this event loop, where the machine runs too."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listener = socket.create_server((host, number), family=family)
-    config = uvicorn.Config(
-        create_control(line, port), lifespan="off", log_config=None, timeout_graceful_shutdown=1
-    )
+    config = uvicorn.Config(control, lifespan="off", log_config=None, timeout_graceful_shutdown=1)
     server = _Server(config)
     serving = asyncio.create_task(server.serve([listener]))
     typer.echo(f"control interface at http://{host}:{listener.getsockname()[1]}")
@@ -207,3 +276,11 @@ def start_demo_line(bodies: Iterable[int], path: Path) -> PtyPort:
         for setting in DEMO_SETTINGS:
             axis.execute(setting, now)
     return serve_pty(line, path)
+
+
+def start_demo_robot(path: Path) -> DpramPort:
+    """Run a Fics of two units in this event loop, behind a dual-port RAM in the file `path`.
+
+    :raises OSError: the file cannot be made.
+    """
+    return serve_dpram(build_fics(Layout(units=2), TruthLog(KEPT_FACTS)), path)

@@ -6,10 +6,9 @@ from functools import partial
 from math import inf
 from typing import NamedTuple
 
+from protocols.lines import CR
 from simulator.rorze.faults import Direction, Fault, Faults
 from simulator.rorze.truth import TruthLog
-
-CR = b"\r"
 
 
 class _Due(NamedTuple):

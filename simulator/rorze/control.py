@@ -1,14 +1,14 @@
 """The hand in the simulated plant: an HTTP interface to move sensors, cut power and spoil the line."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, fields, replace
-from typing import Annotated, Any, Literal, Protocol, TypeVar
+from dataclasses import fields, replace
+from typing import Annotated, Any, Literal
 
-from fastapi import FastAPI, HTTPException, Path, Query
-from pydantic import BaseModel, ConfigDict, Field
+from fastapi import FastAPI, HTTPException, Path
+from pydantic import Field
 
+from simulator.control import Hold, Plant, Power, Strict, add_faults, add_truth
 from simulator.rorze.controller import Rc420
-from simulator.rorze.faults import Direction, Fault, Switch
 from simulator.rorze.line import Rc400Line
 from simulator.rorze.rc400 import LinkSettings
 from simulator.rorze.world import (
@@ -23,8 +23,6 @@ from simulator.rorze.world import (
     Span,
 )
 
-T = TypeVar("T")
-
 SensorName = Literal["stall", "origin", "cw_limit", "ccw_limit", "in_position", "ems"]
 SENSOR_BITS: Mapping[SensorName, int] = {
     "stall": STALL,
@@ -35,39 +33,11 @@ SENSOR_BITS: Mapping[SensorName, int] = {
     "ems": EMS,
 }
 
-MOST_FACTS = 10_000
-"""Facts of the truth log in one answer."""
-
-
-class Plant(Protocol):
-    """Where the running machine can be touched."""
-
-    def touch(self, deed: Callable[[float], T]) -> T:
-        """Do something to the machine now, and what follows from it."""
-
-
-class Strict(BaseModel):
-    """A model that takes nothing for what it is not."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
-
-
-class Power(Strict):
-    """Whether something has power."""
-
-    on: bool
-
 
 class Level(Strict):
     """The raw level of an input, before the controller's logic."""
 
     on: bool
-
-
-class Hold(Strict):
-    """A sensor held by hand; null lets go of it."""
-
-    on: bool | None
 
 
 class Stretch(Strict):
@@ -128,38 +98,10 @@ class LinkChange(Strict):
     line_end: Literal["\r", "\r\n"] | None = None
 
 
-class FaultSwitch(Strict):
-    """One fault on the line; neither probability nor next frames turn it off."""
-
-    fault: Fault = Field(strict=False)
-    direction: Direction = Field(strict=False)
-    probability: float = Field(default=0.0, ge=0, le=1, description="Chance of each frame.")
-    next_frames: int = Field(default=0, ge=0, le=1_000_000, description="So many frames for certain.")
-    delay_s: float = Field(default=0.1, ge=0, le=3600, description="For silence, split, late and doubled.")
-    spread_s: float = Field(default=0.0, ge=0, le=3600, description="A random part of this is added.")
-
-
 class ProgramMessage(Strict):
     """The text of a user program."""
 
     text: str = Field(min_length=1, max_length=16, pattern=r"^[!-~]+$")
-
-
-class FactLine(Strict):
-    """One fact of the truth log."""
-
-    kind: str
-    time_s: float
-    body: str
-    request: int | None
-    facts: dict[str, Any]
-
-
-class TruthTail(Strict):
-    """Facts in order; `next` is what to ask for as `after` next time."""
-
-    next: int
-    facts: list[FactLine]
 
 
 BodyId = Annotated[str, Path(pattern="^[0-7][0-9A-Fa-f]$", description="Two hexadecimal digits.")]
@@ -172,6 +114,8 @@ def create_control(line: Rc400Line, plant: Plant) -> FastAPI:
     app = FastAPI(title="Simulated RC-400 line", docs_url=None, redoc_url=None)
     _add_bodies(app, line, plant)
     _add_link(app, line, plant)
+    add_faults(app, line.faults)
+    add_truth(app, line.truth)
     return app
 
 
@@ -246,29 +190,6 @@ def _add_link(app: FastAPI, line: Rc400Line, plant: Plant) -> None:
         line.settings = replace(line.settings, **change.model_dump(exclude_none=True))
         return _link_state(line)
 
-    @app.get("/faults")
-    async def list_faults() -> list[FaultSwitch]:
-        """Tell the faults that are switched on."""
-        return [FaultSwitch(**asdict(switch)) for switch in line.faults.switches]
-
-    @app.put("/faults")
-    async def set_fault(fault: FaultSwitch) -> list[FaultSwitch]:
-        """Switch one fault in one direction."""
-        line.faults.set(Switch(**fault.model_dump()))
-        return await list_faults()
-
-    @app.delete("/faults", status_code=204)
-    async def clear_faults() -> None:
-        """Switch all faults off."""
-        line.faults.clear()
-
-    @app.get("/truth")
-    async def get_truth(
-        after: Annotated[int, Query(ge=0)] = 0, limit: Annotated[int, Query(ge=1, le=MOST_FACTS)] = 1000
-    ) -> TruthTail:
-        """Tell what has really happened since the first `after` facts; the oldest may be forgotten."""
-        return _truth(line, after, limit)
-
 
 def _axis(line: Rc400Line, body_id: str) -> Rc420:
     axis = line.axes.get(int(body_id, 16))
@@ -329,19 +250,3 @@ def _state(axis: Rc420, now: float) -> BodyState:
 def _link_state(line: Rc400Line) -> LinkState:
     settings = {field.name: getattr(line.settings, field.name) for field in fields(LinkSettings)}
     return LinkState(powered=line.powered, requests=line.requests, settings=settings)
-
-
-def _truth(line: Rc400Line, after: int, limit: int) -> TruthTail:
-    facts = line.truth.since(after)
-    oldest = line.truth.count - len(facts)
-    lines = [
-        FactLine(
-            kind=fact.kind,
-            time_s=fact.at,
-            body=f"{fact.body:02X}",
-            request=fact.request,
-            facts=fact.facts,
-        )
-        for fact in facts[:limit]
-    ]
-    return TruthTail(next=oldest + len(lines), facts=lines)

@@ -1,0 +1,60 @@
+"""Where the axes are and how they are (C-HOST manual 2-9 to 2-11, 4-4)."""
+
+from protocols.fics.motor_axes import GetMotorPosition
+from protocols.fics.status import (
+    AxisCoordinates,
+    AxisSensors,
+    AxisStatus,
+    AxisStatuses,
+    GetAxisSensors,
+    GetAxisStatus,
+    GetUserPosition,
+    SensorStates,
+)
+from simulator.fics.actions import acts_out
+from simulator.fics.axes import Sensor
+from simulator.fics.robot import Robot
+
+
+@acts_out(GetUserPosition)
+def _get_user_position(robot: Robot, command: GetUserPosition, now: float) -> AxisCoordinates:
+    return _told(robot, robot.unit.shown_users(now))
+
+
+@acts_out(GetMotorPosition)
+def _get_motor_position(robot: Robot, command: GetMotorPosition, now: float) -> AxisCoordinates:
+    return _told(robot, robot.unit.shown_motors(now))
+
+
+def _told(robot: Robot, places: list[float | None]) -> AxisCoordinates:
+    return AxisCoordinates(coordinates=[None] * len(places) if robot.hides_positions() else places)
+
+
+@acts_out(GetAxisStatus)
+def _get_axis_status(robot: Robot, command: GetAxisStatus, now: float) -> AxisStatuses:
+    unit = robot.unit
+    mode = robot.motion_mode(unit)
+    return AxisStatuses(
+        axes=[
+            AxisStatus(
+                motion_mode=mode,
+                origin_done=motor.homed,
+                servo_ready=motor.ready() and robot.servos_on(),
+                moving=unit.moves(place),
+                alarm=not motor.ready(),
+                driver_error=motor.driver_error,
+            )
+            for place, motor in enumerate(unit.motors)
+        ]
+    )
+
+
+@acts_out(GetAxisSensors)
+def _get_axis_sensors(robot: Robot, command: GetAxisSensors, now: float) -> SensorStates:
+    places = zip(robot.unit.motors, robot.unit.motor_places(now), strict=True)
+    return SensorStates(
+        axes=[
+            AxisSensors(**{sensor.name.lower(): motor.sees(sensor, at) for sensor in Sensor})
+            for motor, at in places
+        ]
+    )

@@ -1,0 +1,334 @@
+"""The hand in a simulated Fics: an HTTP interface to the pendant, drivers, sensors, power and the line."""
+
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from typing import Annotated, Literal
+
+from fastapi import FastAPI, HTTPException, Path
+from pydantic import Field
+
+from protocols.fics.link import Terminator
+from protocols.fics.row import Block
+from simulator.control import Hold, Plant, Power, Strict, add_faults, add_truth
+from simulator.fics.alarms import connection_lost, driver_error, emergency, system_error, timed_out
+from simulator.fics.axes import Motor, Sensor
+from simulator.fics.dpram_port import DpramPort
+from simulator.fics.line import FicsLine
+from simulator.fics.robot import Robot
+from simulator.fics.units import Unit
+
+SensorName = Literal["origin", "plus_limit", "minus_limit"]
+SENSORS: dict[SensorName, Sensor] = {
+    "origin": Sensor.ORIGIN,
+    "plus_limit": Sensor.PLUS_LIMIT,
+    "minus_limit": Sensor.MINUS_LIMIT,
+}
+
+
+class MotorState(Strict):
+    """One motor axis as it really is."""
+
+    name: str
+    place: float = Field(description="Its coordinate, in its unit, whether the controller knows it or not.")
+    homed: bool
+    driver_error: int
+    answers: bool = Field(description="Whether its driver does.")
+    sensors: dict[SensorName, bool]
+
+
+class UnitState(Strict):
+    """One unit as it really is."""
+
+    unit: int
+    moving: bool
+    motors: list[MotorState]
+    user_places: dict[str, float]
+
+
+class SystemState(Strict):
+    """The system as it really is."""
+
+    powered: bool
+    mode: int
+    host_unit: int
+    fics_unit: int
+    states: list[str] = Field(description="Which of (a) to (d) it is in (C-HOST manual 1-7).")
+    uploading: int | None = Field(description="The number the next POS gets, between POF 1 and POF 2.")
+    moving: str | None = Field(description="The command that is under way.")
+    error: int | None = Field(description="The error that stands.")
+    inputs: list[int]
+    outputs: list[int]
+    requests: int = Field(description="Frames the host has sent.")
+
+
+class On(Strict):
+    """Whether something is so."""
+
+    on: bool
+
+
+class DriverChange(Strict):
+    """A driver with an error, or one that no longer answers; what is left out stays as it is."""
+
+    error: int | None = Field(default=None, ge=0, le=0xFF)
+    answers: bool | None = None
+
+
+class TerminalUnit(Strict):
+    """The unit shown at the teaching terminal."""
+
+    unit: int
+
+
+class ChannelLevels(Strict):
+    """The levels of eight inputs."""
+
+    bits: int = Field(ge=0, le=0xFF)
+
+
+class Trouble(Strict):
+    """An error of the system; without a code, one of time."""
+
+    code: int | None = Field(default=None, ge=1, le=999)
+    program: int = Field(default=0, ge=0, le=999)
+    step: int = Field(default=0, ge=0, le=9999)
+
+
+class LineChange(Strict):
+    """What the manual leaves open about the line; what is left out stays as it is."""
+
+    reply_delay_s: float | None = Field(default=None, ge=0, le=60)
+    terminator: Terminator | None = None
+
+
+UnitNumber = Annotated[int, Path(ge=1)]
+MotorName = Annotated[str, Path(pattern="^[A-Z@]$")]
+ChannelNumber = Annotated[int, Path(ge=1)]
+
+
+# All routes are coroutines: they run on the event loop's thread, as the machine does.
+def create_control(line: FicsLine, plant: Plant) -> FastAPI:
+    """Build the interface to a Fics that runs in this event loop."""
+    app = FastAPI(title="Simulated Fics", docs_url=None, redoc_url=None)
+    control = _Control(line, plant)
+    _add_system(app, control)
+    _add_terminal(app, control)
+    _add_drivers(app, control)
+    _add_line(app, control)
+    if isinstance(plant, DpramPort):
+        _add_dpram(app, plant)
+    add_faults(app, line.faults)
+    add_truth(app, line.truth)
+    return app
+
+
+class _Control:
+    """The machine and the way to touch it while it runs."""
+
+    def __init__(self, line: FicsLine, plant: Plant) -> None:
+        self.line = line
+        self.robot = line.robot
+        self.plant = plant
+
+    def change(self, deed: Callable[[float], object]) -> SystemState:
+        """Do something to the system, let follow what follows, and tell how it is then."""
+
+        def act(now: float) -> SystemState:
+            self.robot.advance(now)
+            deed(now)
+            self.line.look_after(now)
+            return self.state()
+
+        return self.plant.touch(act)
+
+    def state(self) -> SystemState:
+        """Tell how the system is."""
+        robot, job = self.robot, self.robot.job
+        return SystemState(
+            powered=self.line.powered,
+            mode=robot.mode,
+            host_unit=robot.host_unit,
+            fics_unit=robot.fics_unit,
+            states=sorted(robot.blocks()),
+            uploading=robot.upload,
+            moving=None if job is None else job.name,
+            error=None if robot.alarm is None else robot.alarm.code,
+            inputs=robot.inputs[:],
+            outputs=robot.outputs[:],
+            requests=self.line.requests,
+        )
+
+    def unit(self, number: int) -> Unit:
+        """Find a unit, or answer 404."""
+        if number not in self.robot.units:
+            raise HTTPException(404, f"This system has units 1 to {len(self.robot.units)}, no unit {number}.")
+        return self.robot.units[number]
+
+    def motor(self, number: int, name: str) -> Motor:
+        """Find a motor, or answer 404."""
+        unit = self.unit(number)
+        for motor in unit.motors:
+            if motor.name == name:
+                return motor
+        known = ", ".join(motor.name for motor in unit.motors)
+        raise HTTPException(404, f"Unit {number} has no motor {name}; it has {known}.")
+
+    def unit_state(self, number: int) -> UnitState:
+        """Tell how a unit is."""
+        unit = self.unit(number)
+
+        def tell(now: float) -> UnitState:
+            self.line.look_after(now)
+            return _unit_state(unit, now)
+
+        return self.plant.touch(tell)
+
+
+def _unit_state(unit: Unit, now: float) -> UnitState:
+    motors = [
+        MotorState(
+            name=motor.name,
+            place=place,
+            homed=motor.homed,
+            driver_error=motor.driver_error,
+            answers=not motor.silent,
+            sensors={name: motor.sees(sensor, place) for name, sensor in SENSORS.items()},
+        )
+        for motor, place in zip(unit.motors, unit.motor_places(now), strict=True)
+    ]
+    users = zip(unit.users, unit.user_places(now), strict=True)
+    return UnitState(
+        unit=unit.number,
+        moving=unit.course is not None,
+        motors=motors,
+        user_places={axis.name: place for axis, place in users},
+    )
+
+
+def _add_system(app: FastAPI, control: _Control) -> None:
+    line, robot = control.line, control.robot
+
+    @app.get("/system")
+    async def get_system() -> SystemState:
+        """Tell the state of the system."""
+        return control.change(lambda _now: None)
+
+    @app.put("/system/power")
+    async def switch_power(power: Power) -> SystemState:
+        """Cut or restore the power."""
+        return control.change(line.power_on if power.on else line.power_off)
+
+    @app.put("/system/stop-input")
+    async def set_stop_input(stop: On) -> SystemState:
+        """Activate the stop input, which acts as AES does and lasts, or release it; DRT resets the rest."""
+
+        def act(now: float) -> None:
+            robot.stop_input = stop.on
+            if stop.on:
+                robot.raise_alarm(emergency(), now)
+
+        return control.change(act)
+
+    @app.post("/system/errors")
+    async def raise_error(error: Trouble) -> SystemState:
+        """Let an error of the system happen: 200-299 is a message error."""
+        alarm = (
+            timed_out(error.program, error.step)
+            if error.code is None
+            else system_error(error.code, error.program, error.step)
+        )
+        return control.change(lambda now: robot.raise_alarm(alarm, now))
+
+    @app.put("/inputs/{channel}")
+    async def set_inputs(channel: ChannelNumber, levels: ChannelLevels) -> SystemState:
+        """Set the inputs of a channel."""
+        if channel > len(robot.inputs):
+            raise HTTPException(404, f"There are channels 1 to {len(robot.inputs)}, no channel {channel}.")
+        robot.inputs[channel - 1] = levels.bits
+        return control.change(lambda _now: None)
+
+
+def _add_terminal(app: FastAPI, control: _Control) -> None:
+    robot = control.robot
+
+    @app.put("/terminal/states/{state}")
+    async def hold_state(state: Block, hold: On) -> SystemState:
+        """Keep the system in one of the states (a) to (d), or leave it."""
+
+        def act(_now: float) -> None:
+            (robot.held.add if hold.on else robot.held.discard)(state)
+
+        return control.change(act)
+
+    @app.put("/terminal/unit")
+    async def show_unit(shown: TerminalUnit) -> SystemState:
+        """Select a unit at the teaching terminal; the host's stays."""
+        number = control.unit(shown.unit).number
+
+        def act(_now: float) -> None:
+            robot.fics_unit = number
+
+        return control.change(act)
+
+
+def _add_drivers(app: FastAPI, control: _Control) -> None:
+    robot = control.robot
+
+    @app.get("/units/{number}")
+    async def get_unit(number: UnitNumber) -> UnitState:
+        """Tell the state of a unit."""
+        return control.unit_state(number)
+
+    @app.put("/units/{number}/motors/{name}/sensors/{sensor}")
+    async def hold_sensor(number: UnitNumber, name: MotorName, sensor: SensorName, hold: Hold) -> UnitState:
+        """Hold a sensor on or off, or let go of it."""
+        motor = control.motor(number, name)
+
+        def act(_now: float) -> None:
+            motor.held.pop(SENSORS[sensor], None)
+            if hold.on is not None:
+                motor.held[SENSORS[sensor]] = hold.on
+
+        control.change(act)
+        return control.unit_state(number)
+
+    @app.patch("/units/{number}/motors/{name}/driver")
+    async def change_driver(number: UnitNumber, name: MotorName, change: DriverChange) -> UnitState:
+        """Let a driver report an error, or fall silent, or answer again."""
+        unit, motor = control.unit(number), control.motor(number, name)
+
+        control.change(lambda now: _change_driver(robot, unit, motor, change, now))
+        return control.unit_state(number)
+
+
+def _change_driver(robot: Robot, unit: Unit, motor: Motor, change: DriverChange, now: float) -> None:
+    if change.answers is not None:
+        motor.silent = not change.answers
+        if motor.silent:
+            robot.raise_alarm(connection_lost(robot.error_unit(unit), motor.name), now)
+    if change.error is not None:
+        motor.driver_error = change.error
+        if change.error:
+            robot.raise_alarm(driver_error(robot.error_unit(unit), motor.name, change.error), now)
+
+
+def _add_line(app: FastAPI, control: _Control) -> None:
+    line = control.line
+
+    @app.get("/line/settings")
+    async def get_line() -> LineChange:
+        """Tell how the line is set up."""
+        return LineChange(**asdict(line.settings))
+
+    @app.patch("/line/settings")
+    async def set_line(change: LineChange) -> LineChange:
+        """Change what the manual leaves open about the line."""
+        line.settings = replace(line.settings, **change.model_dump(exclude_none=True))
+        return await get_line()
+
+
+def _add_dpram(app: FastAPI, port: DpramPort) -> None:
+    @app.put("/dpram/stalled", status_code=204)
+    async def stall(stalled: On) -> None:
+        """Let the Fics leave both flags of its dual-port RAM alone, or see to them again."""
+        port.stalled = stalled.on

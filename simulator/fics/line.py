@@ -1,0 +1,132 @@
+"""A simulated Fics at its line: power, faults, replies that take their time."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import partial
+from math import inf
+from random import Random
+
+from protocols.fics.link import LONGEST_LINE, TERMINATORS, Request, RequestReader, Terminator
+from simulator.fics import acts as acts
+from simulator.fics.layout import Layout
+from simulator.fics.robot import SYSTEM, Message, Robot
+from simulator.rorze.faults import Faults
+from simulator.rorze.truth import TruthLog
+from simulator.wire import Wire
+
+
+@dataclass(frozen=True, slots=True)
+class LineSettings:
+    """What the C-HOST manual leaves open about its line; each value is an assumption."""
+
+    reply_delay_s: float = 0.0
+    """From the end of a command, or of a motion, to the start of its reply."""
+    terminator: Terminator = "cr"
+    """Ends every line to the host."""
+
+
+class FicsLine:
+    """Bytes and the time in, bytes out; nothing happens but in a call."""
+
+    def __init__(
+        self, robot: Robot, truth: TruthLog, faults: Faults, settings: LineSettings | None = None
+    ) -> None:
+        self.robot = robot
+        self.truth = truth
+        self.faults = faults
+        self.settings = settings or LineSettings()
+        self.powered = True
+        self._wire = Wire(self._hear, truth, faults, SYSTEM, 2 * LONGEST_LINE)
+        self._reader = RequestReader()
+        self._now = -inf
+
+    @property
+    def requests(self) -> int:
+        """How many frames the host has sent."""
+        return self._wire.requests
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Take bytes from the host."""
+        self._advance(now)
+        if self.powered:
+            self._wire.receive(data, self._now)
+            self._advance(now)
+
+    def take_output(self, now: float) -> bytes:
+        """Give the bytes that have left for the host by now."""
+        self._advance(now)
+        return self._wire.take_output()
+
+    def wake_at(self) -> float | None:
+        """The next moment at which something happens by itself."""
+        at = self._next_at()
+        return None if at == inf else at
+
+    def power_off(self, now: float) -> None:
+        """Cut the power: axes stop where they are."""
+        self._advance(now)
+        if self.powered:
+            self.robot.lose_power(self._now)
+            self._wire.clear()
+            self.powered = False
+            self.truth.log("power", self._now, SYSTEM, on=False)
+
+    def power_on(self, now: float) -> None:
+        """Give it power again: Ver.2 mode, unit 1, full speed, nothing homed."""
+        self._advance(now)
+        if not self.powered:
+            self._reader = RequestReader()
+            self.robot.boot()
+            self.powered = True
+            self.truth.log("power", self._now, SYSTEM, on=True)
+
+    def look_after(self, now: float) -> None:
+        """After somebody has touched the robot: let follow what follows."""
+        self._advance(now)
+        self.robot.sense(self._now)
+        self._pass_on(self.robot.take_messages())
+
+    def _next_at(self) -> float:
+        return min(self._wire.next_at(), self.robot.next_at())
+
+    def _advance(self, now: float) -> None:
+        """Let everything happen that is due, in the order of time; a time gone by already counts as now."""
+        while (at := self._next_at()) <= now:
+            if self.robot.next_at() <= at:
+                self.robot.advance(at)
+                self._pass_on(self.robot.take_messages())
+            else:
+                self._wire.step()
+        self._now = max(self._now, now)
+
+    def _hear(self, number: int | None, piece: bytes, now: float) -> None:
+        for request in self._reader.feed(piece):
+            if isinstance(request, Request):
+                self._obey(request, number, now)
+            else:
+                self.robot.misheard(request.data)
+
+    def _obey(self, request: Request, number: int | None, now: float) -> None:
+        """Answer at once what is answered at once, then tell what has ended with it."""
+        self.truth.request = number
+        answers = self.robot.execute(request.name, request.arguments, now)
+        self.truth.request = None
+        self._pass_on(Message(now, answer, number) for answer in answers)
+        self._pass_on(self.robot.take_messages())
+
+    def _pass_on(self, messages: Iterable[Message]) -> None:
+        for message in messages:
+            frame = message.text.encode("ascii") + TERMINATORS[self.settings.terminator]
+            leave = partial(self._wire.send, frame, message.request)
+            self._wire.plan(message.at + self.settings.reply_delay_s, max(message.at, self._now), leave)
+
+
+def build_line(
+    layout: Layout,
+    truth: TruthLog | None = None,
+    settings: LineSettings | None = None,
+    seed: int = 0,
+) -> FicsLine:
+    """Build a Fics that was just powered on; the seed is the faults'."""
+    truth = truth or TruthLog()
+    return FicsLine(Robot(layout, truth), truth, Faults(Random(seed)), settings)  # noqa: S311  # dice of a simulation

@@ -1,0 +1,370 @@
+"""A Fics behind its line: units, modes, errors, the one thing that moves; commands in, answers out."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf
+from typing import Any, NamedTuple
+
+from protocols.fics.alarms import ErrorDetail
+from protocols.fics.jog import StartJog
+from protocols.fics.link import LONGEST_LINE
+from protocols.fics.row import Block, FicsCommand
+from protocols.fics.status import MotionMode
+from protocols.fics.stops import StopAllDecelerating
+from protocols.table import Reply
+from simulator.fics.actions import (
+    LATER,
+    Alarmed,
+    Code,
+    Later,
+    Outcome,
+    Refused,
+    Task,
+    Wait,
+    action_of,
+    is_command,
+    plan_of,
+    understand,
+)
+from simulator.fics.alarms import NO_ERROR, OVERRUN, Alarm, driver_error, emergency, timed_out
+from simulator.fics.course import Course, Overrun
+from simulator.fics.homing import NotFound
+from simulator.fics.layout import Layout
+from simulator.fics.units import Unit
+from simulator.rorze.truth import TruthLog
+
+VER_2, VER_3 = 2, 3
+
+SYSTEM = 0
+"""Stands for the whole system where the truth log tells of a unit."""
+
+HOMING_PROGRAM = 999
+"""The program that homes the mechanism (C-HOST manual 2-4)."""
+
+VARIABLES = 100
+
+
+class Message(NamedTuple):
+    """Something for the host, with the running number of the request it answers."""
+
+    at: float
+    text: str
+    request: int | None
+
+
+@dataclass
+class Job:
+    """What the host has set in motion: there is one at a time."""
+
+    name: str
+    mode: MotionMode
+    unit: int | None
+    """None for all units."""
+    request: int | None
+    task: Task
+    wait: Wait = ()
+    answered: bool = False
+    """As JOG is, when it begins."""
+
+    @property
+    def courses(self) -> tuple[Course, ...]:
+        """What it is moving."""
+        return self.wait if isinstance(self.wait, tuple) else ()
+
+    def next_at(self) -> float:
+        """When something happens to it."""
+        if not isinstance(self.wait, tuple):
+            return self.wait
+        return -inf if self.rests() else min(course.next_at() for course in self.wait)
+
+    def rests(self) -> bool:
+        """Whether nothing of it moves."""
+        return all(course.ended for course in self.courses)
+
+
+class Braking(NamedTuple):
+    """A decelerating stop that is under way."""
+
+    request: int | None
+
+
+class Robot:
+    """The system behind the line: a state machine on given time."""
+
+    def __init__(self, layout: Layout, truth: TruthLog) -> None:
+        self.layout = layout
+        self.truth = truth
+        self.units: dict[int, Unit] = layout.build_units()
+        self.inputs = [0] * layout.channels
+        self.outputs = [0] * layout.channels
+        self.variables = [0.0] * VARIABLES
+        self.held: set[Block] = set()
+        """States somebody at the teaching terminal, or the control interface, keeps the system in."""
+        self.stop_input = False
+        """The stop input of the system is active."""
+        self._now = -inf
+        self._messages: list[Message] = []
+        self.boot()
+
+    # Power
+
+    def boot(self) -> None:
+        """Be as after power-on: Ver.2 mode, unit 1, nothing wrong."""
+        self.mode = VER_2
+        self.host_unit = self.fics_unit = 1
+        self.upload: int | None = None
+        """The number the next POS gets, between POF 1 and POF 2."""
+        self.job: Job | None = None
+        self.braking: Braking | None = None
+        self.refusal = Code.NONE
+        """The last error of communication, until ERR has told it."""
+        self.alarm: Alarm | None = None
+        self.latest: ErrorDetail = NO_ERROR
+        self.reset()
+
+    def lose_power(self, now: float) -> None:
+        """Stop where it is, unhomed; settings, positions and variables are kept, an assumption."""
+        self.advance(now)
+        if self.job is not None:
+            self._halt(self.job, now)
+            self._free(self.job)
+            self._log("motion_stop", self.job, now, why="power")
+        for unit in self.units.values():
+            for motor in unit.motors:
+                motor.lose_power()
+            for axis in unit.users:
+                axis.percent = 100.0
+        self.outputs = [0] * self.layout.channels
+        self._messages.clear()
+        self.job = None
+
+    # What the host says
+
+    @property
+    def unit(self) -> Unit:
+        """The unit the host has selected."""
+        return self.units[self.host_unit]
+
+    def execute(self, name: str, arguments: str, now: float) -> list[str]:
+        """Do a command; what is answered at once."""
+        self.advance(now)
+        try:
+            answers = self._do(name, arguments, now)
+        except Refused as refused:
+            self.refusal = refused.code
+            answers = [f"{name} {refused}"] if self.mode == VER_3 else []
+        except Alarmed as alarmed:
+            self.raise_alarm(alarmed.alarm, now)
+            answers = [f"{name} {alarmed}"] if self.mode == VER_3 else []
+        self.truth.log("command", now, self.host_unit, text=f"{name} {arguments}".rstrip(), answers=answers)
+        return answers
+
+    def misheard(self, data: bytes) -> None:
+        """Note that something on the line was no command: E06 for plain text, else E99."""
+        plain = len(data) <= LONGEST_LINE and data.isascii() and data.decode().isprintable()
+        self.refusal = Code.FORMAT if plain else Code.LINE
+
+    def _do(self, name: str, arguments: str, now: float) -> list[str]:
+        if not is_command(name) and name not in self.layout.macros:
+            raise Refused(Code.NO_MACRO)
+        command = understand(name, arguments)
+        self._admit(command)
+        return self._answers(command, self._act(command, now))
+
+    def _act(self, command: FicsCommand[Any], now: float) -> Outcome:
+        action = action_of(command)
+        if action is not None:
+            return action(self, command, now)
+        mode, plan = plan_of(command)
+        self.begin(command.wire_name(), mode, plan(self, command, now), now)
+        return LATER
+
+    def _admit(self, command: FicsCommand[Any]) -> None:
+        """Refuse what the state of the system forbids (C-HOST manual 1-7).
+
+        :raises Refused: E01, E02 or E03.
+        """
+        if self.upload is not None and not command.during_upload:
+            raise Refused(Code.WRONG_STATE)
+        blocks = command.blocked & self.blocks()
+        if isinstance(command, StartJog) and self.jogging():
+            blocks -= {Block.MOTION}
+        if Block.TERMINAL_EDITS in blocks:
+            raise Refused(Code.WRONG_STATE)
+        if blocks:
+            raise Refused(Code.BUSY)
+        if command.motion and self.alarm is not None:
+            raise Refused(Code.ALARM)
+
+    def blocks(self) -> frozenset[Block]:
+        """The states (a) to (d) the system is in."""
+        found = set(self.held)
+        if self.job is not None:
+            found.add(Block.MOTION)
+            if self.job.mode is not MotionMode.MACRO and self.job.unit in (None, self.host_unit):
+                found.add(Block.UNIT_MOTION)
+        return frozenset(found)
+
+    def jogging(self) -> bool:
+        """Whether axes are jogging, of their own accord and not as somebody holds it."""
+        return self.job is not None and self.job.mode is MotionMode.JOG and Block.MOTION not in self.held
+
+    def _answers(self, command: FicsCommand[Any], outcome: Outcome) -> list[str]:
+        name = command.wire_name()
+        if isinstance(outcome, Later):
+            return []
+        if isinstance(outcome, Reply):
+            return [f"{command.answered_as or name} {outcome.written()}"]
+        if isinstance(outcome, list):
+            return [*(f"{command.answered_as} {item.written()}" for item in outcome), command.ends_with]
+        return [name] if self.mode == VER_3 else []
+
+    # What takes time
+
+    def begin(self, name: str, mode: MotionMode, task: Task, now: float, *, answered: bool = False) -> None:
+        """Set something in motion; `answered` if its completion is not reported."""
+        unit = None if mode is MotionMode.HOMING else self.host_unit
+        self.job = job = Job(name, mode, unit, self.truth.request, task, answered=answered)
+        self._log("motion_start", job, now)
+        self._go_on(job, lambda: next(task), now)
+
+    def advance(self, now: float) -> None:
+        """Let everything happen that is due."""
+        while self.job is not None and (at := self.job.next_at()) <= now:
+            self._step(self.job, max(at, self._now))
+        self._now = max(self._now, now)
+
+    def next_at(self) -> float:
+        """The next moment at which something happens by itself."""
+        return inf if self.job is None else max(self.job.next_at(), self._now)
+
+    def take_messages(self) -> list[Message]:
+        """What it has said by itself since the last call."""
+        messages, self._messages = self._messages, []
+        return messages
+
+    def brake(self, now: float) -> Outcome:
+        """Ramp everything down and end it (ASS)."""
+        if self.job is None:
+            return None
+        self.braking = Braking(self.truth.request)
+        for course in self.job.courses:
+            course.brake(now)
+        if not self.job.courses:
+            self.job.wait = ()
+        return LATER
+
+    def sense(self, now: float) -> None:
+        """Look at the sensors again: somebody has changed them."""
+        self.advance(now)
+        for course in self.job.courses if self.job is not None else ():
+            course.sense()
+        self.advance(now)
+
+    def _step(self, job: Job, now: float) -> None:
+        try:
+            self._advance_courses(job, now)
+        except Alarmed as alarmed:
+            self.raise_alarm(alarmed.alarm, now)
+            return
+        if job.rests():
+            if self.braking is not None:
+                self._finish(job, "stop", now)
+            else:
+                self._go_on(job, lambda: job.task.send(now), now)
+
+    def _advance_courses(self, job: Job, now: float) -> None:
+        for course in job.courses:
+            try:
+                course.advance(now)
+            except Overrun as overrun:
+                overrun.motor.driver_error = OVERRUN
+                unit, motor = self.error_unit(course.unit), overrun.motor
+                raise Alarmed(driver_error(unit, motor.name, OVERRUN, overrun.sensor)) from None
+            except NotFound:
+                raise Alarmed(timed_out(HOMING_PROGRAM)) from None
+
+    def _go_on(self, job: Job, resume: Callable[[], Wait], now: float) -> None:
+        """Let the task say what it waits for next, or that it is done."""
+        self._free(job)
+        try:
+            job.wait = resume()
+        except StopIteration:
+            self._finish(job, "done", now)
+        except Alarmed as alarmed:
+            self.raise_alarm(alarmed.alarm, now)
+        else:
+            for course in job.courses:
+                course.unit.course = course
+
+    def _finish(self, job: Job, why: str, now: float, alarm: Alarm | None = None) -> None:
+        """Report the end; a stop is answered before what it has stopped."""
+        self.job = None
+        self._free(job)
+        self._log("motion_stop", job, now, why=why)
+        if self.braking is not None:
+            self._say(StopAllDecelerating.code, self.braking.request, now)
+            self.braking = None
+        if not job.answered:
+            self._say(job.name if alarm is None else f"{job.name} {alarm.code:03d}", job.request, now)
+
+    def _free(self, job: Job) -> None:
+        for course in job.courses:
+            course.unit.course = None
+
+    def _halt(self, job: Job, now: float) -> None:
+        for course in job.courses:
+            course.halt(now)
+        job.task.close()
+
+    def _say(self, text: str, request: int | None, now: float) -> None:
+        if self.mode == VER_3:
+            self._messages.append(Message(now, text, request))
+
+    def _log(self, kind: str, job: Job, now: float, **facts: object) -> None:
+        units = [unit for unit in self.units.values() if job.unit in (None, unit.number)]
+        places = {unit.number: unit.motor_places(now) for unit in units}
+        self.truth.log(kind, now, job.unit or SYSTEM, name=job.name, places=places, **facts)
+
+    # Errors
+
+    def raise_alarm(self, alarm: Alarm, now: float) -> None:
+        """Let an error of the system stand; it ends whatever moves."""
+        self.alarm, self.latest = alarm, alarm.detail
+        self.truth.log("alarm", now, SYSTEM, code=alarm.code, detail=alarm.detail.written())
+        job = self.job
+        if job is not None:
+            self._halt(job, now)
+            self._finish(job, "alarm", now, alarm)
+
+    def reset(self) -> None:
+        """Forget the errors of the system; what still has its cause stands (DRT)."""
+        for unit in self.units.values():
+            for motor in unit.motors:
+                motor.driver_error = 0
+        self.alarm, self.latest = None, NO_ERROR
+        if self.stop_input:
+            self.alarm, self.latest = emergency(), emergency().detail
+
+    def error_unit(self, unit: Unit) -> int:
+        """A unit's number in ERD: none in a system of a single unit (C-HOST manual 2-13)."""
+        return unit.number if len(self.units) > 1 else 0
+
+    # What it tells
+
+    def hides_positions(self) -> bool:
+        """Whether no position is told: several units, and one of the things that may move any of them."""
+        programs = self.job is not None and self.job.mode in (MotionMode.HOMING, MotionMode.MACRO)
+        return len(self.units) > 1 and (programs or Block.TERMINAL_RUNS in self.held)
+
+    def servos_on(self) -> bool:
+        """Whether drivers may move: not in the state EMERGENCY."""
+        return self.alarm is None or not self.alarm.is_emergency
+
+    def motion_mode(self, unit: Unit) -> MotionMode:
+        """What ACD tells the motors of a unit are doing."""
+        if not self.servos_on():
+            return MotionMode.STOPPED
+        if self.job is not None and self.job.unit in (None, unit.number):
+            return self.job.mode
+        return MotionMode.STANDING
