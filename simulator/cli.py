@@ -34,9 +34,9 @@ KEPT_FACTS = 100_000
 DEMO_SETTINGS = (
     *("OLSS[12],5000", "OHSS[12],50000", "OSSS[12],70000", "OASS[12],30", "OBSS[12],30"),
     *("OLSS[0],50", "OHSS[0],50000", "OSSS[0],95000", "OASS[0],50", "OBSS[0],20"),
-    *("SPSA[12],A:S[12],D:S[0]", "FIS"),
+    *("SPSA[12],A:S[12],D:S[0]", "OLS1000", "FIS"),
 )
-"""What a demo's controllers are taught: the speeds of RC-420 manual 13.3.4 as pattern 12, kept in flash."""
+"""What a demo's controllers are taught: the speeds of RC-420 manual 13.3.4 as pattern 12, and a brisk homing."""
 
 SLOWEST, FASTEST = 300, 4_000_000
 
