@@ -36,7 +36,7 @@ DEMO_SETTINGS = (
     *("OLSS[0],50", "OHSS[0],50000", "OSSS[0],95000", "OASS[0],50", "OBSS[0],20"),
     *("SPSA[12],A:S[12],D:S[0]", "OLS1000", "FIS"),
 )
-"""What a demo's controllers are taught: the speeds of RC-420 manual 13.3.4 as pattern 12, and a brisk homing."""
+"""What a demo learns: the speeds of RC-420 manual 13.3.4 as pattern 12, and a brisk homing; kept in flash."""
 
 SLOWEST, FASTEST = 300, 4_000_000
 
