@@ -13,6 +13,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import ErrorDetails
 
 from gateway.toml_lines import KeyPath, LineIndex
+from protocols.fics.link import Terminator
+from protocols.fics.notation import LAST_UNIT, MOST_AXES, AxisName, AxisSystem
 from protocols.rorze.link import frame
 from protocols.rorze.row import FIRST_GROUP, LAST_BODY, LAST_GROUP, LINK_MASTER
 from transports import create
@@ -165,12 +167,48 @@ class Group(_Table):
         return self
 
 
+class RobotUnit(_Table):
+    """Axes of a robot that are commanded together (C-HOST manual 1-5, 1-6)."""
+
+    number: int = Field(ge=1, le=LAST_UNIT)
+    axes: Array[AxisName]
+    """Names of the user axes in the order of coordinates: X, Y, Z .. and @ for theta."""
+    motor_axes: Array[AxisName] = ()
+    """Names of the motor axes, where they are not the user axes."""
+    system: Annotated[AxisSystem, Field(strict=False)] = AxisSystem.MILLIMETRE
+
+    @model_validator(mode="after")
+    def _name_each_axis_once(self) -> Self:
+        for key, names in ("axes", self.axes), ("motor_axes", self.motor_axes):
+            if len(names) > MOST_AXES:
+                raise _Fault(f"must name at most {MOST_AXES} axes", key)
+            _refuse_repeats(names, key)
+        if not self.axes:
+            raise _Fault("must name at least one axis", "axes")
+        return self
+
+
+class Robot(_Table):
+    """A Fics robot, alone on its line."""
+
+    id: Annotated[str, AfterValidator(_check_slug)]
+    name: Annotated[str, Field(max_length=64), AfterValidator(_check_printable)] | None = None
+    units: Array[RobotUnit]
+
+    @model_validator(mode="after")
+    def _have_units(self) -> Self:
+        if not self.units:
+            raise _Fault("must list at least one unit", "units")
+        _refuse_repeats([unit.number for unit in self.units], "units", key="number")
+        return self
+
+
 class Line(_Table):
-    """A port with a link master and its bodies behind it."""
+    """A port with a link master and its bodies behind it, or with a robot."""
 
     id: Annotated[str, AfterValidator(_check_slug)]
     address: Annotated[str, AfterValidator(_check_address)]
-    protocol: Literal["rorze"] = "rorze"
+    protocol: Literal["rorze", "fics"] = "rorze"
     introducer: Literal["&", "$", "#"] = "&"
     """What begins a command; after `$` and `#` a body number has one digit (RC-420 manual 12)."""
     reply_timeout_s: float = Field(0.5, gt=0, le=60)
@@ -190,6 +228,22 @@ class Line(_Table):
     trace_files: int = Field(4, ge=2, le=100)
     bodies: Array[Body] = ()
     groups: Array[Group] = ()
+    robot: Robot | None = None
+    """What is on a line of protocol fics."""
+    mode: Literal[2, 3] = 3
+    """The robot's communication mode; in 2 most commands are silent (C-HOST manual 1-1-1)."""
+    terminator: Terminator = "cr"
+    """What ends a command to the robot."""
+
+    @model_validator(mode="after")
+    def _belong_to_the_protocol(self) -> Self:
+        foreign = _ONLY_RORZE if self.protocol == "fics" else _ONLY_FICS
+        for key in foreign:
+            if key in self.model_fields_set:
+                raise _Fault(f"has no meaning on a line of protocol {self.protocol}", key)
+        if self.protocol == "fics" and self.robot is None:
+            raise _Fault("is required on a line of protocol fics", "robot")
+        return self
 
     @model_validator(mode="after")
     def _be_consistent(self) -> Self:
@@ -215,6 +269,10 @@ class Line(_Table):
                     f"must be from 00 to 0F on a line with introducer {self.introducer!r}, not {body.id!r}",
                     *("bodies", index, "id"),
                 )
+
+
+_ONLY_RORZE = ("introducer", "pipeline", "stop_mode", "bodies", "groups")
+_ONLY_FICS = ("robot", "mode", "terminator")
 
 
 class Server(_Table):
@@ -248,7 +306,11 @@ class Config(_Table):
         _refuse_repeats(
             [(port.scheme, port.host, port.port, port.path) for port in ports], "lines", key="address"
         )
+        robots: list[str] = []
         for index, line in enumerate(self.lines):
+            if line.robot is not None and line.robot.id in robots:
+                raise _Fault("another line has a robot of this id", "lines", index, "robot", "id")
+            robots += [line.robot.id] if line.robot is not None else []
             if line.trace_file and line.trace_file in [other.trace_file for other in self.lines[:index]]:
                 raise _Fault("two lines cannot write to one file", "lines", index, "trace_file")
         return self

@@ -1,8 +1,6 @@
 """The life of a move: sent at most once, followed to its end by what the controller itself says."""
 
 import asyncio
-import secrets
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -20,11 +18,11 @@ from gateway.errors import (
     MoveFailed,
     NoReply,
     NotExecuted,
-    NotFound,
     NotSent,
     QueueFull,
     StoppedFirst,
 )
+from gateway.move_log import MoveLog, new_id
 from gateway.records import Record
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
@@ -36,8 +34,6 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import END_CAUSE_BITS, GetControllerStatus, GetEndCause, names_of
 from protocols.table import Reply
 
-HISTORY = 1000
-"""Finished moves that are kept, for all bodies together."""
 LOST_AFTER_S = 30.0
 """A body that has not answered this long in the middle of a move has lost it."""
 RECENT_ERROR_S = 10.0
@@ -126,8 +122,7 @@ class Moves:
 
     def __init__(self, publish: Callable[[str, Body, Move], str]) -> None:
         self._publish = publish
-        self._moves: OrderedDict[str, Move] = OrderedDict()
-        self._over: dict[str, asyncio.Event] = {}
+        self._log = MoveLog[Move]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
 
     def get(self, move_id: str) -> Move:
@@ -135,27 +130,18 @@ class Moves:
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        move = self._moves.get(move_id)
-        if move is None:
-            raise NotFound(
-                f"There is no move {move_id}; finished moves are kept until {HISTORY} newer ones exist."
-            )
-        return move
+        return self._log.get(move_id)
 
     def of(self, body: Body) -> list[Move]:
         """The body's moves, newest first."""
-        return [move for move in reversed(self._moves.values()) if move.body_id == body.address]
+        return self._log.of(body.address)
 
     async def wait(self, move_id: str, timeout_s: float) -> Move:
-        """Give the move when it is over, or as it is when the time is up."""
-        move = self.get(move_id)
-        if not move.status.final and timeout_s > 0:
-            try:
-                async with asyncio.timeout(timeout_s):
-                    await self._over[move_id].wait()
-            except TimeoutError:
-                return move
-        return move
+        """Give the move when it is over, or as it is when the time is up.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        return await self._log.wait(move_id, timeout_s)
 
     async def start(
         self, target: Body | Group, command: RorzeCommand[Any], start_within_s: float = 5.0
@@ -199,7 +185,7 @@ class Moves:
     def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any]) -> Move:
         now = datetime.now(UTC)
         move = Move(
-            id=f"{int(now.timestamp() * 1000):012x}{secrets.token_hex(4)}",
+            id=new_id(now),
             body_id=body.address,
             group_id=target.address if isinstance(target, Group) else None,
             kind=kind_of(command),
@@ -207,19 +193,11 @@ class Moves:
             frame=target.line.frame_of(target.number, command),
             created_at=now,
         )
-        self._moves[move.id] = move
-        self._over[move.id] = asyncio.Event()
-        self._forget_old()
+        self._log.add(move)
         body.move = move
         body.free.clear()
         move.event_cursor = self._publish("body.move.queued", body, move)
         return move
-
-    def _forget_old(self) -> None:
-        surplus = len(self._moves) - HISTORY
-        old = [move.id for move in self._moves.values() if move.status.final] if surplus > 0 else []
-        for move_id in old[:surplus]:
-            del self._moves[move_id], self._over[move_id]
 
     def _advance(self, body: Body, move: Move, status: MoveStatus, error: GatewayError | None = None) -> None:
         """The only place where a move changes its status."""
@@ -232,7 +210,7 @@ class Moves:
             move.ended_at = datetime.now(UTC)
             body.move = None
             body.free.set()
-            self._over[move.id].set()
+            self._log.end(move)
         self._publish(
             "body.move.started" if status is MoveStatus.MOVING else f"body.move.{status}", body, move
         )

@@ -1,9 +1,9 @@
-"""The plant: the configured lines with their bodies and groups, and everything that works on them."""
+"""The plant: the configured lines with their bodies, groups and robots, and everything that works on them."""
 
 import asyncio
 import random
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from gateway import config as settings
 from gateway.bodies import Body, Group
@@ -20,6 +20,9 @@ from gateway.errors import (
 )
 from gateway.events import EventHub
 from gateway.exchange import Exchange
+from gateway.fics.line import FicsLine
+from gateway.fics.moves import RobotMoves
+from gateway.fics.robot import Robot, RobotUnit
 from gateway.line import Line
 from gateway.moves import Move, Moves
 from gateway.scans import Scans
@@ -54,20 +57,27 @@ class Plant:
         self.recorders: dict[str, Recorder] = {}
         self._bodies: dict[str, Body] = {}
         self._groups: dict[str, Group] = {}
+        self._robots: dict[str, Robot] = {}
         self._polls: list[asyncio.Task[None]] = []
         for line in config.lines:
-            self._add_line(line, open_transport, rng)
+            port = self._open_port(line, open_transport)
+            if line.robot is not None:
+                self._add_robot(line, line.robot, port, rng)
+            else:
+                self._add_line(line, port, rng)
         self.moves = Moves(self._publish_move)
         self.stops = Stops(self.events, self.groups_of)
         self.scans = Scans(self.events)
+        self.robot_moves = RobotMoves()
 
     # life
 
     async def start(self) -> None:
         """Open the lines; ports that are missing are tried again and again."""
-        for line in self.lines.values():
+        for line in (*self.lines.values(), *(robot.line for robot in self.robots())):
             line.start()
         self._polls = [
+            *(asyncio.create_task(robot.watch(), name=f"watch {robot.id}") for robot in self.robots()),
             *(asyncio.create_task(self._watch(body), name=f"watch {body.address}") for body in self.bodies()),
             *(
                 asyncio.create_task(self._watch_groups(line), name=f"watch the groups of {line.id}")
@@ -81,25 +91,45 @@ class Plant:
             poll.cancel()
         await asyncio.gather(*self._polls, return_exceptions=True)
         await self.stops.close()
+        for robot in self.robots():
+            await robot.close()
         for line in self.lines.values():
             await line.close()
         await self.scans.close()
         await self.moves.close()
+        await self.robot_moves.close()
         for recorder in self.recorders.values():
             await asyncio.to_thread(recorder.close)
 
-    def _add_line(
-        self, line: settings.Line, open_transport: Callable[[str], Transport], rng: random.Random | None
-    ) -> None:
+    def _open_port(self, line: settings.Line, open_transport: Callable[[str], Transport]) -> Transport:
         file = (
             TraceFile(line.trace_file, line.trace_file_bytes, line.trace_files) if line.trace_file else None
         )
-        recorder = Recorder(line.trace_entries, file)
-        port = (
-            Recorded(open_transport(line.address), recorder)
-            if line.trace_entries
-            else open_transport(line.address)
+        self.recorders[line.id] = recorder = Recorder(line.trace_entries, file)
+        port = open_transport(line.address)
+        return Recorded(port, recorder) if line.trace_entries else port
+
+    def _add_robot(
+        self, line: settings.Line, it: settings.Robot, port: Transport, rng: random.Random | None
+    ) -> None:
+        built = FicsLine(
+            line.id,
+            port,
+            it.id,
+            mode=line.mode,
+            terminator=line.terminator,
+            reply_timeout_s=line.reply_timeout_s,
+            late_reply_s=line.late_reply_s,
+            rng=rng,
         )
+        robot = Robot(it.id, it.name or "", built, self._publish_robot, poll_interval_s=line.poll_interval_s)
+        robot.units += [
+            RobotUnit(robot, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.system)
+            for unit in it.units
+        ]
+        self._robots[robot.id] = robot
+
+    def _add_line(self, line: settings.Line, port: Transport, rng: random.Random | None) -> None:
         built = Line(
             line.id,
             port,
@@ -118,7 +148,6 @@ class Plant:
         built.on_message = lambda frame: self._on_message(built, frame)
         built.on_change = lambda what, facts: self._on_change(built, what, facts)
         self.lines[line.id] = built
-        self.recorders[line.id] = recorder
         for it in line.bodies:
             scale = Scale(unit=it.units.unit, pulses_per_unit=it.units.pulses_per_unit) if it.units else None
             body = Body(built, it.number, it.name or "", scale, poll_interval_s=line.poll_interval_s)
@@ -145,6 +174,19 @@ class Plant:
     def bodies(self) -> list[Body]:
         """All bodies, in the order of the configuration."""
         return list(self._bodies.values())
+
+    def robots(self) -> list[Robot]:
+        """All robots, in the order of the configuration."""
+        return list(self._robots.values())
+
+    def robot(self, robot_id: str) -> Robot:
+        """Find a robot.
+
+        :raises NotFound: there is none of this id.
+        """
+        if robot_id not in self._robots:
+            raise NotFound(f"There is no robot {robot_id}; there are {', '.join(self._robots) or 'none'}.")
+        return self._robots[robot_id]
 
     def groups(self) -> list[Group]:
         """All groups."""
@@ -200,6 +242,9 @@ class Plant:
             kind, f"/bodies/{body.address}", move.model_dump(mode="json"), correlation=move.id
         )
         return event.cursor
+
+    def _publish_robot(self, kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
+        return self.events.publish(kind, subject, data, correlation).cursor
 
     def _on_message(self, line: Line, frame: MoveEnded | StatusChanged | UnknownMessage) -> None:
         if isinstance(frame, UnknownMessage):

@@ -1,15 +1,28 @@
-"""A transport that leads straight into a simulated link master, on the time of the running loop."""
+"""A transport that leads straight into a simulated machine, on the time of the running loop."""
 
 import asyncio
+from typing import Protocol
 
 from simulator.rorze.line import Rc400Line
 from transports.base import Receiver, Transport, TransportLost, TransportUnavailable
 
 
-class SimulatedLine(Transport):
+class Machine(Protocol):
+    """What is at the far end."""
+
+    def receive(self, data: bytes, now: float) -> None: ...
+
+    def take_output(self, now: float) -> bytes: ...
+
+    def wake_at(self) -> float | None: ...
+
+
+class SimulatedCable(Transport):
     """The wire between a gateway and a simulator in one process; timeless unless a baud rate is given."""
 
-    def __init__(self, machine: Rc400Line, baud: int | None = None) -> None:
+    machine: Machine
+
+    def __init__(self, machine: Machine, baud: int | None = None) -> None:
         super().__init__("simulated://")
         self.machine = machine
         self.plugged_in = True
@@ -71,3 +84,12 @@ class SimulatedLine(Transport):
     def _deliver(self, data: bytes) -> None:
         if self._receiver:
             self._receiver.data_received(data)
+
+
+class SimulatedLine(SimulatedCable):
+    """The wire to a simulated link master."""
+
+    machine: Rc400Line
+
+    def __init__(self, machine: Rc400Line, baud: int | None = None) -> None:
+        super().__init__(machine, baud)

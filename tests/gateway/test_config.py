@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from gateway.config import Body, ConfigError, Group, Line, Server, load, parse
+from gateway.config import Body, ConfigError, Group, Line, Robot, Server, load, parse
 
 PLANT = """\
 [server]
@@ -287,7 +287,13 @@ def test_the_example_in_the_documentation_is_a_configuration() -> None:
 
 @pytest.mark.parametrize(
     ("table", "header"),
-    [(Server, "[server]"), (Line, "[[lines]]"), (Body, "[[lines.bodies]]"), (Group, "[[lines.groups]]")],
+    [
+        (Server, "[server]"),
+        (Line, "[[lines]]"),
+        (Body, "[[lines.bodies]]"),
+        (Group, "[[lines.groups]]"),
+        (Robot, "[lines.robot]"),
+    ],
 )
 def test_the_documentation_has_every_key_with_its_default(table: type[BaseModel], header: str) -> None:
     section = re.search(rf"## `{re.escape(header)}`.*?(?=\n## |\Z)", REFERENCE, re.DOTALL)

@@ -1,0 +1,1 @@
+"""The gateway side of Fics robots: a robot with its units behind one port."""

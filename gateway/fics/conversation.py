@@ -1,0 +1,346 @@
+"""What is being said to a robot: what goes next, what awaits its answer, and whether the line is in step.
+
+Answers are matched by name, so a motion under way may be answered a minute later, between the answers to
+queries. Besides it, one exchange is under way at a time; only stops may be written while it waits. When an
+answer stays away or cannot be understood, a fence, the query of a variable whose number comes back, proves
+that every earlier answer was seen or will never come.
+
+No clock and no port: times are given, frames are taken and handed out.
+"""
+
+import random
+from collections import Counter, deque
+from collections.abc import Callable
+from itertools import cycle
+from typing import Any
+
+from gateway.errors import Cancelled, GarbledReply, NoReply, StoppedFirst
+from gateway.exchange import Lane
+from gateway.fics.errors import RobotOffline
+from gateway.fics.exchange import Answered, Exchange
+from protocols.fics import row
+from protocols.fics.alarms import TakeCurrentError
+from protocols.fics.link import Frame, Garbage, Terminator, encode
+from protocols.fics.positions import BeginPositionUpload, EndPositionUpload
+from protocols.fics.row import FicsCommand
+from protocols.fics.stops import StopAllDecelerating
+from protocols.fics.system import GetSystemVersion, SetCommunicationMode
+from protocols.fics.variables import GetVariable
+from protocols.table import Reply, Retry
+
+SILENT_MODE = 2
+FENCE_TRIES = 3
+VARIABLES = 100
+"""Variables a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
+STANDSTILL_S = 10.0
+"""A decelerating stop is answered when all axes stand: it may take so long."""
+READ_REPEATS = 2
+"""How often a query without a usable answer is repeated, each time after a passed fence."""
+
+
+class Conversation:
+    """The exchanges with one robot."""
+
+    def __init__(
+        self,
+        robot_id: str,
+        *,
+        terminator: Terminator = "cr",
+        reply_timeout_s: float = 0.5,
+        late_reply_s: float = 2.0,
+        rng: random.Random | None = None,
+    ) -> None:
+        self.robot_id = robot_id
+        self.terminator = terminator
+        self.reply_timeout_s = reply_timeout_s
+        self.late_reply_s = late_reply_s
+        self.mode = SILENT_MODE
+        """The mode the robot is believed to be in."""
+        self.online = True
+        self.in_step = True
+        self.uploading = False
+        """Between POF 1 and POF 2 a robot takes positions only, and no stop (C-HOST manual 1-7)."""
+        self.stop_epoch = 0
+        self.counters: Counter[str] = Counter()
+        self.on_silence: Callable[[], None] = lambda: None
+        dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
+        self._variables = cycle(dice.sample(range(VARIABLES), VARIABLES))
+        self._stops: deque[Exchange] = deque()
+        self._urgent: deque[Exchange] = deque()
+        self._queue: deque[Exchange] = deque()
+        self._awaiting: Exchange | None = None
+        self._stopping: list[Exchange] = []
+        self._motion: Exchange | None = None
+        self._suspect: Exchange | None = None
+        self._fence: Exchange | None = None
+        self._fence_tries = 0
+
+    # what goes next
+
+    def exchange(self, command: FicsCommand[Any], lane: Lane) -> Exchange:
+        """Build an exchange: its frame, its stop epoch, and how often it is repeated."""
+        return Exchange(
+            command,
+            encode(command, self.terminator),
+            lane,
+            epoch=self.stop_epoch,
+            timeout_s=self.reply_timeout_s,
+            repeats=READ_REPEATS if command.may_repeat() else 0,
+        )
+
+    def submit(self, exchange: Exchange) -> None:
+        """Queue an exchange; a stop goes first, and in the middle of an upload the upload's end before it."""
+        if exchange.lane is Lane.COMMAND and exchange.epoch != self.stop_epoch:
+            exchange.settle(StoppedFirst())
+        elif exchange.lane is not Lane.STOP:
+            self._queue.append(exchange)
+        else:
+            if self.uploading and not self._closing():
+                self._stops.append(self.exchange(EndPositionUpload(), Lane.STOP))
+            self._stops.append(exchange)
+
+    def put_first(self, exchange: Exchange) -> None:
+        """Queue an exchange of the line's own set-up ahead of everything but stops and fences."""
+        self._urgent.append(exchange)
+
+    def begin_stop(self) -> None:
+        """Begin a new stop epoch: no command admitted earlier can be written any more."""
+        self.stop_epoch += 1
+        for exchange in [it for it in self._queue if it.lane is Lane.COMMAND]:
+            self._queue.remove(exchange)
+            exchange.settle(StoppedFirst())
+
+    def has_something(self) -> bool:
+        """Whether anything could go; asked first, because it costs less than asking the port."""
+        if self._stops or (self._awaiting is None and not self.in_step):
+            return True
+        return self._awaiting is None and bool(self._urgent or self._queue)
+
+    def next(self, *, ready: bool) -> Exchange | None:
+        """Take the exchange that is to be written now; None if none may go."""
+        if self._stops:
+            return self._stops.popleft()
+        if self._awaiting is not None or self._closing():
+            return None
+        if not self.in_step:
+            return self._recovery()
+        if self._urgent:
+            return self._urgent.popleft()
+        return self._queue.popleft() if ready and self._queue else None
+
+    def _closing(self) -> bool:
+        """Whether the end of an upload is on its way."""
+        return any(isinstance(it.command, EndPositionUpload) for it in (*self._stops, *self._stopping))
+
+    def _recovery(self) -> Exchange:
+        """What brings the line into step again: an open upload must be ended before anything is answered."""
+        if self.uploading:
+            return self.exchange(EndPositionUpload(), Lane.STOP)
+        # A variable cannot be asked for while the teaching terminal runs the robot; the version always can.
+        last = self._fence_tries == FENCE_TRIES - 1
+        query = GetSystemVersion() if last else GetVariable(number=next(self._variables))
+        self._fence = self.exchange(query, Lane.READ)
+        self._fence.timeout_s = max(self.reply_timeout_s, self.late_reply_s / FENCE_TRIES)
+        self.counters["fences"] += 1
+        return self._fence
+
+    def written(self, exchange: Exchange, now: float, deadline: float) -> None:
+        """Note that the frame has been handed to the port, and until when its answer is waited for."""
+        self.counters["frames_sent"] += 1
+        command = exchange.command
+        if isinstance(command, BeginPositionUpload):
+            self.uploading = True
+        if self._is_silent(command):
+            if isinstance(command, EndPositionUpload):
+                self.uploading = False
+            exchange.settle(Answered(confirmed=False))
+        elif exchange.lane is Lane.STOP:
+            exchange.deadline = deadline + (STANDSTILL_S if isinstance(command, StopAllDecelerating) else 0.0)
+            self._stopping.append(exchange)
+        elif command.starts_motion() and command.answered is not row.Answered.AT_ONCE:
+            self._motion = exchange
+        else:
+            exchange.deadline = deadline
+            self._awaiting = exchange
+        if exchange.on_written is not None:
+            exchange.on_written(now)
+
+    def _is_silent(self, command: FicsCommand[Any]) -> bool:
+        """Whether it gets no answer in this mode; a change of mode is answered as the new mode answers."""
+        mode = command.mode if isinstance(command, SetCommunicationMode) else self.mode
+        return mode == SILENT_MODE and not command.is_query()
+
+    # what comes back
+
+    def heard(self, frame: Frame, now: float) -> Callable[[], None] | None:
+        """Credit a frame. What it gives back tells who waits; it can be called after the next write."""
+        if isinstance(frame, Garbage):
+            self.counters["garbage"] += 1
+            self._noise(frame.why)
+            return None
+        for exchange in self._under_way():
+            outcome = exchange.take(frame)
+            if isinstance(outcome, Reply):
+                exchange.deadline = now + exchange.timeout_s
+                return None
+            if outcome is not None:
+                self.counters["replies"] += 1
+                self._answered(exchange)
+                return lambda: exchange.settle(outcome)
+        if not self._is_late(frame):
+            self.counters["strays"] += 1
+            self._noise("an answer to another command")
+        return None
+
+    def _under_way(self) -> list[Exchange]:
+        waiting = [self._awaiting, *self._stopping, self._motion]
+        return [it for it in waiting if it is not None]
+
+    def _noise(self, what: str) -> None:
+        """Something came that nobody can have wanted: whatever is awaited may have been it."""
+        exchange = self._awaiting
+        if exchange is not None and exchange is not self._fence:
+            self._doubt(exchange, GarbledReply(_sent(exchange, f"{what} came back"), _remedy(exchange)))
+
+    def _is_late(self, frame: Frame) -> bool:
+        """An answer that comes before the fence can only belong to the exchange in doubt."""
+        suspect = self._suspect
+        outcome = suspect.take(frame) if suspect and suspect.late_answer is None else None
+        if suspect is None or outcome is None:
+            return False
+        self.counters["late_replies"] += 1
+        if not isinstance(outcome, Reply):
+            suspect.late_answer = outcome
+        return True
+
+    def _answered(self, exchange: Exchange) -> None:
+        self._let_go(exchange)
+        if isinstance(exchange.command, EndPositionUpload):
+            self.uploading = False
+        self.online = True
+        if exchange is self._fence:
+            self._fence = None
+            self._regain_step()
+
+    def _let_go(self, exchange: Exchange) -> None:
+        if exchange in self._stopping:
+            self._stopping.remove(exchange)
+        elif exchange is self._motion:
+            self._motion = None
+        else:
+            self._awaiting = None
+
+    # time
+
+    def deadline(self) -> float | None:
+        """When the next answer is overdue."""
+        return min((it.deadline for it in self._under_way() if it.deadline is not None), default=None)
+
+    def pass_deadlines(self, now: float, resumes_at: float | None) -> None:
+        """Give up waiting for what is overdue; `resumes_at` is set while a line has begun and may go on."""
+        for exchange in self._under_way():
+            if exchange.deadline is None or exchange.deadline > now:
+                continue
+            if resumes_at is not None and now < resumes_at:
+                exchange.deadline = resumes_at
+                continue
+            self.counters["timeouts"] += 1
+            self._doubt(exchange, NoReply(_sent(exchange, "no answer came"), _remedy(exchange)))
+
+    def give_up(self, motion: Exchange) -> None:
+        """A motion has ended, and its answer will not come: fence now, so that none comes late."""
+        if motion is self._motion:
+            self._motion = None
+            self._lose_step()
+
+    # doubt and certainty
+
+    def _doubt(self, exchange: Exchange, reason: NoReply) -> None:
+        """An exchange has no usable answer: fence the line before its outcome is told."""
+        self._let_go(exchange)
+        if isinstance(exchange.command, EndPositionUpload):
+            self.uploading = False
+        if exchange is self._fence:
+            self._fence_failed()
+        elif exchange.lane is Lane.STOP:
+            exchange.settle(reason)
+        else:
+            exchange.doubt = reason
+            self._suspect = exchange
+            self._lose_step()
+
+    def _lose_step(self) -> None:
+        self.in_step = False
+        self._fence_tries = 0
+
+    def _fence_failed(self) -> None:
+        self._fence = None
+        self._fence_tries += 1
+        if self._fence_tries < FENCE_TRIES:
+            return
+        self._went_silent()
+        if self._suspect is not None:
+            self._suspect.repeats = 0
+        self._regain_step()
+
+    def _went_silent(self) -> None:
+        was_online, self.online = self.online, False
+        waiting, self._queue = self._queue, deque()
+        for exchange in waiting:
+            exchange.settle(offline_error(self.robot_id))
+        if was_online:
+            self.on_silence()
+
+    def _regain_step(self) -> None:
+        self.in_step = True
+        suspect, self._suspect = self._suspect, None
+        if suspect is None:
+            return
+        if suspect.late_answer is not None:
+            suspect.settle(suspect.late_answer)
+        elif suspect.repeats > 0:
+            suspect.repeats -= 1
+            self.counters["repeats"] += 1
+            suspect.start_over()
+            self._urgent.appendleft(suspect)
+        elif suspect.doubt is not None:
+            suspect.settle(suspect.doubt)
+
+    # the end
+
+    def lose_motion(self, reason: NoReply) -> None:
+        """The robot has forgotten what it was doing."""
+        motion, self._motion = self._motion, None
+        if motion is not None:
+            motion.settle(reason)
+
+    def break_off(self, lost: NoReply, unsent: Cancelled) -> None:
+        """The port has gone: what was written may have been executed, what waited was not."""
+        written = [*self._under_way(), *([self._suspect] if self._suspect else [])]
+        waiting = [*self._stops, *self._urgent, *self._queue]
+        self._awaiting = self._motion = self._suspect = self._fence = None
+        self._stopping, self.in_step = [], True
+        self._stops, self._urgent, self._queue = deque(), deque(), deque()
+        for exchange in written:
+            exchange.settle(exchange.late_answer or lost)
+        for exchange in waiting:
+            exchange.settle(unsent)
+
+
+def offline_error(robot_id: str) -> RobotOffline:
+    """The error of whoever asks a robot that does not answer."""
+    return RobotOffline(
+        f"Robot {robot_id} does not answer; nothing was sent.", "Check its power, its cable and its port."
+    )
+
+
+def _sent(exchange: Exchange, what: str) -> str:
+    return f"{exchange.command.wire_name()} was sent, and {what}."
+
+
+def _remedy(exchange: Exchange) -> str:
+    if isinstance(exchange.command, TakeCurrentError):
+        return "What it would have told is gone: read the details of the latest error (ERD)."
+    if exchange.command.retry is Retry.READ:
+        return "Ask again."
+    return "Read status and position before anything else."

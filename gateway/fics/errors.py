@@ -1,0 +1,77 @@
+"""What can go wrong with a robot besides what can go wrong with anything."""
+
+from gateway.errors import BodyBusy, ControllerRefused, GatewayError, NotSent
+from protocols.fics.errors import lookup
+
+
+class RobotRefused(ControllerRefused):
+    """The robot has answered `Enn`: the command was not carried out (C-HOST manual 2-12)."""
+
+    def __init__(self, robot_id: str, code: str, fics_error: str) -> None:
+        row = lookup(fics_error)
+        GatewayError.__init__(
+            self, f"{robot_id} refused {code}: {row.en} Nothing moved because of it.", row.remedy_en
+        )
+        self.address = robot_id
+        self.error = None
+        self.command_code = code
+        self.fics_error = fics_error
+
+
+class RobotFailed(GatewayError):
+    """A command ended with an error of the system, `nnn`, which stands until DRT (C-HOST manual 2)."""
+
+    kind = "robot-failed"
+    title = "The robot reports an error"
+    moved = "unknown"
+
+    def __init__(self, robot_id: str, code: str, fics_error: str) -> None:
+        row = lookup(fics_error)
+        super().__init__(f"{code} of {robot_id} ended with error {fics_error}: {row.en}", row.remedy_en)
+        self.command_code = code
+        self.fics_error = fics_error
+
+
+class RobotBusy(BodyBusy):
+    """The robot is doing something that excludes the request."""
+
+    kind = "robot-busy"
+    title = "The robot is busy"
+
+
+class RobotOffline(NotSent):
+    """The robot has stopped answering; it is asked again and again in the background."""
+
+    kind = "robot-offline"
+    title = "The robot does not answer"
+
+
+class ErrorStands(NotSent):
+    """The robot has an error that forbids motion until it is reset."""
+
+    kind = "error-stands"
+    title = "An error of the robot stands"
+    retryable = False
+
+
+class PowerCycled(NotSent):
+    """The robot has been switched off and on: speeds and homing are gone, and somebody has to know."""
+
+    kind = "power-cycled"
+    title = "The robot has lost its power"
+    retryable = False
+
+
+class UnitNotSelected(NotSent):
+    """It could not be made sure which unit a command would act on."""
+
+    kind = "unit-not-selected"
+    title = "The unit is not certain"
+
+
+class JogOver(GatewayError):
+    """The JOG session has ended: its axis was stopped."""
+
+    kind = "jog-over"
+    title = "The JOG is over"
+    moved = "yes"

@@ -1,0 +1,66 @@
+"""One C-HOST command on its way to a robot and back."""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from gateway.errors import GatewayError, NoReply
+from gateway.exchange import Lane
+from protocols.fics.link import Completion, Failure, Frame, Refusal, credit
+from protocols.fics.row import FicsCommand
+from protocols.table import Reply
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """The replies to a query, several for a download; none for a deed that is done, or was only sent."""
+
+    replies: tuple[Reply, ...] = ()
+    confirmed: bool = True
+    """False where the mode is silent: the command has left, and nothing more is known."""
+
+
+Outcome = Answered | Refusal | Failure | GatewayError
+
+
+@dataclass(eq=False, slots=True)
+class Exchange:
+    """A command with its frame, and who waits for what becomes of it."""
+
+    command: FicsCommand[Any]
+    frame: bytes
+    lane: Lane
+    epoch: int = 0
+    """The robot's stop epoch at admission: a later stop forbids the write."""
+    timeout_s: float = 0.5
+    """From the frame's last bit to the reply's deadline; motion has none."""
+    repeats: int = 0
+    """How often it may still be repeated by itself after a passed fence."""
+    on_written: Callable[[float], None] | None = None
+    future: "asyncio.Future[Outcome] | None" = None
+    deadline: float | None = None
+    doubt: NoReply | None = None
+    """Why there is no usable reply, until a fence has shown whether one still comes."""
+    late_answer: Outcome | None = None
+    _replies: list[Reply] = field(default_factory=list)
+
+    def take(self, frame: Frame) -> Outcome | Reply | None:
+        """Credit a frame: the outcome, a reply before the last, or None if it is not for this command."""
+        found = credit(self.command, frame)
+        if isinstance(found, Completion):
+            return Answered(tuple(self._replies))
+        if isinstance(found, Reply):
+            self._replies.append(found)
+            return found if self.command.ends_with else Answered(tuple(self._replies))
+        return found
+
+    def settle(self, outcome: Outcome) -> None:
+        """Tell whoever waits."""
+        if self.future is not None and not self.future.done():
+            self.future.set_result(outcome)
+
+    def start_over(self) -> None:
+        """Forget the replies of an attempt that was not completed."""
+        self._replies.clear()
+        self.doubt = None

@@ -1,0 +1,251 @@
+"""One port with its Fics: keeps it open and in its mode, and carries the conversation over it in time."""
+
+import asyncio
+import random
+from typing import Any
+
+from gateway.errors import Cancelled, InvalidRequest, NoReply
+from gateway.exchange import Lane
+from gateway.fics.conversation import Conversation, offline_error
+from gateway.fics.exchange import Answered, Exchange, Outcome
+from gateway.port import PortLoop
+from protocols.fics.alarms import TakeCurrentError
+from protocols.fics.link import Refusal, Terminator, Ver2Reader, Ver3Reader
+from protocols.fics.row import FicsCommand
+from protocols.fics.system import (
+    CommunicationMode,
+    GetCommunicationMode,
+    GetSystemVersion,
+    SetCommunicationMode,
+    SystemVersion,
+)
+from transports.base import Transport, TransportRefused
+
+SILENT = 2
+"""The mode of power-on, in which most commands are not answered."""
+GAP_S = 0.1
+"""An answer that has begun may pause this long before it counts as cut off."""
+ASK_AGAIN_S = (0.5, 2.0)
+"""First and longest pause before a robot that is silent, or in the wrong mode, is asked again."""
+REMEDY = "Read status and position."
+CLEARING = b"\rPOF 2\r"
+"""Ends a half command and an upload that an earlier life may have left open: a robot in one takes no stop."""
+
+
+class FicsLine(PortLoop):
+    """One port with its robot."""
+
+    def __init__(
+        self,
+        line_id: str,
+        transport: Transport,
+        robot_id: str,
+        *,
+        mode: int = 3,
+        terminator: Terminator = "cr",
+        reply_timeout_s: float = 0.5,
+        late_reply_s: float = 2.0,
+        rng: random.Random | None = None,
+    ) -> None:
+        self._talk = Conversation(
+            robot_id,
+            terminator=terminator,
+            reply_timeout_s=reply_timeout_s,
+            late_reply_s=late_reply_s,
+            rng=rng,
+        )
+        super().__init__(line_id, transport, self._talk.counters)
+        self.mode = mode
+        """The mode the robot is to be in: 3, or 2, in which most commands are silent."""
+        self.reply_timeout_s, self.late_reply_s = reply_timeout_s, late_reply_s
+        self._talk.on_silence = self._robot_is_silent
+        self._reader: Ver2Reader | Ver3Reader = Ver3Reader()
+        self._known = False
+        """Whether the robot has been set up in this life of the gateway."""
+        self._was_away = False
+        """Whether it was silent, or its port gone, since."""
+        self._missing = False
+        """Whether its silence has been told."""
+
+    # what it is now
+
+    @property
+    def online(self) -> bool:
+        """Whether the robot can be asked now, as far as is known."""
+        return self._open and self._talk.online
+
+    @property
+    def uploading(self) -> bool:
+        """Whether an upload of positions is open."""
+        return self._talk.uploading
+
+    @property
+    def stop_epoch(self) -> int:
+        """How many stops there have been."""
+        return self._talk.stop_epoch
+
+    def frame_of(self, command: FicsCommand[Any]) -> str:
+        """Show the exact frame of a command as text, with its terminator escaped."""
+        frame = self._talk.exchange(command, Lane.COMMAND).frame
+        return frame.decode("ascii").replace("\r", "\\r").replace("\n", "\\n")
+
+    def _in_step(self) -> bool:
+        return self._talk.in_step
+
+    def _break_off(self, reason: str) -> None:
+        self._reader = Ver3Reader()
+        self._was_away = True
+        self._talk.break_off(
+            NoReply(f"Line {self.id} was lost before the answer came: {reason}.", REMEDY),
+            Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later."),
+        )
+
+    # set-up
+
+    async def _set_up(self, *, fresh: bool) -> None:
+        """Bring the robot into its mode, as often as it takes (C-HOST manual 1-1-1, 2-37)."""
+        self._ready = False
+        if fresh:
+            await self._clear_with(CLEARING, self.late_reply_s)
+        pause_s = ASK_AGAIN_S[0]
+        while self._open and not await self._agree_on_mode():
+            await asyncio.sleep(pause_s)
+            pause_s = min(2 * pause_s, ASK_AGAIN_S[1])
+        if not self._open:
+            return
+        if self.mode == SILENT:
+            await self._tell(TakeCurrentError())  # what the clearing has left: an error of the system stays
+        self._known, self._ready, self._was_away = True, self._open, False
+        if not self._ready:
+            return
+        self.on_change("line.up", {"mode": self.mode})
+        if self._missing:
+            self._missing = False
+            self.on_change("robot.online", {})
+        self._pump()
+
+    async def _agree_on_mode(self) -> bool:
+        """Find out the robot's mode, and change it if it is another; whether it is right now."""
+        self._reader = Ver3Reader()  # reads both, while the mode is not known
+        found = await self._find_mode()
+        if found is None:
+            return False
+        if self._known and (found != self.mode or (self._was_away and self.mode == SILENT)):
+            self._lost_power(certain=found != self.mode)
+        if found != self.mode:
+            await self._tell(SetCommunicationMode(mode=self.mode))
+            found = await self._find_mode()
+        if found == SILENT:
+            self._reader = Ver2Reader()
+        self._talk.mode = found or self.mode
+        return found == self.mode
+
+    async def _find_mode(self) -> int | None:
+        """Ask for the mode; None if the robot is silent.
+
+        In motion the question is blocked: refused in Ver.3 and not answered in Ver.2. The version is told at
+        any time, in Ver.3 with that of C-HOST (C-HOST manual 2-36).
+        """
+        outcome = await self._tell(GetCommunicationMode())
+        if isinstance(outcome, Refusal):
+            return 3
+        if isinstance(outcome, Answered) and isinstance(reply := outcome.replies[0], CommunicationMode):
+            return reply.mode
+        outcome = await self._tell(GetSystemVersion())
+        if isinstance(outcome, Answered) and isinstance(version := outcome.replies[0], SystemVersion):
+            return SILENT if version.c_host is None else 3
+        return None
+
+    def _lost_power(self, *, certain: bool) -> None:
+        """The robot is in the mode of power-on; where that is its own mode, having been away must do."""
+        self._was_away = False
+        self._talk.lose_motion(
+            NoReply("The robot has lost its power in the middle of the motion.", "Home it again.")
+        )
+        self.on_change("robot.power_cycled", {"certain": certain})
+
+    def _robot_is_silent(self) -> None:
+        self._was_away = self._missing = True
+        self.on_change("robot.offline", {})
+        self.set_up_again("the robot does not answer")
+
+    async def _tell(self, command: FicsCommand[Any]) -> Outcome:
+        """Send a command of the set-up ahead of everything but stops and fences."""
+        if not self._open:
+            return self._down()
+        exchange = self._talk.exchange(command, Lane.COMMAND)
+        future = exchange.future = self._loop.create_future()
+        self._talk.put_first(exchange)
+        self._pump()
+        outcome: Outcome = await future
+        return outcome
+
+    # asking
+
+    def submit(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
+        """Queue an exchange; the future gives what became of it and never raises.
+
+        :raises LineDown: the port is not open; nothing was queued.
+        :raises RobotOffline: the robot does not answer (stops are sent nevertheless).
+        """
+        if not self._open:
+            raise self._down()
+        if not self._talk.online and exchange.lane is not Lane.STOP:
+            raise offline_error(self._talk.robot_id)
+        future = exchange.future = self._loop.create_future()
+        self._talk.submit(exchange)
+        self._pump()
+        return future
+
+    def exchange(self, command: FicsCommand[Any], lane: Lane) -> Exchange:
+        """Build an exchange of this line, admitted now."""
+        return self._talk.exchange(command, lane)
+
+    def begin_stop(self) -> None:
+        """Forbid everything that was admitted before now and is not written yet."""
+        self._talk.begin_stop()
+
+    def give_up(self, motion: Exchange) -> None:
+        """A motion is seen to have ended without its answer."""
+        self._talk.give_up(motion)
+        self._pump()
+
+    # writing and reading
+
+    def _pump(self) -> None:
+        """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
+        while self._open and self._talk.has_something():
+            now = self._loop.time()
+            if not self._port_is_free(now):
+                return
+            exchange = self._talk.next(ready=self._ready)
+            if exchange is None:
+                return
+            self._write(exchange, now)
+
+    def _write(self, exchange: Exchange, now: float) -> None:
+        try:
+            written = self._send(exchange.frame, now)
+        except TransportRefused as error:
+            exchange.settle(InvalidRequest(f"{error} Nothing was sent.", "Send less at once."))
+            return
+        if not written:
+            exchange.settle(self._down())
+            return
+        deadline = self._tx_free_at + exchange.timeout_s
+        self._talk.written(exchange, now, deadline)
+        self._wake_at(deadline)
+
+    def data_received(self, data: bytes) -> None:
+        """Bytes from the port."""
+        self._last_rx_at = self._loop.time()
+        for frame in self._reader.feed(data):
+            tell = self._talk.heard(frame, self._last_rx_at)
+            self._pump()
+            if tell is not None:
+                tell()
+
+    def _pass_deadlines(self, now: float) -> float | None:
+        resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
+        self._talk.pass_deadlines(now, resumes_at)
+        return self._talk.deadline()

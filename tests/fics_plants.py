@@ -1,0 +1,163 @@
+"""A plant whose line leads into a simulated Fics, on virtual time."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from random import Random
+
+from gateway.config import parse
+from gateway.events import Event
+from gateway.fics.moves import RobotMove
+from gateway.fics.robot import Robot
+from gateway.plant import Plant
+from protocols.fics.row import FicsCommand
+from protocols.table import Ack
+from simulator.fics.layout import Layout
+from simulator.fics.line import FicsLine, LineSettings, build_line
+from simulator.fics.robot import Robot as SimulatedRobot
+from simulator.rorze.faults import Direction, Fault, Switch
+from simulator.rorze.truth import Fact
+from tests.simulated_line import SimulatedCable
+
+SET_UP_S = 1.0
+"""More than a line needs to be ready."""
+
+SCARA = '{number = 1, axes = ["X", "Y", "Z"], motor_axes = ["A", "B", "Z"]}'
+CARTESIAN = '{number = 2, axes = ["X", "Y", "Z"]}'
+
+
+class Cable(SimulatedCable):
+    """The wire to a simulated Fics."""
+
+    machine: FicsLine
+
+    def __init__(self, machine: FicsLine, baud: int | None = None) -> None:
+        super().__init__(machine, baud)
+        self.lost_command = self.lost_answer = ""
+        """What begins so is lost on its way, every time."""
+        self.stuck = False
+        """The far end takes nothing more, as a full dual-port RAM."""
+
+    def _arrive(self, data: bytes) -> None:
+        if not self.lost_command or not data.startswith(self.lost_command.encode()):
+            super()._arrive(data)
+
+    def _deliver(self, data: bytes) -> None:
+        if not self.lost_answer or not data.startswith(self.lost_answer.encode()):
+            super()._deliver(data)
+
+    def unsent(self) -> int:
+        return int(self.stuck)
+
+    def turn(self) -> None:
+        """Let the machine say what it has to say, after it was touched by hand."""
+        self._turn()
+
+    def frames(self, after: int = 0) -> list[str]:
+        """The frames sent, without CR, from a number on."""
+        return [data.decode("ascii").rstrip("\r") for data in self.written[after:]]
+
+
+@dataclass
+class FicsRig:
+    """A running plant with one robot, and what stands behind its line."""
+
+    plant: Plant
+    cable: Cable
+
+    @property
+    def robot(self) -> Robot:
+        return self.plant.robots()[0]
+
+    @property
+    def machine(self) -> FicsLine:
+        return self.cable.machine
+
+    @property
+    def fics(self) -> SimulatedRobot:
+        return self.machine.robot
+
+    def touch(self, change: Callable[[SimulatedRobot, float], object]) -> None:
+        """Change the world of the robot and let it look."""
+        now = asyncio.get_running_loop().time()
+        change(self.fics, now)
+        self.machine.look_after(now)
+        self.cable.turn()
+
+    def power_cycle(self) -> None:
+        """Switch the robot off and on."""
+        now = asyncio.get_running_loop().time()
+        self.machine.power_off(now)
+        self.machine.power_on(now)
+        self.cable.turn()
+
+    def fail(self, fault: Fault, direction: Direction, frames: int = 1, delay_s: float = 0.1) -> None:
+        """Let a fault hit the next frames."""
+        self.machine.faults.set(Switch(fault, direction, next_frames=frames, delay_s=delay_s))
+
+    def lose_replies(self, frames: int = 1) -> None:
+        """The next answers are lost on their way."""
+        self.fail(Fault.LOST, Direction.REPLIES, frames)
+
+    def spoil(self, probability: float) -> None:
+        """Let faults hit frames either way by chance; no answer is garbled, for none has a checksum."""
+        for fault in (Fault.LOST, Fault.GARBLED, Fault.NOISE, Fault.LATE, Fault.DOUBLED, Fault.SPLIT):
+            for direction in Direction:
+                if (fault, direction) != (Fault.GARBLED, Direction.REPLIES):
+                    self.machine.faults.set(Switch(fault, direction, probability=probability, delay_s=0.3))
+
+    async def move(self, command: FicsCommand[Ack], unit: int = 1) -> RobotMove:
+        """Make a move and wait for its end."""
+        started = await self.plant.robot_moves.start(self.robot, unit, command)
+        return await self.plant.robot_moves.wait(started.id, 600.0)
+
+    def events(self, prefix: str = "") -> list[Event]:
+        """What has been published so far."""
+        hub = self.plant.events
+        return [it for n in range(hub.first, hub.last + 1) if (it := hub.event(n)).type.startswith(prefix)]
+
+    def types(self, prefix: str = "") -> list[str]:
+        """The types of what has been published so far."""
+        return [event.type for event in self.events(prefix)]
+
+    def heard(self, name: str) -> list[str]:
+        """The commands of a name that the robot has heard."""
+        return [text for text in self._texts() if text.startswith(name)]
+
+    def stops(self) -> list[Fact]:
+        """The ends of the robot's motions."""
+        return self.machine.truth.of("motion_stop")
+
+    def _texts(self) -> list[str]:
+        return [str(fact.facts["text"]) for fact in self.machine.truth.of("command")]
+
+
+@asynccontextmanager
+async def fics_rig(
+    *,
+    units: int = 1,
+    mode: int = 3,
+    baud: int | None = None,
+    settings: LineSettings | None = None,
+    prepare: Callable[[FicsLine], object] = lambda _: None,
+    options: str = "",
+    seed: int = 0,
+) -> AsyncIterator[FicsRig]:
+    """Start a plant and wait until its line is ready; `prepare` may touch the robot before."""
+    tables = ", ".join([SCARA, CARTESIAN][:units])
+    config = parse(
+        f'[[lines]]\nid = "cell"\naddress = "tcp://127.0.0.1:1"\nprotocol = "fics"\nmode = {mode}\n'
+        f'robot = {{id = "r1", units = [{tables}]}}\n{options}',
+        "test.toml",
+    )
+    machine = build_line(Layout(units=units), settings=settings, seed=seed)
+    prepare(machine)
+    cable = Cable(machine, baud)
+    plant = Plant(config, open_transport=lambda _: cable, rng=Random(0))
+    await plant.start()
+    try:
+        await asyncio.sleep(SET_UP_S)
+        yield FicsRig(plant, cable)
+    finally:
+        await plant.close()
