@@ -4,6 +4,7 @@ import asyncio
 import json
 import logging
 import sys
+from contextlib import AsyncExitStack
 from importlib.metadata import version as distribution_version
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -30,7 +31,7 @@ EXIT_CONFIG = 78
 
 DEMO_BODIES = (0x00, 0x01, 0x3F)
 app = typer.Typer(
-    help="A network gateway for RORZE RC-420 motion controllers. It is not a safety function.",
+    help="A network gateway for RORZE and DYNAX motion controllers. It is not a safety function.",
     no_args_is_help=True,
     add_completion=False,
 )
@@ -49,7 +50,7 @@ def version() -> None:
 @app.command()
 def serve(
     config: Annotated[Path | None, typer.Option(help="The configuration file (TOML).")] = None,
-    demo: Annotated[bool, typer.Option(help="Serve a built-in simulated line instead.")] = False,
+    demo: Annotated[bool, typer.Option(help="Serve a built-in simulated line and robot.")] = False,
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="Listen on this port instead.")] = None,
 ) -> None:
     """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM)."""
@@ -67,22 +68,27 @@ def serve(
 
 
 async def _serve_demo(port: int | None) -> None:
-    """Serve a simulated line that runs in this very process."""
-    from simulator.cli import start_demo_line
+    """Serve a simulated line and a simulated robot that run in this very process."""
+    from simulator.cli import start_demo_line, start_demo_robot
 
     with TemporaryDirectory(prefix="motion-gateway-") as folder:
-        path = Path(folder) / "line1"
-        line = start_demo_line(DEMO_BODIES, path)
-        try:
-            await run_server(_on_port(_demo_config(path), port))
-        finally:
-            await line.aclose()
+        line_path, robot_path = Path(folder) / "line1", Path(folder) / "cell1"
+        async with AsyncExitStack() as stack:
+            stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path).aclose)
+            stack.push_async_callback(start_demo_robot(robot_path).aclose)
+            await run_server(_on_port(_demo_config(line_path, robot_path), port))
 
 
-def _demo_config(line_path: Path) -> Config:
+def _demo_config(line_path: Path, robot_path: Path) -> Config:
     bodies = [{"id": f"{body:02X}"} for body in DEMO_BODIES]
     line = {"id": "line1", "address": f"serial://{line_path}?baud=9600", "bodies": bodies}
-    return Config.model_validate({"lines": [line]})
+    units = [
+        {"number": 1, "axes": ["X", "Y", "Z"], "motor_axes": ["A", "B", "Z"]},
+        {"number": 2, "axes": ["X", "Y", "Z"]},
+    ]
+    robot = {"id": "r1", "units": units}
+    cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
+    return Config.model_validate({"lines": [line, cell]})
 
 
 def _on_port(config: Config, port: int | None) -> Config:
