@@ -5,17 +5,18 @@ from fastapi_offline import FastAPIOffline
 from starlette.middleware.cors import CORSMiddleware
 
 from api import bodies, catalogue, groups, health, lines, mirror, moves, problems, raw, stops, streams
+from api.robots import routes as robots
 from api.security import SameSite
 from api.version import VERSION
 from gateway.plant import Plant
 
 DESCRIPTION = """\
-RORZE RC-420 motion controllers behind RC-400 link masters.
+RORZE RC-420 motion controllers behind RC-400 link masters, and Fics robots that speak C-HOST.
 
 Bodies are addressed by two hex digits where only one line has them (`3F`), and always with their line
-(`arm.3F`). Errors are problem details (RFC 9457); `moved` says whether the motor did anything. Statuses that
-clients repeat by themselves are sent only where nothing was sent to a controller. A software stop does not
-replace a hardware stop.
+(`arm.3F`); robots by their names, and their axes by unit. Errors are problem details (RFC 9457); `moved`
+says whether the motor did anything. Statuses that clients repeat by themselves are sent only where nothing
+was sent to a controller. A software stop does not replace a hardware stop.
 """
 
 
@@ -35,6 +36,7 @@ def create_app(plant: Plant) -> FastAPI:
     problems.install(app)
     modules = (bodies, moves, stops, groups, lines, streams, catalogue, raw, health)
     routers = [bodies.reads, *(module.router for module in modules), *mirror.routers()]
+    routers += robots.routers()
     # Side by side instead of included, which would search them twice for every request; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
     server = plant.config.server

@@ -1,16 +1,19 @@
 """The command table as data: every row with its parameters, reply, rules and errors."""
 
 from functools import cache
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from fastapi import Response
 from pydantic import BaseModel, Field
 
 from api.problems import DECLARED
 from api.requests import new_router
+from api.robots.mirror import of_the_robot
+from protocols.fics.commands import ROWS as FICS_ROWS
+from protocols.fics.row import Answered, Block, FicsCommand
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
-from protocols.rorze.row import LinkMasterCommand
+from protocols.rorze.row import LinkMasterCommand, RorzeCommand
 from protocols.table import Retry
 
 router = new_router("commands")
@@ -24,67 +27,98 @@ class CommandError(BaseModel):
     en: str
 
 
-class CommandInfo(BaseModel):
-    """A row of the command table (RC-420 manual 14 and 19)."""
-
-    family: Literal["rorze"]
-    code: str
-    name: str = Field(description="As in /bodies/{body_id}/commands/NAME.")
-    addressed_to: Literal["body", "line"]
+class _CommandInfo(BaseModel):
+    code: str = Field(description="Its three characters; empty where a macro's name takes their place.")
+    name: str = Field(description="The last part of its route, .../commands/NAME.")
     title_ja: str
     title_en: str
     parameters: dict[str, Any] = Field(description="JSON Schema of the request body.")
     reply: dict[str, Any] = Field(description="JSON Schema of the reply.")
     usage: list[str] = Field(description="How the parameters are written on the line.")
+    starts_motion: bool
+    retry: Retry = Field(description="What may be repeated by itself when no reply came.")
+    example: list[str] = Field(description="Commands and replies in turn, as the manual prints them.")
+
+
+class CommandInfo(_CommandInfo):
+    """A row of the RC-420 command table (RC-420 manual 14 and 19)."""
+
+    family: Literal["rorze"]
+    addressed_to: Literal["body", "line"]
     modes: list[Literal["stepping", "encoder", "servo"]] = Field(
         description="Operating modes in which it is allowed."
     )
     while_moving: bool = Field(description="Whether it is allowed while the motor moves.")
     in_programs: bool = Field(description="Whether it is allowed in user programs.")
-    starts_motion: bool
-    retry: Retry = Field(description="What may be repeated by itself when no reply came.")
     errors: list[CommandError]
-    example: list[str] = Field(description="Commands and replies in turn, as the manual prints them.")
+
+
+class FicsCommandInfo(_CommandInfo):
+    """A row of the C-HOST command table (C-HOST manual 1-7 and 4-1)."""
+
+    family: Literal["fics"]
+    addressed_to: Literal["robot", "unit"]
+    answered: Answered = Field(description="When it is answered; Ver.2 answers only `always`.")
+    blocked_by: list[Block] = Field(description="What makes the robot refuse it; the manual's letters.")
+    during_upload: bool = Field(description="Whether it is allowed between POF 1 and POF 2.")
 
 
 class CommandList(BaseModel):
-    """The whole table, in the manual's order."""
+    """The whole tables of both families, in the manuals' order."""
 
-    commands: list[CommandInfo]
+    commands: list[Annotated[CommandInfo | FicsCommandInfo, Field(discriminator="family")]]
 
 
 @router.get("/commands", name="list_commands", response_model=CommandList, responses=DECLARED)
 async def list_commands() -> Response:
-    """List every command the controllers know."""
+    """List every command that controllers and robots know."""
     return Response(_table(), media_type="application/json")
 
 
 @cache
 def _table() -> str:
-    return CommandList(commands=[_info(row) for row in COMMANDS.values()]).model_dump_json()
+    commands = [*map(_rorze_info, COMMANDS.values()), *map(_fics_info, FICS_ROWS)]
+    return CommandList(commands=commands).model_dump_json()
 
 
-def _info(row: Row) -> CommandInfo:
+def _shared(row: type[RorzeCommand[Any]] | type[FicsCommand[Any]]) -> dict[str, Any]:
     japanese, english = row.titles()
+    return {
+        "code": row.code,
+        "name": row.name(),
+        "title_ja": japanese,
+        "title_en": english,
+        "parameters": row.model_json_schema(),
+        "reply": row.reply_type().model_json_schema(),
+        "usage": row.usage(),
+        "starts_motion": row.starts_motion(),
+        "retry": row.retry,
+        "example": list(row.example),
+    }
+
+
+def _rorze_info(row: Row) -> CommandInfo:
     names: tuple[Literal["stepping", "encoder", "servo"], ...] = ("stepping", "encoder", "servo")
     return CommandInfo(
+        **_shared(row),
         family="rorze",
-        code=row.code,
-        name=row.name(),
         addressed_to="line" if issubclass(row, LinkMasterCommand) else "body",
-        title_ja=japanese,
-        title_en=english,
-        parameters=row.model_json_schema(),
-        reply=row.reply_type().model_json_schema(),
-        usage=row.usage(),
         modes=[names[int(mode)] for mode in row.modes],
         while_moving=row.moving,
         in_programs=row.program,
-        starts_motion=row.starts_motion(),
-        retry=row.retry,
         errors=[
             CommandError(code=f"0x{code:02X}", ja=lookup(code).ja, en=lookup(code).en)
             for code in sorted(row.errors)
         ],
-        example=list(row.example),
+    )
+
+
+def _fics_info(row: type[FicsCommand[Any]]) -> FicsCommandInfo:
+    return FicsCommandInfo(
+        **_shared(row),
+        family="fics",
+        addressed_to="robot" if of_the_robot(row) else "unit",
+        answered=row.answered,
+        blocked_by=sorted(row.blocked),
+        during_upload=row.during_upload,
     )

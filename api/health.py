@@ -14,6 +14,7 @@ from api.requests import json_response, new_router, plant_of
 from api.version import VERSION
 from gateway.line import LineState
 from gateway.plant import Plant
+from gateway.port import PortLoop
 
 router = new_router("health")
 
@@ -52,7 +53,7 @@ async def livez() -> Response:
 )
 async def readyz(request: Request) -> Response:
     """Say whether all lines are open and set up."""
-    states = {line.id: line.state for line in plant_of(request).lines.values()}
+    states = {line.id: line.state for line in _lines(plant_of(request))}
     ready = all(state in (LineState.READY, LineState.OUT_OF_STEP) for state in states.values())
     return json_response(Readiness(ready=ready, lines=states), 200 if ready else 503)
 
@@ -68,6 +69,10 @@ async def metrics(request: Request) -> Response:
     """Give the figures of all lines to Prometheus."""
     registry: CollectorRegistry = request.app.state.metrics
     return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
+
+
+def _lines(plant: Plant) -> list[PortLoop]:
+    return [*plant.lines.values(), *(robot.line for robot in plant.robots())]
 
 
 def metrics_of(plant: Plant) -> CollectorRegistry:
@@ -97,18 +102,26 @@ class PlantCollector(Collector):
         bodies = GaugeMetricFamily(
             "motion_gateway_bodies", "Bodies of a line by condition.", labels=("line", "kind")
         )
+        robots = GaugeMetricFamily(
+            "motion_gateway_robots", "Robots of a line by condition.", labels=("line", "kind")
+        )
         up = GaugeMetricFamily(
             "motion_gateway_line_ready", "Whether a line can take commands.", labels=("line",)
         )
+        for port in _lines(self._plant):
+            for kind, count in port.counters.items():
+                happened.add_metric((port.id, kind), count)
+            up.add_metric((port.id,), port.state is LineState.READY)
         for line in self._plant.lines.values():
-            for kind, count in line.counters.items():
-                happened.add_metric((line.id, kind), count)
             for lane, count in line.waiting().items():
                 waiting.add_metric((line.id, lane), count)
             own = [body for body in self._plant.bodies() if body.line is line]
             bodies.add_metric((line.id, "configured"), len(own))
             bodies.add_metric((line.id, "offline"), sum(not body.online for body in own))
             bodies.add_metric((line.id, "moving"), sum(body.moving for body in own))
-            up.add_metric((line.id,), line.state is LineState.READY)
-        yield from (happened, waiting, bodies, up)
+        for robot in self._plant.robots():
+            robots.add_metric((robot.line.id, "configured"), 1)
+            robots.add_metric((robot.line.id, "offline"), not robot.online)
+            robots.add_metric((robot.line.id, "moving"), robot.moving)
+        yield from (happened, waiting, bodies, robots, up)
         yield CounterMetricFamily("motion_gateway_events", "Events published.", value=self._plant.events.last)

@@ -23,10 +23,11 @@ from protocols.rorze.errors import lookup
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import LINK_MASTER, LinkMasterCommand, RorzeCommand
 from protocols.rorze.stops import StopDecelerating, StopImmediately
-from protocols.table import Reply
+from protocols.table import Command, Reply
 
 R = TypeVar("R", bound=Reply)
 Endpoint = Callable[..., Coroutine[Any, Any, Response]]
+AnyRow = type[Command[Any]]
 
 AGE_HEADER = "Age-Ms"
 STOP_MODES: Final[dict[str, StopMode]] = {
@@ -61,33 +62,45 @@ def routers() -> list[APIRouter]:
     bodies, groups, lines = map(new_router, ("commands", "group commands", "line commands"))
     for row in COMMANDS.values():
         if issubclass(row, LinkMasterCommand):
-            _add(lines, "/lines/{line_id}", f"send_{_snake(row)}", row, _line_endpoint(row))
+            _add(lines, "/lines/{line_id}", f"send_{snake(row)}", row, _line_endpoint(row))
         else:
-            _add(bodies, "/bodies/{body_id}", f"send_{_snake(row)}", row, _body_endpoint(row))
-            _add(groups, "/groups/{group_id}", f"send_{_snake(row)}_to_group", row, _group_endpoint(row))
+            _add(bodies, "/bodies/{body_id}", f"send_{snake(row)}", row, _body_endpoint(row))
+            _add(groups, "/groups/{group_id}", f"send_{snake(row)}_to_group", row, _group_endpoint(row))
     return [bodies, lines, groups]
 
 
-def _snake(row: Row) -> str:
+def snake(row: AnyRow) -> str:
+    """The row's name as it stands in the names of operations."""
     return row.name().replace("-", "_")
 
 
 def _add(router: APIRouter, place: str, name: str, row: Row, endpoint: Endpoint) -> None:
+    to_group = router.tags == ["group commands"]
+    add_row(
+        router,
+        place,
+        name,
+        row,
+        endpoint,
+        status_code=202 if row.starts_motion() else 200,
+        response_model=_answer_type(row, to_group=to_group),
+        responses=_responses(row, to_group=to_group),
+        description=describe(row),
+    )
+
+
+def add_row(router: APIRouter, place: str, name: str, row: AnyRow, endpoint: Endpoint, **told: Any) -> None:
     """Register a row's route. Its parameters may be left out altogether where none is required."""
     required = not row.may_be_empty() or any(field.is_required() for field in row.model_fields.values())
     endpoint.__annotations__["command"] = row if required else Annotated[row, Body(default_factory=row)]
-    to_group = router.tags == ["group commands"]
     router.add_api_route(
         f"{place}/commands/{row.name()}",
         endpoint,
         methods=["POST"],
         name=name,
-        status_code=202 if row.starts_motion() else 200,
-        response_model=_answer_type(row, to_group=to_group),
-        responses=_responses(row, to_group=to_group),
         summary=row.titles()[1].capitalize(),
-        description=describe(row),
-        openapi_extra={"x-code": row.code},
+        openapi_extra={"x-code": row.code} if row.code else None,
+        **told,
     )
 
 

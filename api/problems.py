@@ -14,10 +14,8 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 
-from api.strict_json import MAX_BODY_BYTES
 from gateway.errors import (
     Ambiguous,
-    Cancelled,
     ControllerRefused,
     GatewayError,
     InvalidRequest,
@@ -26,7 +24,9 @@ from gateway.errors import (
     NotFound,
     NotSent,
 )
-from protocols.rorze.errors import lookup
+from gateway.fics.errors import RobotFailed, RobotRefused
+from protocols.fics import errors as fics
+from protocols.rorze import errors as rorze
 
 TYPE_PREFIX = "urn:motion-gateway:problem:"
 MEDIA_TYPE = "application/problem+json"
@@ -38,8 +38,6 @@ _STATUS: Final[Mapping[type[GatewayError], int]] = {
     InvalidRequest: 422,
     NotAllowed: 403,
     NotSent: 503,
-    # Nothing was sent, but a client that repeats it by itself would move what somebody has just stopped.
-    Cancelled: 409,
     GatewayError: 409,
 }
 
@@ -47,6 +45,10 @@ _CANNOT_WORK: Final = frozenset(
     {0x23, *range(0x40, 0x48), 0x4A, 0x54, 0x5B, 0x5D, 0x5E, 0x5F, *range(0x61, 0x66)}
 )
 """Controller errors that the same request meets again until it, or a setting, is changed."""
+_CANNOT_WORK_ON_ROBOTS: Final = frozenset({"E05", "E06", "E07", "E08", "E09", "E11", "E12"})
+"""The same of robots (C-HOST manual 2-12)."""
+SPEAKS_JAPANESE: Final = (ControllerRefused, RobotFailed)
+"""Errors whose text comes from a controller, and so in Japanese too."""
 
 
 class InvalidField(BaseModel):
@@ -67,7 +69,7 @@ class Problem(BaseModel):
     moved: Moved = Field(description="Whether the motor did anything because of this request.")
     remedy: str = Field(description="What to do next; may be empty.")
     retryable: bool = Field(description="Whether the same request may succeed later.")
-    code: str | None = Field(default=None, description="The controller's error code, such as 0x51.")
+    code: str | None = Field(default=None, description="The controller's error code, such as 0x51 or E05.")
     errors: list[InvalidField] | None = Field(default=None, description="Every part that is not valid.")
 
 
@@ -85,7 +87,6 @@ DECLARED: Final[dict[int | str, dict[str, Any]]] = {
 
 def problem_of(error: GatewayError, instance: str, *, japanese: bool = False) -> Problem:
     """Describe an error; a controller's own in Japanese, if that is wanted."""
-    code = error.error if isinstance(error, ControllerRefused) else None
     problem = Problem(
         type=TYPE_PREFIX + error.kind,
         title=error.title,
@@ -95,19 +96,41 @@ def problem_of(error: GatewayError, instance: str, *, japanese: bool = False) ->
         moved=error.moved,
         remedy=error.remedy,
         retryable=error.retryable,
-        code=None if code is None else f"0x{code:02X}",
+        code=_code_of(error),
     )
-    if japanese and isinstance(error, ControllerRefused):
-        row = lookup(code)
-        problem.title = "コントローラが実行を拒否しました"
-        problem.detail = f"{error.command_code}: {row.ja} このコマンドではモータは動いていません。"
-        problem.remedy = row.remedy_ja
+    if japanese and isinstance(error, SPEAKS_JAPANESE):
+        _translate(problem, error)
     return problem
 
 
+def _code_of(error: GatewayError) -> str | None:
+    if isinstance(error, RobotRefused | RobotFailed):
+        return error.fics_error
+    if isinstance(error, ControllerRefused) and error.error is not None:
+        return f"0x{error.error:02X}"
+    return None
+
+
+def _translate(problem: Problem, error: ControllerRefused | RobotFailed) -> None:
+    if isinstance(error, RobotFailed):
+        problem.title = "ロボットがエラーを報告しました"
+        row = fics.lookup(error.fics_error)
+        problem.detail, problem.remedy = f"{error.command_code}: {row.ja}", row.remedy_ja
+        return
+    problem.title = "コントローラが実行を拒否しました"
+    refusal = fics.lookup(error.fics_error) if isinstance(error, RobotRefused) else rorze.lookup(error.error)
+    problem.detail = f"{error.command_code}: {refusal.ja} このコマンドではモータは動いていません。"
+    problem.remedy = refusal.remedy_ja
+
+
 def _status_of(error: GatewayError) -> int:
+    if isinstance(error, RobotRefused):
+        return 422 if error.fics_error in _CANNOT_WORK_ON_ROBOTS else 409
     if isinstance(error, ControllerRefused):
         return 422 if error.error in _CANNOT_WORK else 409
+    if isinstance(error, NotSent) and not error.retryable:
+        # A client that repeats it by itself would move what somebody has stopped, or has to look after first.
+        return 409
     return next(_STATUS[kind] for kind in type(error).__mro__ if kind in _STATUS)
 
 
@@ -141,7 +164,7 @@ async def _tell_gateway_error(request: Request, error: GatewayError) -> Response
     japanese = wants_japanese(request)
     problem = problem_of(error, instance_of(request), japanese=japanese)
     headers = {"Vary": "Accept-Language"}
-    if japanese and isinstance(error, ControllerRefused):
+    if japanese and isinstance(error, SPEAKS_JAPANESE):
         headers["Content-Language"] = "ja"
     if problem.status == 503:
         headers["Retry-After"] = str(RETRY_AFTER_S)
@@ -180,7 +203,6 @@ async def _tell_http_error(request: Request, error: HTTPException) -> Response:
     details = {
         404: f"There is nothing at {instance_of(request)}; nothing was sent.",
         405: f"{request.method} is not possible at {instance_of(request)}; nothing was sent.",
-        413: f"The request body is over {MAX_BODY_BYTES} bytes; nothing was sent.",
     }
     detail = details.get(error.status_code, error.detail)
     return response_to(_plain(request, error.status_code, detail), error.headers)

@@ -1,5 +1,6 @@
 """Software stops over HTTP: ahead of everything, and never in need of more than a body's address."""
 
+from collections.abc import Sequence
 from typing import Annotated
 
 from fastapi import Body, Request, Response
@@ -8,6 +9,8 @@ from pydantic import BaseModel, Field
 from api.problems import DECLARED
 from api.requests import BodyId, GroupId, RequestModel, json_response, new_router, plant_of
 from gateway.bodies import Body as PlantBody
+from gateway.fics.robot import Robot
+from gateway.fics.stops import RobotStopReport
 from gateway.stops import StopMode, StopReport
 
 router = new_router("stops")
@@ -18,7 +21,8 @@ class StopRequest(RequestModel):
 
     mode: StopMode = Field(
         default="decelerate",
-        description="`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14).",
+        description="`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14); "
+        "for robots ASS and AES (C-HOST manual 2-7, 2-8).",
     )
 
 
@@ -29,6 +33,7 @@ class StopResult(BaseModel):
         description="Whether every controller reports standstill. If not, use the hardware stop."
     )
     bodies: list[StopReport]
+    robots: list[RobotStopReport]
 
 
 StopBody = Annotated[StopRequest, Body(default_factory=StopRequest)]
@@ -36,8 +41,9 @@ StopBody = Annotated[StopRequest, Body(default_factory=StopRequest)]
 
 @router.post("/stop", name="stop_all", response_model=StopResult, responses=DECLARED)
 async def stop_all(request: Request, stop: StopBody) -> Response:
-    """Stop all bodies of all lines by software. It does not replace a hardware stop."""
-    return await perform_stop(request, plant_of(request).bodies(), stop.mode)
+    """Stop all bodies and robots of all lines by software. It does not replace a hardware stop."""
+    plant = plant_of(request)
+    return await perform_stop(request, plant.bodies(), stop.mode, plant.robots())
 
 
 @router.post("/bodies/{body_id}/stop", name="stop_body", response_model=StopResult, responses=DECLARED)
@@ -53,8 +59,13 @@ async def stop_group(request: Request, group_id: GroupId, stop: StopBody) -> Res
     return await perform_stop(request, group.members, stop.mode)
 
 
-async def perform_stop(request: Request, bodies: list[PlantBody], mode: StopMode) -> Response:
-    """Stop bodies; the frames are queued before anything is awaited."""
+async def perform_stop(
+    request: Request, bodies: list[PlantBody], mode: StopMode, robots: Sequence[Robot] = ()
+) -> Response:
+    """Stop bodies and robots; the frames are queued before anything is awaited."""
+    of_robots = [robot.stop(mode) for robot in robots]
     reports = await plant_of(request).stops.stop(bodies, mode)
-    confirmed = all(report.state == "confirmed" for report in reports)
-    return json_response(StopResult(confirmed=confirmed, bodies=reports))
+    robot_reports = [await report for report in of_robots]
+    states = [report.state for report in reports] + [report.state for report in robot_reports]
+    confirmed = all(state == "confirmed" for state in states)
+    return json_response(StopResult(confirmed=confirmed, bodies=reports, robots=robot_reports))

@@ -71,30 +71,33 @@ def _check(value: object, levels: int) -> None:
             _check(item, levels - 1)
 
 
+async def read_body(request: Request, most: int) -> bytes:
+    """Read the bytes of a request's body.
+
+    :raises HTTPException: 413 as soon as they are over `most`, 400 where the client leaves in the middle.
+    """
+    too_long = HTTPException(413, f"The request body is over {most} bytes; nothing was sent.")
+    if int(request.headers.get("content-length", 0)) > most:
+        raise too_long
+    received = bytearray()
+    try:
+        async for chunk in request.stream():
+            received += chunk
+            if len(received) > most:
+                raise too_long
+    except ClientDisconnect:
+        raise HTTPException(400, "The request ended in its middle; nothing was sent.") from None
+    return bytes(received)
+
+
 class StrictRequest(Request):
     """A request whose body is short and read by `parse`."""
 
     async def body(self) -> bytes:
-        """Read the body's bytes.
-
-        :raises HTTPException: 413 as soon as they are too many, 400 where the client leaves in the middle.
-        """
+        """Read the body's bytes; errors as of `read_body`."""
         if not hasattr(self, "_body"):
-            if int(self.headers.get("content-length", 0)) > MAX_BODY_BYTES:
-                raise HTTPException(413)
-            try:
-                self._body = await self._received()
-            except ClientDisconnect:
-                raise HTTPException(400, "The request ended in its middle; nothing was sent.") from None
+            self._body = await read_body(self, MAX_BODY_BYTES)
         return self._body
-
-    async def _received(self) -> bytes:
-        received = bytearray()
-        async for chunk in self.stream():
-            received += chunk
-            if len(received) > MAX_BODY_BYTES:
-                raise HTTPException(413)
-        return bytes(received)
 
     async def json(self) -> Any:
         """Read the body.

@@ -51,12 +51,12 @@ def test_only_what_was_never_sent_has_a_status_that_clients_repeat() -> None:
     for kind in kinds():
         error = kind.__new__(kind)
         GatewayError.__init__(error, "It happened.", "Look.")
-        if not hasattr(error, "error"):
-            error.error = None  # type: ignore[attr-defined]  # a refusal without its code
+        # a refusal without its code, and one of a robot
+        vars(error).update(error=None, fics_error="E01")
         problem = problem_of(error, "/")
         if problem.status in REPEATED_BY_CLIENTS:
             assert issubclass(kind, NotSent)
-            assert problem.moved == "no"
+            assert (problem.moved, problem.retryable) == ("no", True)
 
 
 def test_what_a_stop_has_cancelled_is_not_repeated_by_a_client() -> None:

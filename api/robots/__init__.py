@@ -1,0 +1,1 @@
+"""Fics robots over HTTP."""

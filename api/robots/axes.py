@@ -1,0 +1,125 @@
+"""Numbers of axes: by name and with their units for clients, in a row for the robot."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Literal, TypeVar
+
+from pydantic import BaseModel, Field, ValidationError
+
+from api.requests import RequestModel
+from gateway.errors import InvalidRequest
+from gateway.fics.robot import RobotUnit
+from protocols.fics.notation import AxisName, AxisSystem, Number, Quantity, SpeedNumber
+from protocols.fics.row import FicsCommand
+
+V = TypeVar("V")
+
+THETA = "@"
+
+
+class Measured(RequestModel):
+    """A number with its unit."""
+
+    quantity: ClassVar[Quantity]
+    value: float
+    unit: str
+
+
+class Amount(Measured):
+    """A coordinate, or an amount to move by, in the unit its axis is set up for."""
+
+    quantity = Quantity.POSITION
+    value: Number
+    unit: Literal["mm", "pulse", "degree"]
+
+
+class AxisSpeed(Measured):
+    """A speed in the unit its axis is set up for."""
+
+    quantity = Quantity.SPEED
+    value: SpeedNumber
+    unit: Literal["mm/s", "kpps", "rpm"]
+
+
+Amounts = dict[AxisName, Amount]
+AxisSpeeds = dict[AxisName, AxisSpeed]
+
+
+class AxisValue(BaseModel):
+    """What an axis has: a coordinate or a speed."""
+
+    value: float
+    unit: str = Field(description="mm, pulse or degree; mm/s, kpps or rpm.")
+
+
+def system_of(unit: RobotUnit, axis: str) -> AxisSystem:
+    """What an axis is counted in.
+
+    The configuration tells it of the unit. That theta, and the motors behind converted axes, turn by degrees
+    is an assumption: the manual only knows the miniSCARA (C-HOST manual 1-6).
+    """
+    turns = axis == THETA or axis not in unit.axes
+    return AxisSystem.DEGREE if turns else unit.system
+
+
+def in_order(field: str, unit: RobotUnit, names: Sequence[str], given: Mapping[str, V]) -> list[V | None]:
+    """Put values given by name into the order of the axes; null stands for an axis that is not named.
+
+    :raises InvalidRequest: there is no such axis.
+    """
+    for name in given:
+        if name not in names:
+            raise InvalidRequest(
+                f"{field}.{name}: {unit.address} has the axes {', '.join(names)}; nothing was sent."
+            )
+    return [given.get(name) for name in names]
+
+
+def numbers(
+    field: str, unit: RobotUnit, names: Sequence[str], given: Mapping[str, Measured]
+) -> list[float | None]:
+    """The bare numbers in the order of the axes.
+
+    :raises InvalidRequest: there is no such axis, or it is set up for another unit.
+    """
+    for name, measured in given.items():
+        if name in names:
+            _require_unit(f"{field}.{name}", unit, name, measured)
+    bare = {name: measured.value for name, measured in given.items()}
+    return in_order(field, unit, names, bare)
+
+
+def _require_unit(field: str, unit: RobotUnit, axis: str, measured: Measured) -> None:
+    system = system_of(unit, axis)
+    expected = system.unit(measured.quantity)
+    if measured.unit != expected:
+        raise InvalidRequest(
+            f"{field}.unit: axis {axis} of {unit.address} is set up for {expected}, not for "
+            f"{measured.unit}; nothing was sent."
+        )
+    if not system.can_hold(measured.quantity, measured.value):
+        raise InvalidRequest(f"{field}.value: pulses are whole numbers; nothing was sent.")
+
+
+def by_name(unit: RobotUnit, names: Sequence[str], values: Sequence[V]) -> dict[str, V]:
+    """Give the robot's values their names.
+
+    :raises InvalidRequest: the robot has another number of axes than the configuration says.
+    """
+    if len(values) != len(names):
+        raise InvalidRequest(
+            f"{unit.address} has {len(values)} axes, {len(names)} are configured.",
+            "Correct the axes of the unit in the configuration.",
+        )
+    return dict(zip(names, values, strict=True))
+
+
+def build(field: str, row: type[FicsCommand[Any]], **parameters: object) -> FicsCommand[Any]:
+    """Make a command of what a request says in a field.
+
+    :raises InvalidRequest: the command cannot be written with these parameters.
+    """
+    try:
+        return row(**parameters)
+    except ValidationError as error:
+        message = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise InvalidRequest(f"{field}: {message}; nothing was sent.") from None

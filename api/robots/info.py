@@ -1,0 +1,295 @@
+"""Robots and their units over HTTP: what they are, where they stand, in which state, what is wrong."""
+
+from typing import Literal
+
+from fastapi import Request, Response
+from pydantic import BaseModel, Field
+
+from api.problems import DECLARED
+from api.requests import json_response, new_router, plant_of
+from api.robots.axes import by_name, system_of
+from api.robots.paths import RobotId, UnitNumber, unit_of
+from api.stops import StopBody, StopResult, perform_stop
+from gateway.errors import GatewayError
+from gateway.fics.robot import Coordinates, Robot, RobotErrorRecord, RobotUnit
+from gateway.port import LineState
+from protocols.fics.notation import Quantity
+from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, MotionMode, SensorStates
+
+router = new_router("robots")
+
+Reason = Literal["not_homed", "homing", "macro", "not_known"]
+Motion = Literal["standing", "jog", "move", "homing", "macro", "stopped"]
+_MOTIONS: dict[int, Motion] = {
+    MotionMode.STANDING: "standing",
+    MotionMode.JOG: "jog",
+    MotionMode.MOVE: "move",
+    MotionMode.HOMING: "homing",
+    MotionMode.MACRO: "macro",
+    MotionMode.STOPPED: "stopped",
+}
+
+
+class AxisInfo(BaseModel):
+    """An axis as it is configured."""
+
+    name: str
+    unit: str = Field(description="Of its coordinates: mm, pulse or degree.")
+    speed_unit: str
+
+
+class UnitInfo(BaseModel):
+    """A unit of a robot as the gateway knows it, without asking it."""
+
+    robot_id: str
+    number: int
+    axes: list[AxisInfo] = Field(description="User axes, in the robot's order.")
+    motor_axes: list[AxisInfo] = Field(description="Motor axes; the same ones where nothing is converted.")
+    move_id: str | None = Field(description="The move that is not over yet.")
+
+
+class RobotInfo(BaseModel):
+    """A robot as the gateway knows it, without asking it."""
+
+    robot_id: str
+    line_id: str
+    line_state: LineState
+    down_reason: str | None = Field(description="Why the line's port is not open; null while it is.")
+    name: str
+    online: bool = Field(description="Whether it can be asked now, as far as is known.")
+    mode: int = Field(description="Its communication mode: 3, or 2, in which ends are found by polling.")
+    moving: bool
+    power_cycled: bool = Field(description="It has lost its power; motion is refused until acknowledged.")
+    error: RobotErrorRecord | None = Field(description="The error that stands, as far as is known.")
+    units: list[UnitInfo]
+
+
+class RobotList(BaseModel):
+    """All robots of the configuration."""
+
+    robots: list[RobotInfo]
+
+
+class AxisPlace(BaseModel):
+    """Where an axis stands."""
+
+    value: float | None = Field(description="Null while the robot does not know it.")
+    unit: str = Field(description="mm, pulse or degree.")
+    reason: Reason | None = Field(description="Why it is not known.")
+
+
+class UnitPosition(BaseModel):
+    """Where the axes of a unit stand."""
+
+    robot_id: str
+    unit: int
+    coordinates: Coordinates
+    axes: dict[str, AxisPlace]
+
+
+class AxisState(BaseModel):
+    """How a motor axis is (C-HOST manual 2-10, 2-11)."""
+
+    motion: Motion = Field(description="stopped: by the stop input or an immediate stop.")
+    origin_done: bool
+    servo_ready: bool
+    moving: bool
+    alarm: bool
+    driver_error: int = Field(description="The driver's own code; 0 when it has none.")
+    sensors: AxisSensors
+
+
+class UnitStatus(BaseModel):
+    """How a unit is."""
+
+    robot_id: str
+    unit: int
+    moving: bool
+    axes: dict[str, AxisState] = Field(description="By motor axis.")
+
+
+class RobotErrors(BaseModel):
+    """The errors of a robot that stand."""
+
+    robot_id: str
+    errors: list[RobotErrorRecord]
+
+
+@router.get("/robots", name="list_robots", response_model=RobotList, responses=DECLARED)
+async def list_robots(request: Request) -> Response:
+    """List all robots; nothing is sent."""
+    return json_response(RobotList(robots=[_info(robot) for robot in plant_of(request).robots()]))
+
+
+@router.get("/robots/{robot_id}", name="get_robot", response_model=RobotInfo, responses=DECLARED)
+async def get_robot(request: Request, robot_id: RobotId) -> Response:
+    """Tell what is known of a robot; nothing is sent."""
+    return json_response(_info(plant_of(request).robot(robot_id)))
+
+
+@router.get("/robots/{robot_id}/units/{unit}", name="get_unit", response_model=UnitInfo, responses=DECLARED)
+async def get_unit(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
+    """Tell what is known of a unit; nothing is sent."""
+    return json_response(_unit_info(unit_of(request, robot_id, unit)))
+
+
+@router.get(
+    "/robots/{robot_id}/units/{unit}/position",
+    name="read_unit_position",
+    response_model=UnitPosition,
+    responses=DECLARED,
+)
+async def read_unit_position(
+    request: Request, robot_id: RobotId, unit: UnitNumber, coordinates: Coordinates = "user"
+) -> Response:
+    """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
+    axes = unit_of(request, robot_id, unit)
+    places = await axes.position(coordinates)
+    reason = await _why_not_known(axes) if None in places.values() else None
+    return json_response(
+        UnitPosition(
+            robot_id=robot_id,
+            unit=unit,
+            coordinates=coordinates,
+            axes={
+                name: AxisPlace(
+                    value=place,
+                    unit=system_of(axes, name).unit(Quantity.POSITION),
+                    reason=reason if place is None else None,
+                )
+                for name, place in places.items()
+            },
+        )
+    )
+
+
+async def _why_not_known(unit: RobotUnit) -> Reason:
+    """Ask how the motors are: the robot prints the same for every reason (C-HOST manual 2-9)."""
+    try:
+        axes = (await unit.status()).values()
+    except GatewayError:
+        return "not_known"
+    motions = {_MOTIONS[axis.motion_mode] for axis in axes}
+    if "homing" in motions:
+        return "homing"
+    if "macro" in motions:
+        return "macro"
+    return "not_known" if all(axis.origin_done for axis in axes) else "not_homed"
+
+
+@router.get(
+    "/robots/{robot_id}/units/{unit}/status",
+    name="read_unit_status",
+    response_model=UnitStatus,
+    responses=DECLARED,
+)
+async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
+    """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
+    axes = unit_of(request, robot_id, unit)
+    statuses = await axes.status()
+    reply: SensorStates = await axes.robot.read(GetAxisSensors(), unit)
+    sensors = by_name(axes, axes.motor_axes, reply.axes)
+    return json_response(
+        UnitStatus(
+            robot_id=robot_id,
+            unit=unit,
+            moving=any(status.moving for status in statuses.values()),
+            axes={name: _state(status, sensors[name]) for name, status in statuses.items()},
+        )
+    )
+
+
+@router.get(
+    "/robots/{robot_id}/errors", name="list_robot_errors", response_model=RobotErrors, responses=DECLARED
+)
+async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
+    """Tell which errors stand, as the gateway has read them; nothing is sent, and nothing is cleared."""
+    robot = plant_of(request).robot(robot_id)
+    return json_response(RobotErrors(robot_id=robot.id, errors=await robot.errors()))
+
+
+@router.post(
+    "/robots/{robot_id}/errors/reset",
+    name="reset_robot_errors",
+    response_model=RobotErrors,
+    responses=DECLARED,
+)
+async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
+    """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
+    robot = plant_of(request).robot(robot_id)
+    await robot.reset_errors()
+    return json_response(RobotErrors(robot_id=robot.id, errors=await robot.errors()))
+
+
+@router.post(
+    "/robots/{robot_id}/power-cycle/acknowledge",
+    name="acknowledge_power_cycle",
+    response_model=RobotInfo,
+    responses=DECLARED,
+)
+async def acknowledge_power_cycle(request: Request, robot_id: RobotId) -> Response:
+    """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
+    robot = plant_of(request).robot(robot_id)
+    await robot.acknowledge_power_cycle()
+    return json_response(_info(robot))
+
+
+@router.post("/robots/{robot_id}/stop", name="stop_robot", response_model=StopResult, responses=DECLARED)
+async def stop_robot(request: Request, robot_id: RobotId, stop: StopBody) -> Response:
+    """Stop all axes of a robot by software: what waits is cancelled, and the stop goes out first."""
+    return await perform_stop(request, [], stop.mode, [plant_of(request).robot(robot_id)])
+
+
+@router.post(
+    "/robots/{robot_id}/units/{unit}/stop", name="stop_unit", response_model=StopResult, responses=DECLARED
+)
+async def stop_unit(request: Request, robot_id: RobotId, unit: UnitNumber, stop: StopBody) -> Response:
+    """Stop all axes of the unit's robot by software: it knows no stop of a single unit."""
+    return await perform_stop(request, [], stop.mode, [unit_of(request, robot_id, unit).robot])
+
+
+def _info(robot: Robot) -> RobotInfo:
+    line = robot.line
+    return RobotInfo(
+        robot_id=robot.id,
+        line_id=line.id,
+        line_state=line.state,
+        down_reason=line.down_reason if line.state is LineState.DOWN else None,
+        name=robot.name,
+        online=robot.online,
+        mode=robot.mode,
+        moving=robot.moving,
+        power_cycled=robot.power_cycled,
+        error=robot.latched_error,
+        units=[_unit_info(unit) for unit in robot.units],
+    )
+
+
+def _unit_info(unit: RobotUnit) -> UnitInfo:
+    return UnitInfo(
+        robot_id=unit.robot.id,
+        number=unit.number,
+        axes=_axes(unit, unit.axes),
+        motor_axes=_axes(unit, unit.motor_axes),
+        move_id=unit.move.id if unit.move else None,
+    )
+
+
+def _axes(unit: RobotUnit, names: list[str]) -> list[AxisInfo]:
+    systems = {name: system_of(unit, name) for name in names}
+    return [
+        AxisInfo(name=name, unit=system.unit(Quantity.POSITION), speed_unit=system.unit(Quantity.SPEED))
+        for name, system in systems.items()
+    ]
+
+
+def _state(status: AxisStatus, sensors: AxisSensors) -> AxisState:
+    return AxisState(
+        motion=_MOTIONS[status.motion_mode],
+        origin_done=status.origin_done,
+        servo_ready=status.servo_ready,
+        moving=status.moving,
+        alarm=status.alarm,
+        driver_error=status.driver_error,
+        sensors=sensors,
+    )

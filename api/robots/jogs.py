@@ -1,0 +1,66 @@
+"""Jogging a robot's axes over HTTP, with a dead-man: heartbeats keep the axis moving."""
+
+from typing import Literal
+
+from fastapi import Request, Response
+from pydantic import Field
+
+from api.problems import DECLARED
+from api.requests import RequestModel, json_response, new_router, plant_of
+from api.robots.paths import RobotId
+from gateway.fics.jogs import JogSession
+from gateway.fics.robot import RobotUnit
+from protocols.fics.notation import LAST_UNIT, AxisName, Direction
+
+router = new_router("jogs")
+
+
+class JogRequest(RequestModel):
+    """Which axis to jog, and which way (C-HOST manual 2-2)."""
+
+    unit: int = Field(ge=1, le=LAST_UNIT)
+    axis: AxisName = Field(description="X Y Z .. for a user axis, A B C .. for a motor axis, @ for theta.")
+    direction: Direction
+
+
+@router.post(
+    "/robots/{robot_id}/jogs",
+    name="start_jog",
+    status_code=201,
+    response_model=JogSession,
+    responses=DECLARED,
+)
+async def start_jog(request: Request, robot_id: RobotId, jog: JogRequest) -> Response:
+    """Start to jog an axis. It stops by itself unless a heartbeat comes at least every half second."""
+    return await begin_jog(plant_of(request).robot(robot_id).unit(jog.unit), jog.axis, jog.direction)
+
+
+@router.post(
+    "/robots/{robot_id}/jogs/{jog_id}/heartbeat",
+    name="keep_jogging",
+    response_model=JogSession,
+    responses=DECLARED,
+)
+async def keep_jogging(request: Request, robot_id: RobotId, jog_id: str) -> Response:
+    """Let the axis move for another half second; 409 when it was stopped already."""
+    return json_response(plant_of(request).robot(robot_id).heartbeat(jog_id))
+
+
+@router.post(
+    "/robots/{robot_id}/jogs/{jog_id}/stop",
+    name="end_jog",
+    response_model=JogSession,
+    responses=DECLARED,
+)
+async def end_jog(request: Request, robot_id: RobotId, jog_id: str) -> Response:
+    """Stop the axis, and answer when it stands still or the whole robot is being stopped."""
+    return json_response(await plant_of(request).robot(robot_id).end_jog(jog_id))
+
+
+async def begin_jog(unit: RobotUnit, axis: str, direction: Literal["+", "-"]) -> Response:
+    """Open a session and answer with it.
+
+    :raises GatewayError: the axis was not started, or is being stopped again.
+    """
+    session = await unit.robot.jog(unit.number, axis, direction)
+    return json_response(session, 201, {"Location": f"/robots/{unit.robot.id}/jogs/{session.id}"})

@@ -1,0 +1,204 @@
+"""A unit's table of stored positions over HTTP: as JSON in parts, as CSV in whole."""
+
+import csv
+import re
+from io import StringIO
+from typing import Annotated
+
+from fastapi import HTTPException, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from api.problems import DECLARED
+from api.requests import RequestModel, json_response, new_router
+from api.robots.axes import Amounts, AxisValue, by_name, numbers, system_of
+from api.robots.paths import RobotId, UnitNumber, unit_of
+from api.strict_json import read_body
+from gateway.errors import InvalidRequest
+from gateway.fics.robot import RobotUnit
+from protocols.fics.notation import Quantity
+from protocols.fics.positions import LAST_POSITION
+
+router = new_router("robot positions")
+
+CSV = "text/csv"
+MAX_CSV_BYTES = 262_144
+"""A whole table of 1999 positions with eight long coordinates each."""
+NUMBER = "number"
+_NUMBER = re.compile("[0-9]{1,4}")
+_COORDINATE = re.compile(r"[+-]?[0-9]{1,8}(?:\.[0-9]{1,3})?")
+
+First = Annotated[int, Query(ge=1, le=LAST_POSITION, description="The first position.")]
+Last = Annotated[int, Query(ge=1, le=LAST_POSITION, description="The last position.")]
+
+Numbered = tuple[int, list[float | None]]
+
+
+class PositionEntry(RequestModel):
+    """A position to be stored."""
+
+    number: int = Field(ge=1, le=LAST_POSITION)
+    axes: Amounts = Field(min_length=1, description="By name; an axis that is not named is left out.")
+
+
+class PositionUpload(RequestModel):
+    """Positions to be stored; others stay as they are."""
+
+    positions: Annotated[list[PositionEntry], Field(min_length=1, max_length=LAST_POSITION)]
+
+
+class StoredEntry(BaseModel):
+    """A stored position."""
+
+    number: int
+    axes: dict[str, AxisValue] = Field(description="By name, without the axes it has no coordinate for.")
+
+
+class PositionTable(BaseModel):
+    """Stored positions of a unit."""
+
+    robot_id: str
+    unit: int
+    positions: list[StoredEntry]
+
+
+class Uploaded(BaseModel):
+    """Positions that were stored."""
+
+    robot_id: str
+    unit: int
+    count: int
+
+
+@router.get(
+    "/robots/{robot_id}/units/{unit}/positions",
+    name="list_positions",
+    response_model=PositionTable,
+    responses=DECLARED,
+)
+async def list_positions(
+    request: Request, robot_id: RobotId, unit: UnitNumber, first: First = 1, last: Last = LAST_POSITION
+) -> Response:
+    """Read stored positions (POR); the robot ends at the first number that is not set."""
+    axes = unit_of(request, robot_id, unit)
+    stored = await _read(axes, first, last)
+    entries = [StoredEntry(number=number, axes=_named(axes, values)) for number, values in stored]
+    return json_response(PositionTable(robot_id=robot_id, unit=unit, positions=entries))
+
+
+@router.put(
+    "/robots/{robot_id}/units/{unit}/positions",
+    name="store_positions",
+    response_model=Uploaded,
+    responses=DECLARED,
+)
+async def store_positions(
+    request: Request, robot_id: RobotId, unit: UnitNumber, upload: PositionUpload
+) -> Response:
+    """Store positions undivided (POF, POS); a stop in the middle ends the upload first."""
+    axes = unit_of(request, robot_id, unit)
+    return await _store(
+        axes,
+        [
+            (entry.number, numbers(f"positions.{index}.axes", axes, axes.axes, entry.axes))
+            for index, entry in enumerate(upload.positions)
+        ],
+    )
+
+
+@router.get(
+    "/robots/{robot_id}/units/{unit}/positions.csv",
+    name="download_positions",
+    response_class=Response,
+    responses={**DECLARED, 200: {"content": {CSV: {"schema": {"type": "string"}}}}},
+)
+async def download_positions(
+    request: Request, robot_id: RobotId, unit: UnitNumber, first: First = 1, last: Last = LAST_POSITION
+) -> Response:
+    """Read stored positions as CSV: the number, then a column for each axis with its unit."""
+    axes = unit_of(request, robot_id, unit)
+    text = StringIO()
+    writer = csv.writer(text)
+    writer.writerow(_header(axes))
+    for number, values in await _read(axes, first, last):
+        writer.writerow([number, *("" if value is None else f"{value:.15g}" for value in values)])
+    return Response(text.getvalue(), media_type=CSV)
+
+
+# Generated clients cannot send text/csv: it stays out of the OpenAPI document, whose way is JSON in parts.
+@router.put("/robots/{robot_id}/units/{unit}/positions.csv", name="upload_positions", include_in_schema=False)
+async def upload_positions(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
+    """Store positions from CSV as it is downloaded, undivided; positions it does not name stay."""
+    axes = unit_of(request, robot_id, unit)
+    content_type = request.headers.get("content-type", "")
+    if content_type.partition(";")[0].strip().lower() != CSV:
+        raise HTTPException(
+            415, f"The request body is {content_type or 'of no type'}, not {CSV}; nothing was sent."
+        )
+    return await _store(axes, _parse(axes, await read_body(request, MAX_CSV_BYTES)))
+
+
+async def _read(unit: RobotUnit, first: int, last: int) -> list[Numbered]:
+    if last < first:
+        raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
+    return await unit.robot.positions(first, last, unit.number)
+
+
+async def _store(unit: RobotUnit, positions: list[Numbered]) -> Response:
+    await unit.robot.upload_positions(positions, unit.number)
+    return json_response(Uploaded(robot_id=unit.robot.id, unit=unit.number, count=len(positions)))
+
+
+def _named(unit: RobotUnit, values: list[float | None]) -> dict[str, AxisValue]:
+    padded = values + [None] * (len(unit.axes) - len(values))
+    return {
+        name: AxisValue(value=value, unit=system_of(unit, name).unit(Quantity.POSITION))
+        for name, value in by_name(unit, unit.axes, padded).items()
+        if value is not None
+    }
+
+
+def _header(unit: RobotUnit) -> list[str]:
+    return [NUMBER, *(f"{name} {system_of(unit, name).unit(Quantity.POSITION)}" for name in unit.axes)]
+
+
+def _parse(unit: RobotUnit, content: bytes) -> list[Numbered]:
+    """Read a table with exactly the columns of a download.
+
+    :raises InvalidRequest: it is another table; the message names the line and the column.
+    """
+    header = _header(unit)
+    try:
+        lines = list(csv.reader(StringIO(content.decode("utf-8-sig"), newline=""), strict=True))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InvalidRequest(f"The request body is no CSV: {error}; nothing was sent.") from None
+    if not lines or lines[0] != header:
+        raise InvalidRequest(f"line 1: the columns are {','.join(header)}; nothing was sent.")
+    positions = [_position(header, place, cells) for place, cells in enumerate(lines[1:], 2) if cells]
+    if not positions:
+        raise InvalidRequest("The table has no positions; nothing was sent.")
+    return positions
+
+
+def _position(header: list[str], line: int, cells: list[str]) -> Numbered:
+    if len(cells) != len(header):
+        raise InvalidRequest(
+            f"line {line}: it has {len(cells)} columns, not {len(header)}; nothing was sent."
+        )
+    number, *coordinates = cells
+    if not _NUMBER.fullmatch(number) or not 1 <= int(number) <= LAST_POSITION:
+        raise InvalidRequest(
+            f"line {line}, {NUMBER}: positions go from 1 to {LAST_POSITION}; nothing was sent."
+        )
+    values = [_coordinate(line, *cell) for cell in zip(header[1:], coordinates, strict=True)]
+    return int(number), values
+
+
+def _coordinate(line: int, column: str, text: str) -> float | None:
+    if not text:
+        return None
+    if not _COORDINATE.fullmatch(text):
+        raise InvalidRequest(
+            f"line {line}, {column}: a coordinate is a number of up to 8 digits and 3 decimals; "
+            "nothing was sent."
+        )
+    return float(text)

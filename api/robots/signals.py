@@ -1,0 +1,148 @@
+"""A robot's inputs, outputs and variables over HTTP: one by one or several in a row."""
+
+from typing import Annotated
+
+from fastapi import Path, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from api.problems import DECLARED
+from api.requests import RequestModel, json_response, new_router, plant_of
+from api.robots.paths import RobotId
+from gateway.errors import InvalidRequest
+from gateway.fics.robot import Robot
+from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
+from protocols.fics.notation import LAST_CHANNEL, Number
+from protocols.fics.variables import GetVariable, SetVariable, VariableValue
+
+router = new_router("robots")
+
+LAST_VARIABLE = 99
+BITS = range(8)
+
+FirstChannel = Annotated[int, Query(ge=1, le=LAST_CHANNEL, description="The first channel.")]
+FirstVariable = Annotated[int, Query(ge=0, le=LAST_VARIABLE, description="The first variable.")]
+ChannelNumber = Annotated[int, Path(ge=1, le=LAST_CHANNEL, description="Channel of eight bits, from 1.")]
+BitNumber = Annotated[int, Path(ge=0, le=BITS[-1], description="Bit of the channel, 0-7.")]
+VariableNumber = Annotated[int, Path(ge=0, le=LAST_VARIABLE, description="Number of the variable, 0-99.")]
+
+
+class Channel(BaseModel):
+    """Eight inputs or outputs."""
+
+    channel: int
+    bits: list[bool] = Field(description="Bit 0 first.")
+
+
+class Channels(BaseModel):
+    """Inputs or outputs of a robot."""
+
+    robot_id: str
+    channels: list[Channel]
+
+
+class OutputState(RequestModel):
+    """What an output shall be."""
+
+    on: bool
+
+
+class Variables(BaseModel):
+    """Variables of a robot."""
+
+    robot_id: str
+    variables: list[VariableValue]
+
+
+class VariableSetting(RequestModel):
+    """What a variable shall hold."""
+
+    value: Number
+
+
+@router.get("/robots/{robot_id}/inputs", name="read_inputs", response_model=Channels, responses=DECLARED)
+async def read_inputs(
+    request: Request,
+    robot_id: RobotId,
+    first: FirstChannel = 1,
+    count: Annotated[int, Query(ge=1, le=LAST_CHANNEL)] = 1,
+) -> Response:
+    """Ask the robot for inputs, channel by channel (IDI)."""
+    robot = plant_of(request).robot(robot_id)
+    wanted = _range("channels", first, count, LAST_CHANNEL)
+    replies = [await robot.read(GetInputChannel(channel=number)) for number in wanted]
+    return json_response(_channels(robot, wanted, replies))
+
+
+@router.get("/robots/{robot_id}/outputs", name="read_outputs", response_model=Channels, responses=DECLARED)
+async def read_outputs(
+    request: Request,
+    robot_id: RobotId,
+    first: FirstChannel = 1,
+    count: Annotated[int, Query(ge=1, le=LAST_CHANNEL)] = 1,
+) -> Response:
+    """Ask the robot for outputs, channel by channel (IDO)."""
+    robot = plant_of(request).robot(robot_id)
+    wanted = _range("channels", first, count, LAST_CHANNEL)
+    replies = [await robot.read(GetOutputChannel(channel=number)) for number in wanted]
+    return json_response(_channels(robot, wanted, replies))
+
+
+@router.put(
+    "/robots/{robot_id}/outputs/{channel}/{bit}",
+    name="switch_output",
+    response_model=Channels,
+    responses=DECLARED,
+)
+async def switch_output(
+    request: Request, robot_id: RobotId, channel: ChannelNumber, bit: BitNumber, output: OutputState
+) -> Response:
+    """Switch an output on or off (IOT), and read its channel back."""
+    robot = plant_of(request).robot(robot_id)
+    await robot.ask(SwitchOutput(channel=channel, bit=bit, on=output.on))
+    reply = await robot.read(GetOutputChannel(channel=channel))
+    return json_response(_channels(robot, range(channel, channel + 1), [reply]))
+
+
+@router.get(
+    "/robots/{robot_id}/variables", name="read_variables", response_model=Variables, responses=DECLARED
+)
+async def read_variables(
+    request: Request,
+    robot_id: RobotId,
+    first: FirstVariable = 0,
+    count: Annotated[int, Query(ge=1, le=LAST_VARIABLE + 1)] = 1,
+) -> Response:
+    """Ask the robot for variables, one by one (VAR)."""
+    robot = plant_of(request).robot(robot_id)
+    wanted = _range("variables", first, count, LAST_VARIABLE)
+    values = [await robot.read(GetVariable(number=number)) for number in wanted]
+    return json_response(Variables(robot_id=robot.id, variables=values))
+
+
+@router.put(
+    "/robots/{robot_id}/variables/{number}",
+    name="set_variable",
+    response_model=VariableValue,
+    responses=DECLARED,
+)
+async def set_variable(
+    request: Request, robot_id: RobotId, number: VariableNumber, variable: VariableSetting
+) -> Response:
+    """Set a variable (VAR), and read it back."""
+    robot = plant_of(request).robot(robot_id)
+    await robot.ask(SetVariable(number=number, value=variable.value))
+    return json_response(await robot.read(GetVariable(number=number)))
+
+
+def _range(what: str, first: int, count: int, last: int) -> range:
+    if first + count - 1 > last:
+        raise InvalidRequest(f"count: {what} are numbered up to {last}; nothing was sent.")
+    return range(first, first + count)
+
+
+def _channels(robot: Robot, numbers: range, replies: list[ChannelBits]) -> Channels:
+    channels = [
+        Channel(channel=number, bits=[bool(reply.bits >> bit & 1) for bit in BITS])
+        for number, reply in zip(numbers, replies, strict=True)
+    ]
+    return Channels(robot_id=robot.id, channels=channels)

@@ -1,0 +1,133 @@
+"""Robots over HTTP: what is known of them, where they stand, what is wrong with them, and their stops."""
+
+import asyncio
+
+from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
+from tests.api.stand import BODIES, Stand, on_stand
+from tests.api.test_moves import refused
+
+
+@in_cell()
+async def test_a_robot_is_told_with_its_units_and_axes_and_nothing_is_sent(cell: Cell) -> None:
+    before = cell.commands()
+    (robot,) = (await cell.get("/robots")).json()["robots"]
+    assert robot == (await cell.get("/robots/r1")).json()
+    assert (robot["robot_id"], robot["line_id"], robot["line_state"]) == ("r1", "cell", "ready")
+    assert (robot["online"], robot["mode"], robot["moving"], robot["error"]) == (True, 3, False, None)
+    first, second = robot["units"]
+    assert first == (await cell.get(UNIT)).json()
+    assert [(axis["name"], axis["unit"]) for axis in first["axes"]] == [("X", "mm"), ("Y", "mm"), ("Z", "mm")]
+    assert [(axis["name"], axis["speed_unit"]) for axis in first["motor_axes"]] == [
+        ("A", "rpm"),
+        ("B", "rpm"),
+        ("Z", "mm/s"),
+    ]
+    assert [axis["name"] for axis in second["motor_axes"]] == ["X", "Y", "Z"]
+    assert cell.commands() == before
+
+
+@in_cell()
+async def test_what_is_not_configured_is_404(cell: Cell) -> None:
+    refused(await cell.get("/robots/r2"), 404)
+    refused(await cell.get("/robots/r1/units/3"), 404)
+    refused(await cell.post("/robots/r1/units/3/moves", HOME), 404)
+    refused(await cell.get("/robots/r1/units/10"), 422, "unit")
+
+
+@on_stand({"arm": BODIES})
+async def test_a_plant_without_robots_has_an_empty_list(stand: Stand) -> None:
+    assert (await stand.get("/robots")).json() == {"robots": []}
+    refused(await stand.get("/robots/r1"), 404)
+
+
+@in_cell()
+async def test_a_position_that_is_not_known_is_null_with_the_reason(cell: Cell) -> None:
+    position = (await cell.get(f"{UNIT}/position")).json()
+    assert position["axes"]["X"] == {"value": None, "unit": "mm", "reason": "not_homed"}
+    await cell.move(HOME)
+    position = (await cell.get(f"{UNIT}/position")).json()
+    assert all(axis["value"] is not None and axis["reason"] is None for axis in position["axes"].values())
+    motors = (await cell.get(f"{UNIT}/position?coordinates=motor")).json()
+    assert motors["axes"]["A"] == {"value": 0.0, "unit": "degree", "reason": None}
+    refused(await cell.get(f"{UNIT}/position?coordinates=world"), 422, "coordinates")
+
+
+@in_cell()
+async def test_the_status_names_what_each_motor_does(cell: Cell) -> None:
+    still = (await cell.get(f"{UNIT}/status")).json()
+    assert still["moving"] is False
+    assert still["axes"]["A"]["motion"] == "standing"
+    assert still["axes"]["A"]["sensors"] == {"origin": False, "plus_limit": False, "minus_limit": False}
+    await cell.post(f"{UNIT}/moves", HOME)
+    busy = (await cell.get(f"{UNIT}/status")).json()
+    assert busy["moving"] is True
+    assert busy["axes"]["A"]["motion"] == "homing"
+
+
+@in_cell()
+async def test_a_stop_is_confirmed_by_standstill_and_ends_the_move(cell: Cell) -> None:
+    await cell.move(HOME)
+    started = await cell.post(f"{UNIT}/moves", {"kind": "absolute", "axes": mm(X=-200)})
+    stopped = (await cell.post("/robots/r1/stop")).json()
+    assert stopped == {
+        "confirmed": True,
+        "bodies": [],
+        "robots": [{"robot_id": "r1", "state": "confirmed", "detail": None}],
+    }
+    assert (await cell.get(started.headers["location"])).json()["status"] == "stopped"
+    assert "ASS" in cell.commands()
+
+
+@in_cell()
+async def test_the_stop_of_everything_stops_robots_too(cell: Cell) -> None:
+    await cell.post(f"{UNIT}/moves", HOME)
+    assert (await cell.post("/stop", {"mode": "immediate"})).json()["confirmed"] is True
+    assert "AES" in cell.commands()
+
+
+@in_cell()
+async def test_an_error_is_told_without_asking_the_robot_and_goes_with_its_reset(cell: Cell) -> None:
+    await cell.post(f"{UNIT}/stop", {"mode": "immediate"})
+    await asyncio.sleep(1)
+    before = cell.rig.heard("ERR")
+    (error,) = (await cell.get("/robots/r1/errors")).json()["errors"]
+    assert (error["kind"], len(error["code"])) == ("emergency", 3)
+    assert cell.rig.heard("ERR") == before
+    refusal = await cell.post(f"{UNIT}/moves", HOME)
+    refused(refusal, 409)
+    assert refusal.json()["type"].endswith(":error-stands")
+    assert (await cell.post("/robots/r1/errors/reset")).json()["errors"] == []
+    await cell.move(HOME)
+
+
+@in_cell()
+async def test_motion_after_a_loss_of_power_waits_for_somebody_who_knows(cell: Cell) -> None:
+    cell.rig.power_cycle()
+    await asyncio.sleep(10)
+    refusal = await cell.post(f"{UNIT}/moves", HOME)
+    refused(refusal, 409)
+    assert refusal.json()["type"].endswith(":power-cycled")
+    robot = (await cell.post("/robots/r1/power-cycle/acknowledge")).json()
+    assert robot["power_cycled"] is False
+    await cell.move(HOME)
+
+
+@in_cell()
+async def test_a_refusal_and_a_failure_are_told_with_their_codes_in_both_languages(cell: Cell) -> None:
+    await cell.move(HOME)
+    far = {"kind": "absolute", "axes": mm(X=100_000)}
+    english = await cell.post(f"{UNIT}/moves", far)
+    japanese = await cell.post(f"{UNIT}/moves", far, **{"accept-language": "ja"})
+    refused(english, 422)
+    assert english.json()["code"] == japanese.json()["code"] == "E07"
+    assert "soft limit" in english.json()["detail"]
+    assert "ソフトリミット" in japanese.json()["detail"]
+    assert japanese.headers["content-language"] == "ja"
+
+
+@in_cell()
+async def test_readiness_metrics_and_trace_know_the_robots_line(cell: Cell) -> None:
+    assert (await cell.get("/readyz")).json() == {"ready": True, "lines": {"cell": "ready"}}
+    assert 'motion_gateway_robots{kind="configured",line="cell"} 1.0' in (await cell.get("/metrics")).text
+    trace = (await cell.get("/lines/cell/trace")).json()["entries"]
+    assert any(entry["data"] == "MOD 3\\r" for entry in trace)

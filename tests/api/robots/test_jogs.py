@@ -1,0 +1,51 @@
+"""Jogging over HTTP: an axis moves only for as long as heartbeats come."""
+
+import asyncio
+
+from tests.api.robots.cell import HOME, Cell, in_cell
+from tests.api.test_moves import refused
+
+JOG = {"unit": 2, "axis": "X", "direction": "+"}
+
+
+@in_cell()
+async def test_an_axis_jogs_while_heartbeats_come_and_stops_when_told(cell: Cell) -> None:
+    started = await cell.post("/robots/r1/jogs", JOG)
+    assert started.status_code == 201, started.text
+    place = started.headers["location"]
+    for _ in range(4):
+        await asyncio.sleep(0.4)
+        assert (await cell.post(f"{place}/heartbeat")).json()["state"] == "jogging"
+    ended = await cell.post(f"{place}/stop")
+    assert (ended.status_code, ended.json()["state"]) == (200, "ended")
+    assert (await cell.get("/robots/r1/units/2/status")).json()["moving"] is False
+    assert [text for text in cell.commands() if text.startswith("JOG")][:2] == ["JOG X+", "JOG X"]
+
+
+@in_cell()
+async def test_without_a_heartbeat_the_axis_is_stopped_and_the_next_one_is_told_so(cell: Cell) -> None:
+    place = (await cell.post("/robots/r1/jogs", JOG)).headers["location"]
+    await asyncio.sleep(2)
+    assert "JOG X" in cell.commands()
+    late = await cell.post(f"{place}/heartbeat")
+    assert (late.status_code, late.json()["type"].rpartition(":")[2]) == (409, "jog-over")
+    assert (await cell.get("/robots/r1/units/2/status")).json()["moving"] is False
+
+
+@in_cell()
+async def test_an_axis_or_direction_that_does_not_exist_is_not_sent(cell: Cell) -> None:
+    before = cell.commands()
+    refused(await cell.post("/robots/r1/jogs", JOG | {"axis": "W"}), 404)
+    refused(await cell.post("/robots/r1/jogs", JOG | {"direction": "up"}), 422, "direction")
+    refused(await cell.post("/robots/r1/jogs", JOG | {"unit": 3}), 404)
+    refused(await cell.post("/robots/r1/jogs/nobody/heartbeat"), 404)
+    assert cell.commands() == before
+
+
+@in_cell()
+async def test_the_command_of_the_table_opens_a_session_too(cell: Cell) -> None:
+    answer = await cell.post("/robots/r1/units/2/commands/start-jog", {"axis": "Y", "direction": "-"})
+    assert (answer.status_code, answer.json()["state"]) == (201, "jogging")
+    await asyncio.sleep(3)
+    assert "JOG Y" in cell.commands()
+    await cell.move(HOME)

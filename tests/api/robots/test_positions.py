@@ -1,0 +1,109 @@
+"""Stored positions over HTTP: JSON and CSV, there and back, and tables that are refused as a whole."""
+
+import pytest
+from httpx2 import Response
+
+from tests.api.robots.cell import UNIT, Cell, in_cell, mm
+from tests.api.test_moves import refused
+
+TABLE = "number,X mm,Y mm,Z mm\r\n1,10,20.5,-3\r\n2,-0.125,,7\r\n"
+
+
+async def put_csv(cell: Cell, text: str | bytes, content_type: str = "text/csv") -> Response:
+    content = text.encode() if isinstance(text, str) else text
+    headers = {"content-type": content_type}
+    return await cell.client.put(f"{UNIT}/positions.csv", content=content, headers=headers)
+
+
+@in_cell()
+async def test_positions_are_stored_undivided_and_read_back(cell: Cell) -> None:
+    positions = [
+        {"number": 6, "axes": mm(X=1, Y=2, Z=3)},
+        {"number": 5, "axes": mm(X=4.5, Y=0, Z=-6)},
+        {"number": 9, "axes": mm(Z=1)},
+    ]
+    stored = await cell.put(f"{UNIT}/positions", {"positions": positions})
+    assert stored.json() == {"robot_id": "r1", "unit": 1, "count": 3}
+    assert cell.rig.heard("PO")[-7:] == [
+        "POF 1,5",
+        "POS 4.5,0,-6",
+        "POS 1,2,3",
+        "POF 2",
+        "POF 1,9",
+        "POS ,,1",
+        "POF 2",
+    ]
+    listed = (await cell.get(f"{UNIT}/positions?first=5&last=6")).json()["positions"]
+    assert [entry["number"] for entry in listed] == [5, 6]
+    assert listed[0]["axes"] == {
+        "X": {"value": 4.5, "unit": "mm"},
+        "Y": {"value": 0.0, "unit": "mm"},
+        "Z": {"value": -6.0, "unit": "mm"},
+    }
+
+
+@in_cell()
+async def test_a_table_comes_back_from_csv_as_it_was_stored(cell: Cell) -> None:
+    stored = await put_csv(cell, TABLE, "text/csv; charset=utf-8")
+    assert stored.json() == {"robot_id": "r1", "unit": 1, "count": 2}, stored.text
+    downloaded = await cell.get(f"{UNIT}/positions.csv")
+    assert downloaded.headers["content-type"].startswith("text/csv")
+    assert downloaded.text == TABLE
+
+
+@in_cell()
+async def test_a_full_table_fits(cell: Cell) -> None:
+    rows = "".join(f"{number},-12345.125,-12345.125,-12345.125\n" for number in range(1, 2000))
+    stored = await put_csv(cell, "number,X mm,Y mm,Z mm\n" + rows)
+    assert stored.json()["count"] == 1999
+    assert len((await cell.get(f"{UNIT}/positions")).json()["positions"]) == 1999
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ("", "line 1: the columns are number,X mm,Y mm,Z mm"),
+        ("number,X mm,Y mm\n1,2,3\n", "line 1: the columns are"),
+        ("number,X degree,Y mm,Z mm\n1,2,3,4\n", "line 1: the columns are"),
+        ("number,X mm,Y mm,Z mm\n", "no positions"),
+        ("number,X mm,Y mm,Z mm\n1,2,3\n", "line 2: it has 3 columns, not 4"),
+        ("number,X mm,Y mm,Z mm\n0,2,3,4\n", "line 2, number: positions go from 1 to 1999"),
+        ("number,X mm,Y mm,Z mm\n1,2,3,4\n2000,2,3,4\n", "line 3, number"),
+        ("number,X mm,Y mm,Z mm\n1,2,nan,4\n", "line 2, Y mm: a coordinate is"),
+        ("number,X mm,Y mm,Z mm\n1,2,3,0.0001\n", "line 2, Z mm"),
+        ("number,X mm,Y mm,Z mm\n1,2,3,=1+1\n", "line 2, Z mm"),
+        ("number,X mm,Y mm,Z mm\n1,2,3,4\n1,2,3,4\n", "Position 1 is given twice"),
+        ("number,X mm,Y mm,Z mm\n1,,,\n", "at least one axis needs a value"),
+        (b"number,X mm,Y mm,Z mm\n1,\xff,3,4\n", "no CSV"),
+        ('number,X mm,Y mm,Z mm\n1,"2,3,4\n', "no CSV"),
+    ],
+)
+def test_a_table_with_a_fault_is_refused_as_a_whole(table: str | bytes, says: str) -> None:
+    @in_cell()
+    async def story(cell: Cell) -> None:
+        before = cell.commands()
+        answer = await put_csv(cell, table)
+        refused(answer, 422)
+        assert says in answer.json()["detail"]
+        assert cell.commands() == before
+
+    story()
+
+
+@in_cell()
+async def test_what_is_no_csv_or_too_long_is_not_read(cell: Cell) -> None:
+    refused(await put_csv(cell, TABLE, "application/json"), 415)
+    answer = await put_csv(cell, "x" * 300_000)
+    refused(answer, 413)
+    assert "262144" in answer.json()["detail"]
+
+
+@in_cell()
+async def test_a_range_or_number_outside_the_table_is_refused(cell: Cell) -> None:
+    refused(await cell.get(f"{UNIT}/positions?first=0"), 422, "first")
+    refused(await cell.get(f"{UNIT}/positions?first=9&last=8"), 422)
+    upload = {"positions": [{"number": 2000, "axes": mm(X=1)}]}
+    refused(await cell.put(f"{UNIT}/positions", upload), 422, "positions.0.number")
+    upload = {"positions": [{"number": 1, "axes": mm(X=1)}, {"number": 2, "axes": mm(W=1)}]}
+    answer = await cell.put(f"{UNIT}/positions", upload)
+    assert "positions.1.axes.W: r1/units/1 has the axes" in answer.json()["detail"]

@@ -1,0 +1,132 @@
+"""Settings of a unit over HTTP: all of them, by axis, written as bytes and read back."""
+
+from typing import Any
+
+import pytest
+
+from api.robots.settings import SETTINGS, SMOOTH, SettingsChange, UnitSettings
+from protocols.fics.commands import ROWS
+from protocols.table import Retry
+from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
+from tests.api.test_moves import refused
+
+
+def test_every_setting_of_the_table_that_can_be_read_back_is_one() -> None:
+    names = {SMOOTH, *SETTINGS}
+    assert set(SettingsChange.model_fields) == names
+    assert set(UnitSettings.model_fields) == names | {"robot_id", "unit"}
+    written = {row.code for row in ROWS if row.retry is Retry.SETTING} - {"VAR", "SCV"}
+    assert {setting.write.code for setting in SETTINGS.values()} == written
+    assert all(setting.read.code == setting.write.code for setting in SETTINGS.values())
+
+
+@in_cell()
+async def test_all_settings_are_read_with_the_names_and_units_of_their_axes(cell: Cell) -> None:
+    settings = (await cell.get(f"{UNIT}/settings")).json()
+    assert None not in settings.values()
+    assert settings["speed_percent"] == {"X": 100.0, "Y": 100.0, "Z": 100.0}
+    assert settings["maximum_speed"]["X"] == {"value": 500.0, "unit": "mm/s"}
+    assert settings["motor_maximum_speed"]["A"]["unit"] == "rpm"
+    assert settings["homing_type"] == {"A": 0, "B": 0, "Z": 0}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "frame"),
+    [
+        ("speed_percent", {"X": 10, "Z": 0.5}, "VAO 10,,0.5"),
+        ("maximum_speed", {"Y": {"value": 120.5, "unit": "mm/s"}}, "VSO ,120.5"),
+        ("acceleration_time_ms", {"X": 1, "Y": 9999}, "VST 1,9999"),
+        ("deceleration_time_ms", {"Z": 300}, "VSS ,,300"),
+        ("upper_soft_limit", mm(X=250), "SLP 250"),
+        ("lower_soft_limit", mm(X=-250), "SLM -250"),
+        ("start_speed_pps", {"A": 0, "B": 9999}, "VSB 0,9999"),
+        ("homing_type", {"B": 6}, "HMT ,6"),
+        ("homing_offset", {"A": {"value": -1.5, "unit": "degree"}}, "HMO -1.5"),
+        ("homing_speed", {"A": {"value": 9, "unit": "rpm"}}, "HMV 9"),
+        ("index_search_speed", {"Z": {"value": 2, "unit": "mm/s"}}, "HMB ,,2"),
+        ("motor_speed_percent", {"A": 100}, "MAO 100"),
+        ("motor_maximum_speed", {"A": {"value": 30, "unit": "rpm"}}, "MSO 30"),
+        ("motor_acceleration_time_ms", {"A": 77}, "MST 77"),
+        ("motor_deceleration_time_ms", {"A": 78}, "MSS 78"),
+        ("motor_upper_soft_limit", {"B": {"value": 70, "unit": "degree"}}, "MSP ,70"),
+        ("motor_lower_soft_limit", {"B": {"value": -70, "unit": "degree"}}, "MSM ,-70"),
+        ("smooth_acceleration", True, "SCV 1"),
+    ],
+)
+def test_a_setting_is_written_and_read_back(name: str, value: Any, frame: str) -> None:
+    @in_cell()
+    async def story(cell: Cell) -> None:
+        answer = await cell.client.patch(f"{UNIT}/settings", json={name: value})
+        assert answer.status_code == 200, answer.text
+        told = answer.json()[name]
+        assert frame in cell.commands()
+        assert [key for key, setting in answer.json().items() if setting is not None] == [
+            "robot_id",
+            "unit",
+            name,
+        ]
+        assert told == value or {axis: told[axis] for axis in value} == value
+
+    story()
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "says"),
+    [
+        ({"speed_percent": {"X": 0}}, "speed_percent.X", "greater than or equal to 0.1"),
+        ({"speed_percent": {"X": 100.5}}, "speed_percent.X", "less than or equal to 100"),
+        ({"speed_percent": {"X": 12.3456}}, "speed_percent.X", "at most 5 characters"),
+        ({"acceleration_time_ms": {"X": 10_000}}, "acceleration_time_ms.X", "less than or equal to 9999"),
+        ({"acceleration_time_ms": {"X": 1.5}}, "acceleration_time_ms.X", "valid integer"),
+        ({"maximum_speed": {"X": 5}}, "maximum_speed.X", "valid dictionary"),
+        ({"maximum_speed": {"X": {"value": 0, "unit": "mm/s"}}}, "maximum_speed.X.value", "greater than 0"),
+        ({"maximum_speed": {"X": {"value": 5, "unit": "mm"}}}, "maximum_speed.X.unit", "'mm/s'"),
+        ({"start_speed_pps": {"A": -1}}, "start_speed_pps.A", "greater than or equal to 0"),
+        ({"homing_type": {"A": 7}}, "homing_type.A", "less than or equal to 6"),
+        ({"smooth_acceleration": 1}, "smooth_acceleration", "valid boolean"),
+        ({"speed": 1}, "speed", "not permitted"),
+    ],
+)
+def test_a_value_outside_its_range_is_refused_with_field_and_range(
+    change: dict[str, object], field: str, says: str
+) -> None:
+    @in_cell()
+    async def story(cell: Cell) -> None:
+        before = cell.commands()
+        # The setting before it is good, and is not sent either.
+        answer = await cell.client.patch(f"{UNIT}/settings", json={"smooth_acceleration": True} | change)
+        refused(answer, 422, field)
+        assert any(says in error["message"] for error in answer.json()["errors"]), answer.text
+        assert cell.commands() == before
+
+    story()
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({}, "No setting is named"),
+        ({"speed_percent": {}}, "speed_percent: at least one axis needs a value"),
+        ({"speed_percent": {"A": 5}}, "speed_percent.A: r1/units/1 has the axes X, Y, Z"),
+        ({"motor_speed_percent": {"X": 5}}, "has the axes A, B, Z"),
+        ({"maximum_speed": {"X": {"value": 5, "unit": "rpm"}}}, "maximum_speed.X.unit: axis X"),
+    ],
+)
+def test_what_does_not_fit_the_unit_is_refused(change: dict[str, object], says: str) -> None:
+    @in_cell()
+    async def story(cell: Cell) -> None:
+        before = cell.commands()
+        answer = await cell.client.patch(f"{UNIT}/settings", json=change)
+        refused(answer, 422)
+        assert says in answer.json()["detail"]
+        assert cell.commands() == before
+
+    story()
+
+
+@in_cell()
+async def test_settings_are_refused_while_the_robot_moves(cell: Cell) -> None:
+    await cell.post(f"{UNIT}/moves", HOME)
+    refused(await cell.get(f"{UNIT}/settings"), 409)
+    refused(await cell.client.patch(f"{UNIT}/settings", json={"speed_percent": {"X": 5}}), 409)
+    assert not cell.rig.heard("VAO")

@@ -1,0 +1,54 @@
+"""Inputs, outputs and variables of a robot over HTTP."""
+
+from tests.api.robots.cell import Cell, in_cell
+from tests.api.test_moves import refused
+
+
+@in_cell()
+async def test_inputs_are_told_bit_by_bit(cell: Cell) -> None:
+    cell.rig.fics.inputs[1] = 0b1000_0001
+    channels = (await cell.get("/robots/r1/inputs?first=2&count=2")).json()["channels"]
+    assert channels == [
+        {"channel": 2, "bits": [True, *[False] * 6, True]},
+        {"channel": 3, "bits": [False] * 8},
+    ]
+
+
+@in_cell()
+async def test_an_output_is_switched_and_read_back(cell: Cell) -> None:
+    on = await cell.put("/robots/r1/outputs/1/7", {"on": True})
+    assert on.json() == {"robot_id": "r1", "channels": [{"channel": 1, "bits": [*[False] * 7, True]}]}
+    assert (await cell.get("/robots/r1/outputs")).json() == on.json()
+    off = await cell.put("/robots/r1/outputs/1/7", {"on": False})
+    assert off.json()["channels"][0]["bits"] == [False] * 8
+    assert [text for text in cell.commands() if text.startswith("IOT")] == ["IOT 1-7:+", "IOT 1-7:-"]
+
+
+@in_cell()
+async def test_a_variable_is_set_and_read_back(cell: Cell) -> None:
+    assert (await cell.put("/robots/r1/variables/99", {"value": -12.5})).json() == {
+        "number": 99,
+        "value": -12.5,
+    }
+    variables = (await cell.get("/robots/r1/variables?first=98&count=2")).json()["variables"]
+    assert variables == [{"number": 98, "value": 0.0}, {"number": 99, "value": -12.5}]
+
+
+@in_cell()
+async def test_numbers_and_values_outside_their_ranges_are_not_sent(cell: Cell) -> None:
+    before = cell.commands()
+    refused(await cell.get("/robots/r1/inputs?first=0"), 422, "first")
+    refused(await cell.get("/robots/r1/outputs?first=99&count=2"), 422)
+    refused(await cell.get("/robots/r1/variables?first=99&count=2"), 422)
+    refused(await cell.put("/robots/r1/outputs/1/8", {"on": True}), 422, "bit")
+    refused(await cell.put("/robots/r1/outputs/1/1", {"on": 1}), 422, "on")
+    refused(await cell.put("/robots/r1/variables/100", {"value": 1}), 422, "number")
+    refused(await cell.put("/robots/r1/variables/1", {"value": 1e9}), 422, "value")
+    assert cell.commands() == before
+
+
+@in_cell()
+async def test_a_channel_the_robot_does_not_have_is_its_refusal(cell: Cell) -> None:
+    answer = await cell.get("/robots/r1/inputs?first=40")
+    refused(answer, 422)
+    assert answer.json()["code"] == "E05"
