@@ -30,6 +30,8 @@ READ_REPEATS = 2
 SILENT_BODIES = 2
 """When so many have been fenced in vain and not a byte was heard, nobody on the line is asked any more."""
 
+ANY_BUT_STOPS = (Lane.COMMAND, Lane.READ)
+
 ReplyFrame = Answer | Refusal | GroupAnswer
 
 
@@ -106,6 +108,10 @@ class Conversation:
         exchange.repeats = READ_REPEATS  # absolute and harmless: saying it again changes nothing
         self._urgent.append(exchange)
 
+    def awaits_replies(self) -> bool:
+        """Whether anything was written that is neither answered nor given up."""
+        return self._awaiting is not None or bool(self._stops)
+
     def has_something(self) -> bool:
         """Whether anything could go; asked first, because it costs less than asking the port."""
         if self._awaiting is not None:
@@ -125,8 +131,8 @@ class Conversation:
         return None
 
     def _choose(self, now: float, *, ready: bool) -> Exchange | None:
-        under_way = self._awaiting is not None or bool(self._stops)
-        if self.interject_stops or not under_way:
+        under_way = self.awaits_replies()
+        if self.scheduler.has(Lane.STOP) and (self.interject_stops or not under_way):
             stop = self.scheduler.next((Lane.STOP,), self._not_under_way)
             if stop is not None:
                 return stop
@@ -142,7 +148,7 @@ class Conversation:
         return all(stop.key != other.key for other in self._stops)
 
     def _wanted(self) -> Exchange | None:
-        while (exchange := self.scheduler.next((Lane.COMMAND, Lane.READ))) is not None:
+        while (exchange := self.scheduler.next(ANY_BUT_STOPS)) is not None:
             if not exchange.abandoned():
                 return exchange
         return None
@@ -199,7 +205,7 @@ class Conversation:
             self._doubt(exchange, GarbledReply(_sent(exchange, f"{what} came back"), _remedy(exchange)))
 
     def _under_way(self) -> list[Exchange]:
-        return [*([self._awaiting] if self._awaiting else []), *self._stops]
+        return self._stops[:] if self._awaiting is None else [self._awaiting, *self._stops]
 
     def _is_late(self, frame: ReplyFrame, now: float) -> bool:
         """A reply that comes before the fence can only belong to the exchange in doubt."""

@@ -44,6 +44,8 @@ class PortLoop(ABC):
         self._tx_free_at = 0.0
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
+        self._heard_out = False
+        """Whether what was written last is being answered just now: none of it can wait in the port."""
         self._timer: asyncio.Handle | None = None
         self._timer_at = 0.0
         self._attention = asyncio.Event()
@@ -186,7 +188,7 @@ class PortLoop(ABC):
         if now < self._tx_free_at:
             self._wake_at(self._tx_free_at)
             return False
-        if self.transport.unsent() == 0:
+        if self._heard_out or self.transport.unsent() == 0:
             self._stuck_since = None
             return True
         if self._stuck_since is None:
@@ -204,6 +206,7 @@ class PortLoop(ABC):
         except TransportLost as error:
             self._went_down(str(error))
             return False
+        self._heard_out = False
         self._tx_free_at = now + len(frame) * self.transport.byte_time_s
         return True
 

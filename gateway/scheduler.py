@@ -6,6 +6,7 @@ starves nobody; within a body the order of arrival holds. Equal reads that wait 
 
 from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator
+from itertools import chain
 
 from gateway.errors import Expired, QueueFull
 from gateway.exchange import Exchange, Lane
@@ -14,48 +15,38 @@ QUEUE_LIMIT = 64
 """Exchanges that may wait for one body in one lane."""
 
 
-class _Turns:
-    """One lane: a queue for each body, and the bodies in the order of their turns."""
+class _Turns(OrderedDict[int, deque[Exchange]]):
+    """One lane: the queue of each body that waits, in the order of their turns."""
 
-    def __init__(self) -> None:
-        self._queues: OrderedDict[int, deque[Exchange]] = OrderedDict()
-
-    def __bool__(self) -> bool:
-        return bool(self._queues)
-
-    def __iter__(self) -> Iterator[Exchange]:
-        for queue in self._queues.values():
-            yield from queue
-
-    def queue(self, body: int) -> deque[Exchange]:
-        return self._queues.get(body) or deque()
+    def exchanges(self) -> Iterator[Exchange]:
+        return chain.from_iterable(self.values())
 
     def add(self, exchange: Exchange, *, first: bool = False) -> None:
-        queue = self._queues.setdefault(exchange.body, deque())
+        queue = self.setdefault(exchange.body, deque())
         if first:
             queue.appendleft(exchange)
         else:
             queue.append(exchange)
 
-    def take(self, may_go: Callable[[Exchange], bool]) -> Exchange | None:
+    def take(self, may_go: Callable[[Exchange], bool] | None) -> Exchange | None:
         """The first exchange of the first body whose turn it can be; the body then goes to the end."""
-        for body, queue in self._queues.items():
-            if may_go(queue[0]):
+        for body, queue in self.items():
+            if may_go is None or may_go(queue[0]):
                 exchange = queue.popleft()
                 if queue:
-                    self._queues.move_to_end(body)
+                    self.move_to_end(body)
                 else:
-                    del self._queues[body]
+                    del self[body]
                 return exchange
         return None
 
     def remove(self, unwanted: Callable[[Exchange], bool]) -> list[Exchange]:
-        removed = [exchange for exchange in self if unwanted(exchange)]
+        removed = [exchange for exchange in self.exchanges() if unwanted(exchange)]
         for exchange in removed:
-            queue = self._queues[exchange.body]
+            queue = self[exchange.body]
             queue.remove(exchange)
             if not queue:
-                del self._queues[exchange.body]
+                del self[exchange.body]
         return removed
 
 
@@ -74,14 +65,14 @@ class Scheduler:
 
     def waiting(self, lane: Lane) -> int:
         """How many exchanges wait in a lane."""
-        return sum(1 for _ in self._lanes[lane])
+        return sum(map(len, self._lanes[lane].values()))
 
     def submit(self, exchange: Exchange) -> Exchange:
         """Queue an exchange; an equal read that already waits takes over its waiters and is returned instead.
 
         :raises QueueFull: too many wait for this body already.
         """
-        queue = self._lanes[exchange.lane].queue(exchange.body)
+        queue = self._lanes[exchange.lane].get(exchange.body, ())
         for other in queue:
             if other.shares(exchange):
                 other.waiters += exchange.waiters
@@ -98,7 +89,7 @@ class Scheduler:
         self._lanes[exchange.lane].add(exchange, first=True)
 
     def next(
-        self, lanes: tuple[Lane, ...], may_go: Callable[[Exchange], bool] = lambda _: True
+        self, lanes: tuple[Lane, ...], may_go: Callable[[Exchange], bool] | None = None
     ) -> Exchange | None:
         """Take out the exchange whose turn it is among the lanes that may send now."""
         for lane in lanes:

@@ -20,8 +20,8 @@ from protocols.rorze.row import (
     RorzeCommand,
 )
 
-REQUESTS_KEPT = 1024
-"""Decoded requests that are kept: a host that polls says the same again and again."""
+LINES_KEPT = 1024
+"""Decoded lines that are kept, in either direction: who polls hears the same again and again."""
 INTRODUCERS = "&$#"
 """`&` is followed by two digits of body number, `$` and `#` (RC-200 series) by one."""
 
@@ -175,7 +175,7 @@ class RequestReader:
         return [_request(line) for line in lines if line]
 
 
-@lru_cache(REQUESTS_KEPT)
+@lru_cache(LINES_KEPT)
 def _request(line: bytes) -> Request | Garbage:
     match = _REQUEST.fullmatch(_without_blanks(line).decode("ascii", "replace"))
     if match is None:
@@ -191,17 +191,18 @@ def _without_blanks(line: bytes) -> bytes:
     return head + comma + (comment if keeps else comment.translate(None, _BLANKS))
 
 
-def _split(text: bytes) -> list[Frame]:
+@lru_cache(LINES_KEPT)
+def _split(text: bytes) -> tuple[Frame, ...]:
     """Resynchronise: what stands before the last start of a reply is noise, or a reply that lost its end."""
     if len(text) > MAX_REPLY_LENGTH:
-        return [Garbage(text, "a line too long for a reply")]
+        return (Garbage(text, "a line too long for a reply"),)
     start = max(map(text.rfind, _STARTS))
     noise = (text[:start] if start >= 0 else text).strip(b"\n\x00")
     frames = _parse(text[start + 1 :]) if start >= 0 else []
     if noise:
         why = "an echo of our own command" if noise[:1] in (b"&", b"$", b"#") else "not a reply"
         frames.insert(0, Garbage(noise, why))
-    return frames
+    return tuple(frames)
 
 
 def _parse(raw: bytes) -> list[Frame]:
