@@ -132,7 +132,7 @@ class Conversation:
 
     def _choose(self, now: float, *, ready: bool) -> Exchange | None:
         under_way = self.awaits_replies()
-        if self.scheduler.has(Lane.STOP) and (self.interject_stops or not under_way):
+        if self.interject_stops or not under_way:
             stop = self.scheduler.next((Lane.STOP,), self._not_under_way)
             if stop is not None:
                 return stop

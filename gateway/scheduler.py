@@ -93,8 +93,8 @@ class Scheduler:
     ) -> Exchange | None:
         """Take out the exchange whose turn it is among the lanes that may send now."""
         for lane in lanes:
-            exchange = self._lanes[lane].take(may_go)
-            if exchange is not None:
+            turns = self._lanes[lane]
+            if turns and (exchange := turns.take(may_go)) is not None:
                 return exchange
         return None
 
