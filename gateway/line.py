@@ -234,7 +234,6 @@ class Line(PortLoop):
             tell = self._talk.heard(frame, self._last_rx_at)
             self._heard_out = tell is not None and not self._talk.awaits_replies()
             self._pump()
-            self._heard_out = False
             if tell is not None:
                 tell()
         elif isinstance(frame, Garbage):

@@ -45,7 +45,7 @@ class PortLoop(ABC):
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
         self._heard_out = False
-        """Whether what was written last is being answered just now: none of it can wait in the port."""
+        """Whether all that was written has been answered: none of it can wait in the port."""
         self._timer: asyncio.Handle | None = None
         self._timer_at = 0.0
         self._attention = asyncio.Event()
@@ -138,6 +138,7 @@ class PortLoop(ABC):
 
     def _went_down(self, reason: str) -> None:
         was_open, self._open, self._ready = self._open, False, False
+        self._heard_out = False
         changed = was_open or reason != self.down_reason
         self.down_reason = reason
         self._stuck_since = None

@@ -36,12 +36,14 @@ class FarEnd(Transport):
         """Bodies that say nothing."""
         self.plugged_in = True
         self.stuck = False
+        """Whether the port holds back what is written to it."""
         self.openings: list[float] = []
         """When somebody tried to open the port."""
         self._byte_time_s = 10 / baud if baud else 0.0
         self._scripts: dict[str, deque[tuple[tuple[float, Said], ...]]] = defaultdict(deque)
         self._receiver: Receiver | None = None
         self._last_reply_at = 0.0
+        self._held_back = 0
 
     # what a test says
 
@@ -89,6 +91,9 @@ class FarEnd(Transport):
         now = asyncio.get_running_loop().time()
         frame = data.removesuffix(b"\r").decode("ascii")
         self.written.append((now, frame))
+        if self.stuck:
+            self._held_back += len(data)
+            return
         heard_at = now + len(data) * self._byte_time_s
         for delay_s, said in self._replies(frame):
             # Equal times would leave the order to the loop's heap.
@@ -96,10 +101,11 @@ class FarEnd(Transport):
             self._deliver_at(self._last_reply_at, said)
 
     def unsent(self) -> int:
-        return 1 if self.stuck else 0
+        return self._held_back if self.stuck else 0
 
     async def close(self) -> None:
         self._receiver = None
+        self._held_back = 0
 
     def _named(self, frame: str) -> str:
         fence = _FENCE.fullmatch(frame)

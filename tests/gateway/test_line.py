@@ -843,12 +843,14 @@ async def test_a_port_that_takes_no_bytes_is_opened_anew() -> None:
     async with running_line(far) as line:
         stuck_at = asyncio.get_running_loop().time()
         far.stuck = True
-        waiting = ask(line, MOVE)
-        assert isinstance(await waiting, Cancelled)
-        assert asyncio.get_running_loop().time() == pytest.approx(stuck_at + STUCK_S, abs=0.01)
+        move, read = ask(line, MOVE), ask(line, READ)
+        assert isinstance(await read, Cancelled)
+        assert isinstance(await move, NoReply)
+        noticed_after_s = line.reply_timeout_s + STUCK_S
+        assert asyncio.get_running_loop().time() == pytest.approx(stuck_at + noticed_after_s, abs=0.01)
         far.stuck = False
         await until(lambda: line.state is LineState.READY)
-        assert far.frames == [*SET_UP_FRAMES]
+        assert far.frames == ["&021+M500", *SET_UP_FRAMES]
         assert line.counters["openings"] == 1
 
 
@@ -857,9 +859,10 @@ async def test_a_port_that_takes_its_time_is_waited_for() -> None:
     far = FarEnd()
     async with running_line(far) as line:
         far.stuck = True
+        ask(line, READ)
         stop = ask(line, StopImmediately())
-        await asyncio.sleep(0.5)
-        assert far.frames == []
+        await asyncio.sleep(0.3)
+        assert len(far.frames) == 1
         far.stuck = False
         assert isinstance(await stop, Answered)
         assert line.state is LineState.READY
