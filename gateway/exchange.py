@@ -4,12 +4,15 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
+from operator import methodcaller
 from typing import Any
 
 from gateway.errors import GatewayError, NoReply
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP, RorzeCommand
 from protocols.table import Reply, WireFault
+
+_IS_DONE = methodcaller("done")
 
 
 class Lane(IntEnum):
@@ -80,7 +83,7 @@ class Exchange:
 
     def credit(self, frame: Answer | Refusal | GroupAnswer, now: float) -> Answered | Refusal | None:
         """Read a frame as the reply to this exchange; None unless body, code and the whole grammar match."""
-        if (frame.body, frame.code) != self.key:
+        if frame.code != self.command.code or frame.body != self.body:
             return None
         if isinstance(frame, Refusal):
             return None if self.self_identifying else frame  # a refusal does not carry the number
@@ -106,7 +109,7 @@ class Exchange:
 
     def abandoned(self) -> bool:
         """Whether nobody waits any more: a read of this kind need not be sent."""
-        return self.lane is Lane.READ and all(waiter.done() for waiter in self.waiters)
+        return self.lane is Lane.READ and all(map(_IS_DONE, self.waiters))
 
 
 def is_group(body: int) -> bool:
