@@ -17,10 +17,12 @@ import uvicorn
 import uvloop
 from fastapi import FastAPI
 
+from protocols.fics.link import Terminator
 from protocols.rorze.row import LAST_BODY
 from simulator.fics.control import create_control as create_fics_control
 from simulator.fics.dpram_port import DpramPort, serve_dpram
 from simulator.fics.layout import Layout
+from simulator.fics.line import LineSettings
 from simulator.fics.line import build_line as build_fics
 from simulator.fics.macros import MACROS, read_macros
 from simulator.ports import Machine, Port, PtyPort, serve_pty, serve_tcp
@@ -107,14 +109,19 @@ def rc400(
 
 @app.command()
 def fics(
-    units: Annotated[int, typer.Option(help="How many units, 1-9; unit 1 is a miniSCARA.")] = 1,
-    axes: Annotated[str, typer.Option(help="The user axes of each unit, of X Y Z @ W.")] = "XYZ",
+    units: Annotated[int, typer.Option(help="How many units, 1 to 9.")] = 1,
+    axes: Annotated[
+        str, typer.Option(help="Every unit's axes, of X Y Z @ W; with XY first, unit 1 is a miniSCARA.")
+    ] = "XYZ",
     pty: PtyOption = None,
     listen: ListenOption = None,
     dpram: Annotated[Path | None, typer.Option(help="Make a dual-port RAM in this file.")] = None,
     macros: Annotated[
         Path | None, typer.Option(help="Macros of this TOML file, in place of those built in.")
     ] = None,
+    terminator: Annotated[
+        Terminator, typer.Option(help="What ends the lines to the host; from the host either does.")
+    ] = "cr",
     baud: BaudOption = None,
     truth: TruthOption = None,
     control: ControlOption = None,
@@ -125,11 +132,12 @@ def fics(
         programs = MACROS if macros is None else read_macros(macros)
         layout = Layout(units=units, axes=axes, macros=programs)
         service = read_service(read_fics_place(pty, listen, dpram), baud, truth, control)
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         raise typer.BadParameter(str(error)) from None
+    settings = LineSettings(terminator=terminator)
     _run(
         service,
-        lambda log: build_fics(layout, log, seed=seed),
+        lambda log: build_fics(layout, log, settings, seed),
         create_fics_control,
         f"Fics with {units} unit{'s' if units > 1 else ''} of axes {axes}",
     )

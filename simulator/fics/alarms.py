@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from protocols.fics.alarms import DriverSignals, ErrorDetail
+from protocols.fics.alarms import DetailKind, DriverSignals, ErrorDetail
 from simulator.fics.axes import Sensor
 
 EMERGENCY, DRIVER, CONNECTION, TIMEOUT = 1, 2, 3, 4
@@ -14,8 +14,6 @@ MESSAGE = 200
 
 OVERRUN = 0xF0
 """The driver's error code on a limit sensor, an assumption."""
-NOT_READY = 0xFF
-"""The driver's error code while it is not ready (C-HOST manual 2-13)."""
 
 ARMS_TOO_SHORT = 1
 """What the conversion adds to error 183; an assumption."""
@@ -34,7 +32,7 @@ class Alarm:
     @property
     def is_emergency(self) -> bool:
         """Whether all axes are in the state EMERGENCY."""
-        return self.code == EMERGENCY
+        return self.detail.kind is DetailKind.EMERGENCY
 
 
 def emergency() -> Alarm:

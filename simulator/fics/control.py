@@ -8,11 +8,12 @@ from fastapi import FastAPI, HTTPException, Path
 from pydantic import Field
 
 from protocols.fics.link import Terminator
-from protocols.fics.row import Block
+from protocols.fics.status import MotionMode
+from protocols.lines import CR
 from simulator.control import Hold, Plant, Power, Strict, add_faults, add_truth
 from simulator.fics.alarms import connection_lost, driver_error, emergency, system_error, timed_out
 from simulator.fics.axes import Motor, Sensor
-from simulator.fics.dpram_port import DpramPort
+from simulator.fics.dpram_port import DpramPort, Tears
 from simulator.fics.line import FicsLine
 from simulator.fics.robot import Robot
 from simulator.fics.units import Unit
@@ -23,6 +24,15 @@ SENSORS: dict[SensorName, Sensor] = {
     "plus_limit": Sensor.PLUS_LIMIT,
     "minus_limit": Sensor.MINUS_LIMIT,
 }
+
+
+Activity = Literal["automatic", "homing", "jog", "editing"]
+RUNS: dict[Activity, MotionMode] = {
+    "automatic": MotionMode.MACRO,
+    "homing": MotionMode.HOMING,
+    "jog": MotionMode.JOG,
+}
+"""As ACD tells them: an assumption."""
 
 
 class MotorState(Strict):
@@ -48,6 +58,7 @@ class UnitState(Strict):
 class SystemState(Strict):
     """The system as it really is."""
 
+    time_s: float = Field(description="The clock that the truth tells the times by.")
     powered: bool
     mode: int
     host_unit: int
@@ -72,6 +83,12 @@ class DriverChange(Strict):
 
     error: int | None = Field(default=None, ge=0, le=0xFF)
     answers: bool | None = None
+
+
+class TerminalUse(Strict):
+    """What somebody does at the teaching terminal; null for nothing."""
+
+    activity: Activity | None
 
 
 class TerminalUnit(Strict):
@@ -99,6 +116,28 @@ class LineChange(Strict):
 
     reply_delay_s: float | None = Field(default=None, ge=0, le=60)
     terminator: Terminator | None = None
+
+
+class TornMessages(Strict):
+    """Messages to the host whose second half comes after the delay, behind their flag."""
+
+    next_messages: int = Field(default=0, ge=0, le=1_000_000, description="So many messages for certain.")
+    delay_s: float = Field(default=0.002, ge=0, le=60)
+
+
+class StrayMessage(Strict):
+    """A line to the host, without its CR."""
+
+    text: str = Field(min_length=1, max_length=254, pattern="^[ -~]+$")
+
+
+class DpramState(Strict):
+    """The dual-port RAM: a flag is 1 while its area holds a message that has not been taken."""
+
+    host_flag: int = Field(description="At offset 257: a command for Fics.")
+    fics_flag: int = Field(description="At offset 512: a message for the host.")
+    stalled: bool
+    torn: TornMessages
 
 
 UnitNumber = Annotated[int, Path(ge=1)]
@@ -137,14 +176,14 @@ class _Control:
             self.robot.advance(now)
             deed(now)
             self.line.look_after(now)
-            return self.state()
+            return self._state(now)
 
         return self.plant.touch(act)
 
-    def state(self) -> SystemState:
-        """Tell how the system is."""
+    def _state(self, now: float) -> SystemState:
         robot, job = self.robot, self.robot.job
         return SystemState(
+            time_s=now,
             powered=self.line.powered,
             mode=robot.mode,
             host_unit=robot.host_unit,
@@ -244,19 +283,23 @@ def _add_system(app: FastAPI, control: _Control) -> None:
         """Set the inputs of a channel."""
         if channel > len(robot.inputs):
             raise HTTPException(404, f"There are channels 1 to {len(robot.inputs)}, no channel {channel}.")
-        robot.inputs[channel - 1] = levels.bits
-        return control.change(lambda _now: None)
+
+        def act(_now: float) -> None:
+            robot.inputs[channel - 1] = levels.bits
+
+        return control.change(act)
 
 
 def _add_terminal(app: FastAPI, control: _Control) -> None:
     robot = control.robot
 
-    @app.put("/terminal/states/{state}")
-    async def hold_state(state: Block, hold: On) -> SystemState:
-        """Keep the system in one of the states (a) to (d), or leave it."""
+    @app.put("/terminal/activity")
+    async def use_terminal(use: TerminalUse) -> SystemState:
+        """Run something from the teaching terminal, which is state (a), or edit there, which is (b)."""
 
         def act(_now: float) -> None:
-            (robot.held.add if hold.on else robot.held.discard)(state)
+            robot.terminal = None if use.activity is None else RUNS.get(use.activity)
+            robot.editing = use.activity == "editing"
 
         return control.change(act)
 
@@ -328,7 +371,27 @@ def _add_line(app: FastAPI, control: _Control) -> None:
 
 
 def _add_dpram(app: FastAPI, port: DpramPort) -> None:
-    @app.put("/dpram/stalled", status_code=204)
-    async def stall(stalled: On) -> None:
+    @app.get("/dpram")
+    async def get_dpram() -> DpramState:
+        """Tell the flags of the dual-port RAM, and what is switched on there."""
+        host_flag, fics_flag = port.flags
+        torn = TornMessages(**asdict(port.tears))
+        return DpramState(host_flag=host_flag, fics_flag=fics_flag, stalled=port.stalled, torn=torn)
+
+    @app.put("/dpram/stalled")
+    async def stall(stalled: On) -> DpramState:
         """Let the Fics leave both flags of its dual-port RAM alone, or see to them again."""
         port.stalled = stalled.on
+        return await get_dpram()
+
+    @app.put("/dpram/torn")
+    async def tear(torn: TornMessages) -> DpramState:
+        """Let messages to the host be incomplete for a while after their flag is set."""
+        port.tears = Tears(**torn.model_dump())
+        return await get_dpram()
+
+    @app.post("/dpram/messages")
+    async def leave_message(message: StrayMessage) -> DpramState:
+        """Give a message that nobody has asked for, such as an answer to an earlier program."""
+        port.write(message.text.encode("ascii") + CR)
+        return await get_dpram()

@@ -1,6 +1,6 @@
 """What is moving in one unit: strokes along straight lines in motor or user coordinates, one or many."""
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 from typing import TYPE_CHECKING
@@ -11,6 +11,12 @@ from simulator.fics.motion import Glide, Ramps, glide
 
 if TYPE_CHECKING:
     from simulator.fics.units import Unit
+
+ROUNDING = 1e-9
+"""In the unit of an axis."""
+
+PATH_CHECKS = 64
+"""Places at which the way of a converted move is looked at before the motors go it."""
 
 
 class Overrun(Exception):
@@ -29,6 +35,12 @@ class Span:
     start: float
     target: float
 
+    @property
+    def way(self) -> float:
+        """How far it goes, without a sign; what is only rounding is no way."""
+        way = abs(self.target - self.start)
+        return way if way > ROUNDING else 0.0
+
     def place(self, share: float) -> float:
         """Where it is after a share of the way; exactly there at the end."""
         return self.target if share == 1.0 else self.start + (self.target - self.start) * share
@@ -41,8 +53,8 @@ class Stroke:
     spans: Mapping[int, Span]
     glide: Glide
     """From 0 to 1, the share of the way."""
-    searching: bool = False
-    """Homing legs may run onto the limit sensors."""
+    onto: Sensor | None = None
+    """The limit sensor it may run onto, as homing does."""
 
     def place(self, axis: int, now: float) -> float:
         """Where one of its axes is."""
@@ -60,13 +72,12 @@ Route = Generator[Stroke, float, None]
 
 
 def stroke(
-    spans: Mapping[int, Span], ramps: Mapping[int, Ramps], now: float, searching: bool = False
+    spans: Mapping[int, Span], ramps: Mapping[int, Ramps], now: float, onto: Sensor | None = None
 ) -> Stroke:
     """Plan a stroke in which no axis exceeds its ramps."""
-    ways = {axis: abs(span.target - span.start) for axis, span in spans.items()}
-    shares = [_in_shares(ramps[axis], way) for axis, way in ways.items() if way > 0]
+    shares = [_in_shares(ramps[axis], span.way) for axis, span in spans.items() if span.way]
     if not shares:
-        return Stroke(spans, glide(1.0, 1.0, Ramps(0.0, 1.0), now), searching)
+        return Stroke(spans, glide(1.0, 1.0, Ramps(0.0, 1.0), now), onto)
     slowest = Ramps(
         min(share.start_speed for share in shares),
         min(share.speed for share in shares),
@@ -74,7 +85,7 @@ def stroke(
         min(share.deceleration for share in shares),
         shares[0].s_curve,
     )
-    return Stroke(spans, glide(0.0, 1.0, slowest, now), searching)
+    return Stroke(spans, glide(0.0, 1.0, slowest, now), onto)
 
 
 def _in_shares(ramps: Ramps, way: float) -> Ramps:
@@ -110,8 +121,6 @@ class Course:
     def __init__(self, unit: "Unit", *, converted: bool = False) -> None:
         self.unit = unit
         self.converted = converted
-        self.braking = False
-        """Nothing follows the strokes under way."""
         self._user = list(unit.geometry.to_user(unit.at_rest())) if converted else []
         self._tracks: list[_Track] = []
 
@@ -129,7 +138,7 @@ class Course:
         first = next(route, None)
         if first is not None:
             self._tracks.append(_Track(route, first))
-            self.sense()
+            self._set_off(first)
 
     def moves(self, axis: int) -> bool:
         """Whether an axis, by its place in the unit, is on its way."""
@@ -155,19 +164,18 @@ class Course:
                 self._settle(track.stroke, now)
                 self._go_on(track, now)
 
-    def sense(self) -> None:
+    def sense(self, now: float) -> None:
         """Look where the limit sensors are: somebody may have moved them."""
         for track in self._tracks:
-            track.limit_at, track.limit = self._next_limit(track.stroke)
+            track.limit_at, track.limit = self._next_limit(track.stroke, now)
 
     def brake(self, now: float, axis: int | None = None) -> None:
         """Ramp down one axis, or all of them, and let nothing follow."""
-        self.braking = self.braking or axis is None
         for track in self._tracks:
             if axis is None or axis in track.stroke.spans:
                 track.route.close()
                 track.stroke = replace(track.stroke, glide=track.stroke.glide.braked(now))
-        self.sense()
+        self.sense(now)
 
     def halt(self, now: float) -> None:
         """Stop everything at this moment."""
@@ -182,7 +190,11 @@ class Course:
         except StopIteration:
             self._tracks.remove(track)
         else:
-            self.sense()
+            self._set_off(track.stroke)
+
+    def _set_off(self, stroke: Stroke) -> None:
+        self._log("axis_start", stroke, stroke.glide.starts_at)
+        self.sense(stroke.glide.starts_at)
 
     def _settle(self, stroke: Stroke, now: float) -> None:
         for axis in stroke.spans:
@@ -192,16 +204,65 @@ class Course:
                 self.unit.motors[axis].at = stroke.place(axis, now)
         if self.converted:
             self.unit.put(self.unit.geometry.to_motors(tuple(self._user)))
+        self._log("axis_stop", stroke, now)
 
-    def _next_limit(self, stroke: Stroke) -> tuple[float, Overrun | None]:
-        """When a stroke runs onto a limit sensor; converted ones keep within the soft limits."""
-        limit: tuple[float, Overrun | None] = (inf, None)
-        if self.converted or stroke.searching:
-            return limit
-        for axis, span in stroke.spans.items():
+    def _log(self, kind: str, stroke: Stroke, now: float) -> None:
+        """Tell the truth of each motor that a stroke moves."""
+        places = self.motor_places(now)
+        for axis in self._driven(stroke):
             motor = self.unit.motors[axis]
-            sensor = Sensor.PLUS_LIMIT if span.target > span.start else Sensor.MINUS_LIMIT
-            at = stroke.time_at(axis, motor.limit(sensor))
-            if span.target != span.start and at < limit[0]:
-                limit = (at, Overrun(motor, sensor))
-        return limit
+            self.unit.truth.log(kind, now, self.unit.number, axis=motor.name, place=places[axis])
+
+    def _driven(self, stroke: Stroke) -> list[int]:
+        """The motors of a stroke, by their places; a converted axis takes all those of the arms."""
+        moving = {axis for axis, span in stroke.spans.items() if span.way}
+        arms = set(range(self.unit.geometry.converted)) if self.converted else set()
+        return sorted(moving | arms if moving & arms else moving)
+
+    def _next_limit(self, stroke: Stroke, now: float) -> tuple[float, Overrun | None]:
+        """When a stroke runs onto a limit sensor it has no business on."""
+        found = self._converted_limits(stroke, now) if self.converted else self._limits(stroke)
+        return min(found, key=lambda limit: limit[0], default=(inf, None))
+
+    def _limits(self, stroke: Stroke) -> Iterator[tuple[float, Overrun]]:
+        for axis, span in stroke.spans.items():
+            motor, sensor = self.unit.motors[axis], _ahead(span.start, span.target)
+            if sensor not in (None, stroke.onto):
+                yield stroke.time_at(axis, motor.limit(sensor)), Overrun(motor, sensor)
+
+    def _converted_limits(self, stroke: Stroke, now: float) -> Iterator[tuple[float, Overrun]]:
+        """Look at many places of the way that is left: the motors do not go straight, and may turn."""
+        way = Span(stroke.glide.place(now), stroke.glide.target)
+        shares = [way.place(check / PATH_CHECKS) for check in range(PATH_CHECKS + 1)]
+        places = [self._motors_after(stroke, share) for share in shares]
+        for check in range(PATH_CHECKS):
+            for axis, motor in enumerate(self.unit.motors):
+                sensor = _ahead(places[check][axis], places[check + 1][axis])
+                if sensor is not None and motor.sees(sensor, places[check + 1][axis]):
+                    share = self._first_seen(stroke, axis, sensor, shares[check], shares[check + 1])
+                    yield stroke.glide.time_at(share), Overrun(motor, sensor)
+
+    def _first_seen(self, stroke: Stroke, axis: int, sensor: Sensor, early: float, late: float) -> float:
+        """The share of a converted way at which a motor comes onto a sensor that it sees at the later one."""
+        motor = self.unit.motors[axis]
+        while early < (middle := (early + late) / 2) < late:
+            if motor.sees(sensor, self._motors_after(stroke, middle)[axis]):
+                late = middle
+            else:
+                early = middle
+        return late
+
+    def _motors_after(self, stroke: Stroke, share: float) -> Places:
+        """Where the motors are after a share of a converted way."""
+        user = [
+            stroke.spans[axis].place(share) if axis in stroke.spans else at
+            for axis, at in enumerate(self._user)
+        ]
+        return self.unit.geometry.to_motors(tuple(user))
+
+
+def _ahead(start: float, end: float) -> Sensor | None:
+    """The limit sensor on the way; None if there is no way."""
+    if start == end:
+        return None
+    return Sensor.PLUS_LIMIT if end > start else Sensor.MINUS_LIMIT

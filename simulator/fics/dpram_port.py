@@ -5,6 +5,7 @@ import mmap
 import os
 import re
 from collections import deque
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from simulator.ports import MOST_UNREAD, Clockwork, Machine, Port
@@ -24,6 +25,14 @@ PAUSE_S = 0.002
 _MESSAGES = re.compile(rb"[^\r]*\r\n?|[^\r]+")
 
 
+@dataclass(frozen=True, slots=True)
+class Tears:
+    """Messages whose flag is set before they are whole: the second half follows after the delay."""
+
+    next_messages: int = 0
+    delay_s: float = 0.002
+
+
 class DpramPort(Port):
     """A dual-port RAM; programs come and go at its host side, it stays until `aclose`."""
 
@@ -31,10 +40,14 @@ class DpramPort(Port):
         super().__init__(f"dpram://{path}", clockwork)
         self.stalled = False
         """While set, Fics neither takes a message nor gives one, and the flags stay as they are."""
+        self.tears = Tears()
+        """How the next messages to the host are torn."""
         self._path = path
         self._inode = path.stat().st_ino
         self._ram = ram
         self._waiting: deque[bytes] = deque()
+        self._mending: asyncio.Handle | None = None
+        """The rest of a torn message is still to be written."""
         self._loop = asyncio.get_running_loop()
         self._busy_until = self._loop.time()
         clockwork.host = self
@@ -46,10 +59,17 @@ class DpramPort(Port):
             self._waiting.extend(_MESSAGES.findall(data))
         self._give()
 
+    @property
+    def flags(self) -> tuple[int, int]:
+        """The host's flag and that of Fics."""
+        return self._ram[HOST_FLAG], self._ram[FICS_FLAG]
+
     async def aclose(self) -> None:
         """Stop, and remove the file."""
         self._clockwork.stop()
         self._timer.cancel()
+        if self._mending is not None:
+            self._mending.cancel()
         self._ram.close()
         if self._path.exists() and self._path.stat().st_ino == self._inode:
             self._path.unlink()
@@ -65,11 +85,24 @@ class DpramPort(Port):
 
     def _give(self) -> None:
         """Write a message if the host has taken the one before: the data first, its flag last."""
-        if self._waiting and self._ram[FICS_FLAG] == FREE and not self.stalled:
-            room = TO_HOST.stop - TO_HOST.start
-            self._ram[TO_HOST] = self._waiting.popleft()[:room].ljust(room, b"\0")
+        if self._waiting and self._ram[FICS_FLAG] == FREE and not self.stalled and self._mending is None:
+            message = self._waiting.popleft()
+            if self.tears.next_messages:
+                self.tears = replace(self.tears, next_messages=self.tears.next_messages - 1)
+                self._fill(message[: len(message) // 2])
+                self._mending = self._loop.call_later(self.tears.delay_s, self._mend, message)
+            else:
+                self._fill(message)
             self._ram[FICS_FLAG] = FULL
             self._stay_awake()
+
+    def _mend(self, message: bytes) -> None:
+        self._fill(message)
+        self._mending = None
+
+    def _fill(self, message: bytes) -> None:
+        room = TO_HOST.stop - TO_HOST.start
+        self._ram[TO_HOST] = message[:room].ljust(room, b"\0")
 
     def _take(self) -> None:
         """Read a message, free the area, and let the machine hear it."""

@@ -49,6 +49,9 @@ ELBOW_AT_ZERO = pi / 2
 """Assumptions: no manual gives the arms. Motor A turns the arm; motor B turns the forearm, which stands at
 a right angle to the arm at zero degrees and never passes the stretched or the folded arm."""
 
+ROUNDING = 1e-9
+"""So much, of the lengths' squares, a place on the edge of what they reach may seem to be beyond it."""
+
 
 @dataclass(frozen=True, slots=True)
 class MiniScara:
@@ -67,8 +70,9 @@ class MiniScara:
         """Close the triangle of arm, forearm and the line to the tool."""
         x, y = user[:2]
         bend = (hypot(x, y) ** 2 - ARM_MM**2 - FOREARM_MM**2) / (2 * ARM_MM * FOREARM_MM)
-        if not -1 <= bend <= 1:
+        if abs(bend) > 1 + ROUNDING:
             raise OutOfReach(f"X {x:.2f}, Y {y:.2f} mm is out of reach")
+        bend = max(-1.0, min(bend, 1.0))
         elbow = atan2((1 - bend**2) ** 0.5, bend)
         arm = atan2(y, x) - atan2(FOREARM_MM * sin(elbow), ARM_MM + FOREARM_MM * cos(elbow))
         turn = (arm + pi) % (2 * pi) - pi

@@ -53,49 +53,59 @@ class Search:
     def route(self, now: float) -> Route:
         """From wherever the axis is to its offset from the origin, which becomes its coordinate 0.
 
+        A limit sensor that it does not look for ends it as any move.
+
         :raises NotFound: the sensor never answers.
         """
         motor = self._motor
         motor.homed = False
         manner = MANNERS[motor.homing_type]
         now = yield from self._come_from_plus(manner.sensor, now)
+        now = yield from self._find(manner.sensor, MINUS, motor.homing_speed, now)
         origin = self._edge(manner.sensor)
-        now = yield from self._pass(origin, MINUS, motor.homing_speed, now)
         onwards = PLUS if manner.turns_back else MINUS
         if manner.turns_back:
-            now = yield from self._pass(origin, PLUS, motor.z_speed, now)
+            now = yield from self._find(manner.sensor, PLUS, motor.z_speed, now)
         if manner.z:
             origin = motor.world.next_z(origin + motor.zero, onwards) - motor.zero
-            now = yield from self._pass(origin, onwards, motor.z_speed, now)
+            now = yield from self._pass(origin, onwards, motor.z_speed, now, manner.sensor)
         zero = origin + motor.homing_offset
-        yield self._leg(zero, motor.homing_speed, now)
-        motor.at, motor.zero, motor.homed = motor.at - zero, motor.zero + zero, True
+        yield self._leg(zero, motor.homing_speed, now, manner.sensor)
+        motor.at, motor.zero, motor.homed = 0.0, motor.zero + zero, True
 
     def _come_from_plus(self, sensor: Sensor, now: float) -> Steps:
         """Leave the sensor towards plus, or go round by the minus limit if the axis stands beyond it."""
         motor = self._motor
-        if sensor in motor.held:
-            yield self._leg(self._edge(Sensor.MINUS_LIMIT), motor.homing_speed, now)
-            raise NotFound(motor)
-        edge = self._edge(sensor)
-        if motor.at > edge:
+        if not motor.held.get(sensor, motor.at <= self._edge(sensor)):
             return now
         if not motor.sees(sensor, motor.at):
-            now = yield from self._pass(self._edge(Sensor.MINUS_LIMIT), MINUS, motor.homing_speed, now)
-        return (yield from self._pass(edge, PLUS, motor.homing_speed, now))
+            now = yield from self._find(Sensor.MINUS_LIMIT, MINUS, motor.homing_speed, now)
+        return (yield from self._find(sensor, PLUS, motor.homing_speed, now))
+
+    def _find(self, sensor: Sensor, direction: float, speed: float, now: float) -> Steps:
+        """Come by the edge of a sensor; one that is held has none, so the axis runs on to its limit."""
+        motor = self._motor
+        if sensor not in motor.held:
+            now = yield from self._pass(self._edge(sensor), direction, speed, now, sensor)
+        if sensor in motor.held:
+            world = motor.world
+            end = (world.plus_limit if direction > 0 else world.minus_limit) - motor.zero
+            yield self._leg(end, speed, now, Sensor.MINUS_LIMIT)
+            raise NotFound(motor)
+        return now
 
     def _edge(self, sensor: Sensor) -> float:
         """The coordinate at which the sensor comes on for an axis on its way towards minus."""
         world = self._motor.world
         return (world.minus_limit if sensor is Sensor.MINUS_LIMIT else world.dog[1]) - self._motor.zero
 
-    def _pass(self, place: float, direction: float, speed: float, now: float) -> Steps:
+    def _pass(self, place: float, direction: float, speed: float, now: float, onto: Sensor) -> Steps:
         """Come by a place at a speed and brake behind it."""
         ramps = self._motor.search_ramps(speed)
         low = min(ramps.start_speed, ramps.speed)
         overshoot = (ramps.speed**2 - low**2) / (2 * ramps.deceleration)
-        return (yield self._leg(place + direction * overshoot, speed, now))
+        return (yield self._leg(place + direction * overshoot, speed, now, onto))
 
-    def _leg(self, target: float, speed: float, now: float) -> Stroke:
-        span = Span(self._motor.at, target)
-        return stroke({self._axis: span}, {self._axis: self._motor.search_ramps(speed)}, now, searching=True)
+    def _leg(self, target: float, speed: float, now: float, onto: Sensor) -> Stroke:
+        ramps = self._motor.search_ramps(speed)
+        return stroke({self._axis: Span(self._motor.at, target)}, {self._axis: ramps}, now, onto)

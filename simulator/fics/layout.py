@@ -9,6 +9,7 @@ from simulator.fics.axes import DEGREE, MILLIMETRE, PULSE, Axis, Measure, Motor,
 from simulator.fics.geometry import Cartesian, MiniScara
 from simulator.fics.macros import MACROS, Macro
 from simulator.fics.units import Unit
+from simulator.rorze.truth import TruthLog
 
 MEASURES: Mapping[str, Measure] = {
     "X": MILLIMETRE,
@@ -68,22 +69,22 @@ class Layout:
                 f"{self.axes!r} is no set of axes; take each of {''.join(MEASURES)} at most once"
             )
 
-    def build_units(self) -> dict[int, Unit]:
+    def build_units(self, truth: TruthLog | None = None) -> dict[int, Unit]:
         """Make the units: unit 1 a miniSCARA if its first axes are X and Y, the others Cartesian."""
         scara = self.axes.startswith("".join(ARMS))
         return {
-            number: _scara(number, self.axes) if scara and number == 1 else _cartesian(number, self.axes)
+            number: (_scara if scara and number == 1 else _cartesian)(number, self.axes, truth)
             for number in range(1, self.units + 1)
         }
 
 
-def _cartesian(number: int, axes: str) -> Unit:
-    return Unit(number, Cartesian(), [_motor(name, MEASURES[name]) for name in axes])
+def _cartesian(number: int, axes: str, truth: TruthLog | None) -> Unit:
+    return Unit(number, Cartesian(), [_motor(name, MEASURES[name]) for name in axes], truth=truth)
 
 
-def _scara(number: int, axes: str) -> Unit:
+def _scara(number: int, axes: str, truth: TruthLog | None) -> Unit:
     motors = [_motor(ARMS[name], DEGREE) if name in ARMS else _motor(name, MEASURES[name]) for name in axes]
-    return Unit(number, MiniScara(), motors, [_user_axis(name) for name in ARMS])
+    return Unit(number, MiniScara(), motors, [_user_axis(name) for name in ARMS], truth)
 
 
 def _user_axis(name: str) -> Axis:

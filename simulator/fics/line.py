@@ -118,7 +118,7 @@ class FicsLine:
         for message in messages:
             frame = message.text.encode("ascii") + TERMINATORS[self.settings.terminator]
             leave = partial(self._wire.send, frame, message.request)
-            self._wire.plan(message.at + self.settings.reply_delay_s, max(message.at, self._now), leave)
+            self._wire.plan(message.at + self.settings.reply_delay_s, self._now, leave)
 
 
 def build_line(

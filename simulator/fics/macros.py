@@ -7,10 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
+from protocols.fics.axis_settings import AxisSetting
+from protocols.fics.commands import read
+from protocols.fics.inputs_outputs import SwitchOutput
+from protocols.fics.jog import StepAxis
 from protocols.fics.macros import MOST_ARGUMENTS, RESERVED
+from protocols.fics.moves import AxesMove, MoveToPosition
+from protocols.fics.row import NAME_LENGTH
+from protocols.fics.variables import SetVariable
+from protocols.table import WireFault
 
 PAUSE = "WAIT"
 """The one step that is not a command: seconds in which nothing happens."""
+
+STEPS = (AxesMove, MoveToPosition, StepAxis, SwitchOutput, SetVariable, AxisSetting)
+"""The commands a macro can be made of."""
 
 _NAME, _PAUSE = re.compile("[A-Z0-9]{3}"), re.compile(rf"{PAUSE} (\d{{1,4}}(?:\.\d{{1,3}})?)")
 
@@ -40,6 +51,11 @@ def pause_of(step: str) -> float | None:
     return float(match[1]) if match else None
 
 
+def taken_apart(step: str) -> tuple[str, str]:
+    """The name and the arguments of a step that is a command."""
+    return step[:NAME_LENGTH], step[NAME_LENGTH:].replace(" ", "")
+
+
 def filled_in(step: str, values: Mapping[int, float | None]) -> str:
     """A step with its arguments, those left out empty; two minus signs cancel out."""
 
@@ -55,14 +71,17 @@ def filled_in(step: str, values: Mapping[int, float | None]) -> str:
 def read_macros(path: Path) -> dict[str, Macro]:
     """Read `[macros.NAME]` tables with `program` and `steps`.
 
-    :raises OSError: the file cannot be read.
-    :raises ValueError: it says something else; the sentence tells where.
+    :raises ValueError: the file cannot be read, or says something else; the sentence tells where.
     """
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))["macros"]
-        return {name: _macro(name, table) for name, table in tables.items()}
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError, AttributeError) as error:
-        raise ValueError(f"{path} has no [macros.NAME] tables: {error}") from None
+        tables = tomllib.loads(path.read_text(encoding="utf-8")).get("macros")
+    except OSError as error:
+        raise ValueError(f"{path} cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path} is no TOML file: {error}") from None
+    if not isinstance(tables, dict) or not tables:
+        raise ValueError(f"{path} has no table [macros.NAME] for any macro")
+    return {name: _macro(name, table) for name, table in tables.items()}
 
 
 def _macro(name: str, table: object) -> Macro:
@@ -70,7 +89,30 @@ def _macro(name: str, table: object) -> Macro:
         raise ValueError(f"macro {name!r}: the name must be three capitals or digits, and no command's")
     match table:
         case {"program": int(program), "steps": list(steps), **rest} if (
-            not rest and 1 <= program <= 999 and steps and all(isinstance(step, str) for step in steps)
+            not rest
+            and program is not True
+            and 1 <= program <= 999
+            and steps
+            and all(isinstance(step, str) for step in steps)
         ):
+            for number, step in enumerate(steps, start=1):
+                _require_step(f"macro {name}, step {number}, {step!r}", step)
             return Macro(program, tuple(steps))
     raise ValueError(f"macro {name}: give program = 1-999 and steps, a list of texts, and nothing else")
+
+
+def _require_step(where: str, step: str) -> None:
+    """Check that a step can be done, if all its arguments are 1.
+
+    :raises ValueError: it cannot.
+    """
+    if pause_of(step) is not None:
+        return
+    text = filled_in(step, dict.fromkeys(range(1, MOST_ARGUMENTS + 1), 1.0))
+    try:
+        command = read(*taken_apart(text))
+    except WireFault as fault:
+        raise ValueError(f"{where}: {fault}") from None
+    possible = isinstance(command, STEPS)
+    if not possible:
+        raise ValueError(f"{where}: a macro can only move, wait, and set outputs, variables and axes")

@@ -59,6 +59,11 @@ class Glide:
     phases: tuple[_Phase, ...]
 
     @property
+    def starts_at(self) -> float:
+        """The moment it was planned from."""
+        return self.phases[0].start_s
+
+    @property
     def ends_at(self) -> float:
         """The moment it stands still."""
         return self.phases[-1].end_s
@@ -82,7 +87,7 @@ class Glide:
         """The first moment at which it has come as far as a place ahead; infinite if it never does."""
         if (place - self.target) * self.direction > 0:
             return inf
-        early, late = self.phases[0].start_s, self.ends_at
+        early, late = self.starts_at, self.ends_at
         while early < (middle := (early + late) / 2) < late:
             if (self.place(middle) - place) * self.direction >= 0:
                 late = middle
@@ -117,6 +122,6 @@ def glide(origin: float, target: float, ramps: Ramps, now: float) -> Glide:
     up_s, down_s = (peak - low) / ramps.acceleration, (peak - low) / ramps.deceleration
     steady = max(distance - (low + peak) / 2 * (up_s + down_s), 0.0)
     up = _Phase(now, up_s, 0.0, low, peak - low, ramps.s_curve)
-    cruise = _Phase(up.end_s, steady / peak, up.end_way, peak, 0.0, s_curve=False)
+    cruise = _Phase(up.end_s, steady / peak if steady else 0.0, up.end_way, peak, 0.0, s_curve=False)
     down = _Phase(cruise.end_s, down_s, cruise.end_way, peak, low - peak, ramps.s_curve)
     return Glide(origin, target, ramps, (up, cruise, down))

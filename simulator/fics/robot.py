@@ -11,6 +11,7 @@ from protocols.fics.link import LONGEST_LINE
 from protocols.fics.row import Block, FicsCommand
 from protocols.fics.status import MotionMode
 from protocols.fics.stops import StopAllDecelerating
+from protocols.fics.variables import LAST_VARIABLE
 from protocols.table import Reply
 from simulator.fics.actions import (
     LATER,
@@ -26,7 +27,15 @@ from simulator.fics.actions import (
     plan_of,
     understand,
 )
-from simulator.fics.alarms import NO_ERROR, OVERRUN, Alarm, driver_error, emergency, timed_out
+from simulator.fics.alarms import (
+    NO_ERROR,
+    OVERRUN,
+    Alarm,
+    connection_lost,
+    driver_error,
+    emergency,
+    timed_out,
+)
 from simulator.fics.course import Course, Overrun
 from simulator.fics.homing import NotFound
 from simulator.fics.layout import Layout
@@ -40,8 +49,6 @@ SYSTEM = 0
 
 HOMING_PROGRAM = 999
 """The program that homes the mechanism (C-HOST manual 2-4)."""
-
-VARIABLES = 100
 
 
 class Message(NamedTuple):
@@ -94,16 +101,20 @@ class Robot:
     def __init__(self, layout: Layout, truth: TruthLog) -> None:
         self.layout = layout
         self.truth = truth
-        self.units: dict[int, Unit] = layout.build_units()
+        self.units: dict[int, Unit] = layout.build_units(truth)
         self.inputs = [0] * layout.channels
         self.outputs = [0] * layout.channels
-        self.variables = [0.0] * VARIABLES
-        self.held: set[Block] = set()
-        """States somebody at the teaching terminal, or the control interface, keeps the system in."""
+        self.variables = [0.0] * (LAST_VARIABLE + 1)
+        self.terminal: MotionMode | None = None
+        """What is run from the teaching terminal; automatic operation runs a program, as a macro does."""
+        self.editing = False
+        """Data or parameters are being edited at the teaching terminal."""
         self.stop_input = False
         """The stop input of the system is active."""
         self._now = -inf
         self._messages: list[Message] = []
+        self._job_unit: int | None = None
+        """Of the job that is just going on: a macro keeps to its unit when the host selects another."""
         self.boot()
 
     # Power
@@ -127,23 +138,18 @@ class Robot:
         self.advance(now)
         if self.job is not None:
             self._halt(self.job, now)
-            self._free(self.job)
-            self._log("motion_stop", self.job, now, why="power")
+            self._end(self.job, "power", now)
         for unit in self.units.values():
-            for motor in unit.motors:
-                motor.lose_power()
-            for axis in unit.users:
-                axis.percent = 100.0
+            unit.lose_power()
         self.outputs = [0] * self.layout.channels
         self._messages.clear()
-        self.job = None
 
     # What the host says
 
     @property
     def unit(self) -> Unit:
-        """The unit the host has selected."""
-        return self.units[self.host_unit]
+        """The unit that commands are for: the host's, or within a macro the one it was begun in."""
+        return self.units[self._job_unit or self.host_unit]
 
     def execute(self, name: str, arguments: str, now: float) -> list[str]:
         """Do a command; what is answered at once."""
@@ -198,7 +204,11 @@ class Robot:
 
     def blocks(self) -> frozenset[Block]:
         """The states (a) to (d) the system is in."""
-        found = set(self.held)
+        found: set[Block] = set()
+        if self.terminal is not None:
+            found.add(Block.TERMINAL_RUNS)
+        if self.editing:
+            found.add(Block.TERMINAL_EDITS)
         if self.job is not None:
             found.add(Block.MOTION)
             if self.job.mode is not MotionMode.MACRO and self.job.unit in (None, self.host_unit):
@@ -206,8 +216,8 @@ class Robot:
         return frozenset(found)
 
     def jogging(self) -> bool:
-        """Whether axes are jogging, of their own accord and not as somebody holds it."""
-        return self.job is not None and self.job.mode is MotionMode.JOG and Block.MOTION not in self.held
+        """Whether axes are jogging, and no stop has ended that."""
+        return self.job is not None and self.job.mode is MotionMode.JOG and self.braking is None
 
     def _answers(self, command: FicsCommand[Any], outcome: Outcome) -> list[str]:
         name = command.wire_name()
@@ -258,7 +268,7 @@ class Robot:
         """Look at the sensors again: somebody has changed them."""
         self.advance(now)
         for course in self.job.courses if self.job is not None else ():
-            course.sense()
+            course.sense(now)
         self.advance(now)
 
     def _step(self, job: Job, now: float) -> None:
@@ -287,6 +297,7 @@ class Robot:
     def _go_on(self, job: Job, resume: Callable[[], Wait], now: float) -> None:
         """Let the task say what it waits for next, or that it is done."""
         self._free(job)
+        self._job_unit = job.unit
         try:
             job.wait = resume()
         except StopIteration:
@@ -296,17 +307,23 @@ class Robot:
         else:
             for course in job.courses:
                 course.unit.course = course
+        finally:
+            self._job_unit = None
 
     def _finish(self, job: Job, why: str, now: float, alarm: Alarm | None = None) -> None:
         """Report the end; a stop is answered before what it has stopped."""
-        self.job = None
-        self._free(job)
-        self._log("motion_stop", job, now, why=why)
+        self._end(job, why, now)
         if self.braking is not None:
             self._say(StopAllDecelerating.code, self.braking.request, now)
             self.braking = None
         if not job.answered:
             self._say(job.name if alarm is None else f"{job.name} {alarm.code:03d}", job.request, now)
+
+    def _end(self, job: Job, why: str, now: float) -> None:
+        self.job = None
+        self._free(job)
+        job.task.close()
+        self._log("motion_stop", job, now, why=why)
 
     def _free(self, job: Job) -> None:
         for course in job.courses:
@@ -315,7 +332,6 @@ class Robot:
     def _halt(self, job: Job, now: float) -> None:
         for course in job.courses:
             course.halt(now)
-        job.task.close()
 
     def _say(self, text: str, request: int | None, now: float) -> None:
         if self.mode == VER_3:
@@ -342,9 +358,18 @@ class Robot:
         for unit in self.units.values():
             for motor in unit.motors:
                 motor.driver_error = 0
-        self.alarm, self.latest = None, NO_ERROR
+        self.alarm = self._lasting_alarm()
+        self.latest = NO_ERROR if self.alarm is None else self.alarm.detail
+
+    def _lasting_alarm(self) -> Alarm | None:
+        """What is still wrong after a reset."""
         if self.stop_input:
-            self.alarm, self.latest = emergency(), emergency().detail
+            return emergency()
+        for unit in self.units.values():
+            for motor in unit.motors:
+                if motor.silent:
+                    return connection_lost(self.error_unit(unit), motor.name)
+        return None
 
     def error_unit(self, unit: Unit) -> int:
         """A unit's number in ERD: none in a system of a single unit (C-HOST manual 2-13)."""
@@ -354,8 +379,8 @@ class Robot:
 
     def hides_positions(self) -> bool:
         """Whether no position is told: several units, and one of the things that may move any of them."""
-        programs = self.job is not None and self.job.mode in (MotionMode.HOMING, MotionMode.MACRO)
-        return len(self.units) > 1 and (programs or Block.TERMINAL_RUNS in self.held)
+        modes = {self.terminal, None if self.job is None else self.job.mode}
+        return len(self.units) > 1 and not modes.isdisjoint((MotionMode.HOMING, MotionMode.MACRO))
 
     def servos_on(self) -> bool:
         """Whether drivers may move: not in the state EMERGENCY."""
@@ -367,4 +392,4 @@ class Robot:
             return MotionMode.STOPPED
         if self.job is not None and self.job.unit in (None, unit.number):
             return self.job.mode
-        return MotionMode.STANDING
+        return self.terminal or MotionMode.STANDING

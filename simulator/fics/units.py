@@ -3,14 +3,12 @@
 from collections.abc import Mapping, Sequence
 
 from simulator.fics.axes import Axis, Motor
-from simulator.fics.course import Course, Span
+from simulator.fics.course import PATH_CHECKS, Course, Span
 from simulator.fics.geometry import Geometry, OutOfReach, Places
+from simulator.rorze.truth import TruthLog
 
 Position = tuple[float | None, ...]
 """Values for the first axes of a unit; None leaves an axis where it is."""
-
-PATH_CHECKS = 64
-"""Places at which the way of a converted move is checked before it begins."""
 
 
 class BeyondLimits(Exception):
@@ -21,9 +19,15 @@ class Unit:
     """Axes that move together. Settings and positions outlast the power, an assumption."""
 
     def __init__(
-        self, number: int, geometry: Geometry, motors: Sequence[Motor], converted: Sequence[Axis] = ()
+        self,
+        number: int,
+        geometry: Geometry,
+        motors: Sequence[Motor],
+        converted: Sequence[Axis] = (),
+        truth: TruthLog | None = None,
     ) -> None:
         self.number = number
+        self.truth = truth or TruthLog()
         self.geometry = geometry
         self.motors = tuple(motors)
         self.users: tuple[Axis, ...] = (*converted, *motors[geometry.converted :])
@@ -31,6 +35,13 @@ class Unit:
         self.positions: dict[int, Position] = {}
         self.s_curve = False
         self.course: Course | None = None
+
+    def lose_power(self) -> None:
+        """Forget where the motors stand, and go at full speed again (C-HOST manual 2-15, 4-5)."""
+        for motor in self.motors:
+            motor.lose_power()
+        for axis in (*self.users, *self.motors):
+            axis.percent = 100.0
 
     def at_rest(self) -> Places:
         """The coordinates of the motors, as they last stood."""

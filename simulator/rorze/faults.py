@@ -121,7 +121,7 @@ class Faults:
             flipped = frame[place] ^ (1 << self._dice.randrange(8))
             frame = frame[:place] + bytes([flipped]) + frame[place + 1 :]
         if Fault.MERGED in hits:
-            frame = frame.removesuffix(b"\r")
+            frame = frame.rstrip(b"\r\n")
         if Fault.NOISE in hits:
             frame = self._dice.randbytes(self._dice.randint(1, MOST_NOISE)) + frame
         return frame

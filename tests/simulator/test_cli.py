@@ -16,20 +16,23 @@ import httpx
 import pytest
 import typer.testing
 
-from simulator.cli import app, read_bodies, read_endpoint, read_place, start_demo_line
+from simulator.cli import app, read_bodies, read_endpoint, read_place, start_demo_line, start_demo_robot
+from tests.simulator.fics.test_dpram_port import Host
 
 RUN = "from simulator.cli import app; app()"
 
 
 @asynccontextmanager
-async def running(*options: str, end_by: signal.Signals = signal.SIGTERM) -> AsyncIterator[list[str]]:
+async def running(
+    machine: str, *options: str, end_by: signal.Signals = signal.SIGTERM
+) -> AsyncIterator[list[str]]:
     """The program in a process of its own; gives what it says at first, and ends it."""
     process = await asyncio.create_subprocess_exec(
-        sys.executable, "-c", RUN, "rc400", *options, stdout=asyncio.subprocess.PIPE
+        sys.executable, "-c", RUN, machine, *options, stdout=asyncio.subprocess.PIPE
     )
     assert process.stdout is not None
     said = [(await asyncio.wait_for(process.stdout.readline(), 20)).decode()]
-    while "bodies" not in said[-1]:
+    while "control interface" in said[-1]:
         said.append((await asyncio.wait_for(process.stdout.readline(), 20)).decode())
     try:
         yield said
@@ -45,7 +48,7 @@ async def running(*options: str, end_by: signal.Signals = signal.SIGTERM) -> Asy
 async def test_a_line_over_tcp_with_control_and_truth(tmp_path: Path) -> None:
     truth = tmp_path / "truth.jsonl"
     options = ["--bodies", "00,3f", "--listen", "tcp://127.0.0.1:0", "--control", "127.0.0.1:0"]
-    async with running(*options, "--truth", str(truth)) as said:
+    async with running("rc400", *options, "--truth", str(truth)) as said:
         control, line = said
         (address,) = re.findall(r"http://\S+", control)
         (port,) = re.findall(r"tcp://127.0.0.1:(\d+)", line)
@@ -70,7 +73,7 @@ async def test_a_line_over_tcp_with_control_and_truth(tmp_path: Path) -> None:
 async def test_a_paced_line_at_a_terminal_ends_on_ctrl_c(tmp_path: Path) -> None:
     link = tmp_path / "line"
     options = ["--bodies", "3F", "--pty", str(link), "--baud", "115200"]
-    async with running(*options, end_by=signal.SIGINT):
+    async with running("rc400", *options, end_by=signal.SIGINT):
         device = os.open(link, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(device)
         os.write(device, b"&3F6PD\r")
@@ -91,6 +94,118 @@ async def test_the_demo_runs_in_a_programs_own_event_loop(tmp_path: Path) -> Non
     assert await asyncio.to_thread(os.read, device, 100) == b">&3F9MDH00\r"
     os.close(device)
     await demo.aclose()
+
+
+@pytest.mark.anyio
+async def test_the_demos_robot_has_two_units(tmp_path: Path) -> None:
+    demo = start_demo_robot(tmp_path / "demo")
+    host = Host(tmp_path / "demo")
+    await host.sends(b"UNT 2\r")
+    await host.sends(b"UNT\r")
+    assert (await host.hears()).rstrip(b"\0") == b"UNT 2,2\r"
+    host.file.close()
+    await demo.aclose()
+
+
+MACROS = """
+[macros.UPD]
+program = 7
+steps = ["LMI ,,$1", "IOT 1-0:+"]
+"""
+
+
+@pytest.mark.anyio
+async def test_a_robot_over_tcp_with_macros_control_and_truth(tmp_path: Path) -> None:
+    truth, macros = tmp_path / "truth.jsonl", tmp_path / "macros.toml"
+    macros.write_text(MACROS)
+    options = ["--units", "2", "--macros", str(macros), "--truth", str(truth), "--terminator", "crlf"]
+    ports = ["--listen", "tcp://127.0.0.1:0", "--control", "127.0.0.1:0"]
+    async with running("fics", *options, *ports) as said:
+        assert "Fics with 2 units of axes XYZ at tcp://" in said[1]
+        (address,) = re.findall(r"http://\S+", said[0])
+        (port,) = re.findall(r"tcp://127.0.0.1:(\d+)", said[1])
+        reader, writer = await asyncio.open_connection("127.0.0.1", int(port))
+        async with httpx.AsyncClient(base_url=address) as http:
+            writer.write(b"MOD 3\rUPD 0.5\r")
+            assert await reader.readuntil(b"UPD\r\n") == b"MOD\r\nUPD\r\n"
+            await http.put("/terminal/activity", json={"activity": "editing"})
+            writer.write(b"UPD 0.5\r")
+            assert await reader.readuntil(b"\r\n") == b"UPD E03\r\n"
+            assert (await http.get("/system")).json()["outputs"] == [1, 0, 0, 0]
+            await http.put("/system/power", json={"on": False})
+        writer.close()
+    facts = [json.loads(fact) for fact in truth.read_text().splitlines()]
+    kinds = [fact["kind"] for fact in facts if fact["request"] == 2]
+    assert kinds == ["request", "motion_start", "axis_start", "command", "reply"]
+    (stop,) = (fact for fact in facts if fact["kind"] == "axis_stop")
+    assert (stop["body"], stop["axis"], stop["place"]) == ("01", "Z", 0.5)
+
+
+@pytest.mark.anyio
+async def test_a_paced_robot_at_a_terminal(tmp_path: Path) -> None:
+    link = tmp_path / "robot"
+    async with running("fics", "--axes", "Z@W", "--pty", str(link), "--baud", "56000") as said:
+        assert said == [f"Fics with 1 unit of axes Z@W at {link}\n"]
+        device = os.open(link, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(device)
+        os.write(device, b"ASD\r")
+        reply = b""
+        while not reply.endswith(b"\r"):
+            reply += await asyncio.to_thread(os.read, device, 100)
+        os.close(device)
+        assert reply == b"ASD 0,0,0\r"
+    assert not link.is_symlink()
+
+
+@pytest.mark.anyio
+async def test_a_robot_behind_a_dual_port_ram(tmp_path: Path) -> None:
+    path = tmp_path / "ram"
+    async with running("fics", "--dpram", str(path), "--control", "127.0.0.1:0") as said:
+        (address,) = re.findall(r"http://\S+", said[0])
+        ram = Host(path)
+        async with httpx.AsyncClient(base_url=address) as http:
+            await http.put("/dpram/stalled", json={"on": True})
+            await ram.sends(b"MOD\r")
+            assert (await http.get("/dpram")).json()["host_flag"] == 1
+            await http.put("/dpram/stalled", json={"on": False})
+            assert (await ram.hears()).rstrip(b"\0") == b"MOD 2\r"
+        ram.file.close()
+    assert not path.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ([], "give one of --pty PATH, --listen tcp://HOST:PORT and --dpram FILE"),
+        (["--pty", "x", "--dpram", "y"], "give one of --pty PATH"),
+        (["--listen", "h:1"], "--listen tcp://HOST:PORT"),
+        (["--pty", "x", "--units", "0"], "there can be 1 to 9 units, not 0"),
+        (["--pty", "x", "--units", "two"], "'two' is not a valid int"),
+        (["--pty", "x", "--axes", "XQ"], "'XQ' is no set of axes; take each of XYZ@W at most once"),
+        (["--pty", "x", "--macros", "none.toml"], "none.toml cannot be read: No such file"),
+        (["--pty", "x", "--terminator", "lf"], "'lf' is not one of 'cr', 'crlf'"),
+        (
+            ["--dpram", "x", "--baud", "9600"],
+            "--baud is the speed of a serial line; leave it out with --dpram",
+        ),
+        (["--pty", "x", "--baud", "10"], "300"),
+        (["--pty", "x", "--control", "8421"], "'8421' is not HOST:PORT"),
+        (["--pty", "x", "--bodies", "00"], "No such option"),
+    ],
+)
+def test_wrong_options_of_a_robot_are_told_in_a_sentence(options: list[str], complaint: str) -> None:
+    result = typer.testing.CliRunner().invoke(app, ["fics", *options])
+    assert result.exit_code == 2
+    assert complaint in re.sub(r"[\s│]+", " ", result.output)
+
+
+@pytest.mark.parametrize("option", ["--dpram", "--truth"])
+def test_a_file_that_cannot_be_made_is_told_in_a_sentence(option: str, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    place = [] if option == "--dpram" else ["--listen", "tcp://127.0.0.1:0"]
+    result = typer.testing.CliRunner().invoke(app, ["fics", option, str(tmp_path / "file" / "x"), *place])
+    assert result.exit_code == 1
+    assert result.output.startswith("The simulated line did not start: ")
 
 
 @pytest.mark.parametrize(

@@ -2,21 +2,12 @@
 
 from collections.abc import Mapping
 
-from protocols.fics.axis_settings import AxisSetting
-from protocols.fics.inputs_outputs import SwitchOutput
-from protocols.fics.jog import StepAxis
 from protocols.fics.macros import RunMacro
-from protocols.fics.moves import AxesMove, MoveToPosition
-from protocols.fics.row import NAME_LENGTH
 from protocols.fics.status import MotionMode
-from protocols.fics.variables import SetVariable
 from simulator.fics.actions import Alarmed, Code, Refused, Task, action_of, plan_of, plans, understand
 from simulator.fics.alarms import MESSAGE, system_error
-from simulator.fics.macros import Macro, filled_in, pause_of
+from simulator.fics.macros import STEPS, Macro, filled_in, pause_of, taken_apart
 from simulator.fics.robot import Robot
-
-STEPS = (AxesMove, MoveToPosition, StepAxis, SwitchOutput, SetVariable, AxisSetting)
-"""The commands a macro can be made of."""
 
 
 @plans(MotionMode.MACRO, RunMacro)
@@ -46,7 +37,7 @@ def _task(robot: Robot, step: str, now: float) -> Task | None:
 
     :raises Refused: as if the host had sent it, or E10 for what no macro can do.
     """
-    command = understand(step[:NAME_LENGTH], step[NAME_LENGTH:].replace(" ", ""))
+    command = understand(*taken_apart(step))
     if not isinstance(command, STEPS):
         raise Refused(Code.IMPOSSIBLE)
     action = action_of(command)

@@ -6,7 +6,7 @@ from pathlib import Path
 import anyio.lowlevel
 import pytest
 
-from simulator.fics.dpram_port import SIZE, DpramPort, serve_dpram
+from simulator.fics.dpram_port import SIZE, DpramPort, Tears, serve_dpram
 from simulator.ports import MOST_UNREAD
 from tests.simulator.test_ports import Parrot
 
@@ -129,3 +129,29 @@ async def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(FileExistsError, match="no dual-port RAM"):
         serve_dpram(Parrot(), tmp_path / "ram")
     assert (tmp_path / "ram").read_text() == "precious"
+
+
+async def test_a_torn_message_is_whole_after_its_delay(tmp_path: Path) -> None:
+    port = serve_dpram(Parrot(), tmp_path / "ram")
+    host = Host(tmp_path / "ram")
+    port.tears = Tears(next_messages=1, delay_s=0.005)
+    port.write(b"APS 1.5,-2\r")
+    port.write(b"ACD\r")
+    assert (host.peek(512), host.peek(513, 255)) == (b"\1", b"APS 1".ljust(255, b"\0"))
+    async with asyncio.timeout(5):
+        while port.flags == (0, 1) and b"\r" not in host.peek(513, 255):
+            await anyio.lowlevel.checkpoint()
+    assert (await host.hears()).rstrip(b"\0") == b"APS 1.5,-2\r"
+    assert (await host.hears()).rstrip(b"\0") == b"ACD\r"
+    assert port.tears.next_messages == 0
+    host.file.close()
+    await port.aclose()
+
+
+async def test_the_end_comes_while_a_message_is_torn(tmp_path: Path) -> None:
+    port = serve_dpram(Parrot(), tmp_path / "ram")
+    port.tears = Tears(next_messages=1, delay_s=0.0)
+    port.write(b"ACD\r")
+    assert port.flags == (0, 1)
+    await port.aclose()
+    await asyncio.sleep(0)

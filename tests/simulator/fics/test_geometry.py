@@ -1,5 +1,7 @@
 """From motors to the tool and back."""
 
+from math import cos, hypot, pi, sin
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -29,3 +31,29 @@ def test_the_arms_are_only_so_long(place: tuple[float, float]) -> None:
 
 def test_a_cartesian_unit_converts_nothing() -> None:
     assert Cartesian().to_user((1.0, 2.0)) == Cartesian().to_motors((1.0, 2.0)) == (1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    "place", [(300.0, 0.0), (180.0, 240.0), (-300 * 0.5**0.5, 300 * 0.5**0.5), (0.0, 0.0)]
+)
+def test_the_edges_of_what_the_arms_reach_are_reached(place: tuple[float, float]) -> None:
+    assert MiniScara().to_user(MiniScara().to_motors(place)) == pytest.approx(place, abs=1e-4)
+
+
+@given(st.floats(-1e9, 1e9), st.floats(-1e9, 1e9), st.lists(st.floats(-1e9, 1e9), max_size=3))
+def test_any_place_is_converted_or_out_of_reach(x: float, y: float, others: list[float]) -> None:
+    try:
+        motors = MiniScara().to_motors((x, y, *others))
+    except OutOfReach:
+        assert hypot(x, y) > 300 - 1e-4
+    else:
+        assert hypot(x, y) < 300 + 1e-4
+        assert MiniScara().to_user(motors) == pytest.approx((x, y, *others), abs=1e-4)
+        assert -180 <= motors[0] <= 180
+        assert -90 <= motors[1] <= 90
+
+
+@given(st.floats(0, 300), st.floats(-pi, pi))
+def test_every_place_within_the_arms_length_has_its_motors(radius: float, angle: float) -> None:
+    place = radius * cos(angle), radius * sin(angle)
+    assert MiniScara().to_user(MiniScara().to_motors(place)) == pytest.approx(place, abs=1e-4)
