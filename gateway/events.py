@@ -30,7 +30,11 @@ GAP = "stream.gap"
 
 _SOURCE = "/motion-gateway"
 _CURSOR = re.compile("([0-9a-f]{8})-([0-9]{12})")
-_BODY = re.compile("(?:[a-z][a-z0-9-]*[.])?[0-9A-F]{2}")
+_BODY = re.compile("(?:(?P<line>[a-z][a-z0-9-]*)[.])?(?P<number>[0-9][0-9a-f])", re.ASCII | re.IGNORECASE)
+"""Numbers of bodies and groups all begin with a digit, ids of robots with a letter."""
+_ROBOT = re.compile("[a-z][a-z0-9-]*(?:/units/[0-9]+)?", re.ASCII | re.IGNORECASE)
+_ADDRESSED = frozenset({"bodies", "groups", "robots"})
+"""What has an address that a filter can name."""
 _TYPE = re.compile(r"[a-z0-9_]+(?:\.[a-z0-9_]+)*(?P<any>\.\*)?")
 
 
@@ -44,7 +48,8 @@ class CloudEvent(BaseModel):
     source: str = _SOURCE
     type: str
     subject: str
-    """`/lines/LINE`, `/bodies/LINE.3F`, `/groups/LINE.80`, or `/events` for the stream itself."""
+    """`/lines/LINE`, `/bodies/LINE.3F`, `/groups/LINE.80`, `/robots/ROBOT`, `/robots/ROBOT/units/1`, or
+    `/events` for the stream itself."""
     time: AwareDatetime
     datacontenttype: Literal["application/json"] = "application/json"
     sequence: str = Field(pattern="^[0-9]{12}$")
@@ -110,11 +115,11 @@ class Filter:
 
     @classmethod
     def of(cls, bodies: Iterable[str] | None = None, types: Iterable[str] | None = None) -> Self:
-        """Read addresses like `3F` or `line.3F`, and types like `line.down` or `body.move.*`.
+        """Read addresses like `3F`, `line.3F` or `r1/units/1`, and types like `line.down` or `body.move.*`.
 
         :raises InvalidRequest: one of them is neither.
         """
-        addresses = frozenset(_canonical_address(body) for body in bodies or ())
+        addresses = frozenset(canonical_address(body) for body in bodies or ())
         exact: set[str] = set()
         prefixes: list[str] = []
         for text in types or ():
@@ -137,8 +142,12 @@ class Filter:
             return False
         if not self.bodies:
             return True
-        address = event.subject.rpartition("/")[2]
-        return address in self.bodies or address.rpartition(".")[2] in self.bodies
+        kind, _, address = event.subject.removeprefix("/").partition("/")
+        if kind not in _ADDRESSED:
+            return False
+        # With its line, without it, and the robot that a unit belongs to.
+        names = (address, address.rpartition(".")[2], address.partition("/")[0])
+        return not self.bodies.isdisjoint(names)
 
 
 class Subscription(AsyncIterator[Event]):
@@ -354,9 +363,16 @@ def _cursor(epoch: str, number: int) -> str:
     return f"{epoch}-{number:012d}"
 
 
-def _canonical_address(text: str) -> str:
-    line, dot, body = text.rpartition(".")
-    address = f"{line.lower()}{dot}{body.upper()}"
-    if _BODY.fullmatch(address) is None:
-        raise InvalidRequest(f"{text!r} is no body's address.", "Give addresses such as 3F or line.3F.")
-    return address
+def canonical_address(text: str) -> str:
+    """Write an address as events do: bodies' numbers in upper case, the rest in lower case.
+
+    :raises InvalidRequest: it is neither a body's nor a robot's.
+    """
+    if match := _BODY.fullmatch(text):
+        line = f"{match['line'].lower()}." if match["line"] else ""
+        return line + match["number"].upper()
+    if _ROBOT.fullmatch(text):
+        return text.lower()
+    raise InvalidRequest(
+        f"{text!r} is no address of a body or robot.", "Give addresses such as 3F, line.3F, r1 or r1/units/1."
+    )

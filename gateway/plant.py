@@ -2,7 +2,7 @@
 
 import asyncio
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from gateway import config as settings
@@ -22,7 +22,9 @@ from gateway.events import EventHub
 from gateway.exchange import Exchange
 from gateway.fics.line import FicsLine
 from gateway.fics.moves import RobotMoves
-from gateway.fics.robot import Robot, RobotUnit
+from gateway.fics.robot import Robot
+from gateway.fics.units import RobotUnit
+from gateway.fics.watch import watch
 from gateway.line import Line
 from gateway.moves import Move, Moves
 from gateway.scans import Scans
@@ -74,10 +76,10 @@ class Plant:
 
     async def start(self) -> None:
         """Open the lines; ports that are missing are tried again and again."""
-        for line in (*self.lines.values(), *(robot.line for robot in self.robots())):
-            line.start()
+        for port in self.ports().values():
+            port.start()
         self._polls = [
-            *(asyncio.create_task(robot.watch(), name=f"watch {robot.id}") for robot in self.robots()),
+            *(asyncio.create_task(watch(robot), name=f"watch {robot.id}") for robot in self.robots()),
             *(asyncio.create_task(self._watch(body), name=f"watch {body.address}") for body in self.bodies()),
             *(
                 asyncio.create_task(self._watch_groups(line), name=f"watch the groups of {line.id}")
@@ -124,7 +126,7 @@ class Plant:
         )
         robot = Robot(it.id, it.name or "", built, self._publish_robot, poll_interval_s=line.poll_interval_s)
         robot.units += [
-            RobotUnit(robot, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.system)
+            RobotUnit(robot, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.systems)
             for unit in it.units
         ]
         self._robots[robot.id] = robot
@@ -162,14 +164,34 @@ class Plant:
 
     # finding
 
-    def line(self, line_id: str) -> Line:
-        """Find a line.
+    def ports(self) -> dict[str, Line | FicsLine]:
+        """The lines of both protocols, by their ids in the order of the configuration."""
+        ports = {robot.line.id: robot.line for robot in self.robots()} | self.lines
+        return {line.id: ports[line.id] for line in self.config.lines}
+
+    def port(self, line_id: str) -> Line | FicsLine:
+        """Find a line of either protocol.
 
         :raises NotFound: there is none of this id.
         """
-        if line_id not in self.lines:
-            raise NotFound(f"There is no line {line_id}; there are {', '.join(self.lines) or 'none'}.")
-        return self.lines[line_id]
+        ports = self.ports()
+        if line_id not in ports:
+            raise NotFound(f"There is no line {line_id}; there are {', '.join(ports)}.")
+        return ports[line_id]
+
+    def line(self, line_id: str) -> Line:
+        """Find a line with bodies.
+
+        :raises NotFound: there is none of this id.
+        :raises InvalidRequest: it leads to a robot.
+        """
+        port = self.port(line_id)
+        if not isinstance(port, Line):
+            raise InvalidRequest(
+                f"Line {line_id} leads to a robot and has no bodies; nothing was sent.",
+                "GET /robots lists the robots, with their lines.",
+            )
+        return port
 
     def bodies(self) -> list[Body]:
         """All bodies, in the order of the configuration."""
@@ -202,7 +224,7 @@ class Plant:
         :raises NotFound: no line has it.
         :raises Ambiguous: several lines have it.
         """
-        return _find(self._bodies, address, "body")
+        return _find(self._bodies, self.lines, address, "body")
 
     def group(self, address: str) -> Group:
         """Find a group by `80`, if only one line has it, or by `LINE.80`.
@@ -210,7 +232,7 @@ class Plant:
         :raises NotFound: no line has it.
         :raises Ambiguous: several lines have it.
         """
-        return _find(self._groups, address, "group")
+        return _find(self._groups, self.lines, address, "group")
 
     async def define_group(self, address: str, members: list[str], name: str = "") -> Group:
         """Define a virtual body at the link master (XVS), in the order of the members.
@@ -365,14 +387,11 @@ def _group_number(address: str, line: Line) -> int:
 T = TypeVar("T", Body, Group)
 
 
-def _find(things: dict[str, T], address: str, what: str) -> T:
+def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -> T:
     line_id, _, short = address.rpartition(".")
     short = short.upper()
-    if line_id:
-        found = [thing for key, thing in things.items() if key == f"{line_id.lower()}.{short}"]
-    else:
-        ending = f".{short}"
-        found = [thing for key, thing in things.items() if key.endswith(ending)]
+    wanted = [line_id.lower()] if line_id else lines
+    found = [things[key] for line in wanted if (key := f"{line}.{short}") in things]
     if not found:
         raise NotFound(f"There is no {what} {address} in the configuration; nothing was sent.")
     if len(found) > 1:

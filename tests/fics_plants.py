@@ -8,7 +8,7 @@ from random import Random
 
 from gateway.config import parse
 from gateway.events import Event
-from gateway.fics.moves import RobotMove
+from gateway.fics.move_record import RobotMove
 from gateway.fics.robot import Robot
 from gateway.plant import Plant
 from protocols.fics.row import FicsCommand
@@ -36,8 +36,19 @@ class Cable(SimulatedCable):
         super().__init__(machine, baud)
         self.lost_command = self.lost_answer = ""
         """What begins so is lost on its way, every time."""
+        self._awaited: tuple[str, asyncio.Future[None]] | None = None
         self.stuck = False
         """The far end takes nothing more, as a full dual-port RAM."""
+
+    async def written_from(self, beginning: str) -> None:
+        """Wait until a frame is written that begins so."""
+        self._awaited = beginning, asyncio.get_running_loop().create_future()
+        await self._awaited[1]
+
+    def write(self, data: bytes) -> None:
+        super().write(data)
+        if self._awaited and data.startswith(self._awaited[0].encode()) and not self._awaited[1].done():
+            self._awaited[1].set_result(None)
 
     def _arrive(self, data: bytes) -> None:
         if not self.lost_command or not data.startswith(self.lost_command.encode()):
@@ -84,6 +95,10 @@ class FicsRig:
         change(self.fics, now)
         self.machine.look_after(now)
         self.cable.turn()
+
+    def edit(self, on: bool) -> None:
+        """Let somebody edit at the teaching terminal, state (b), or leave it."""
+        self.touch(lambda fics, _: setattr(fics, "editing", on))
 
     def power_cycle(self) -> None:
         """Switch the robot off and on."""

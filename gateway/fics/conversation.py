@@ -14,13 +14,13 @@ from collections.abc import Callable
 from itertools import cycle
 from typing import Any
 
-from gateway.errors import Cancelled, GarbledReply, NoReply, StoppedFirst
+from gateway.errors import Cancelled, GarbledReply, GatewayError, NoReply, StoppedFirst
 from gateway.exchange import Lane
 from gateway.fics.errors import RobotOffline
 from gateway.fics.exchange import Answered, Exchange
 from protocols.fics import row
 from protocols.fics.alarms import TakeCurrentError
-from protocols.fics.link import Frame, Garbage, Terminator, encode
+from protocols.fics.link import Frame, Garbage, Refusal, Terminator, encode
 from protocols.fics.positions import BeginPositionUpload, EndPositionUpload
 from protocols.fics.row import FicsCommand
 from protocols.fics.stops import StopAllDecelerating
@@ -61,10 +61,19 @@ class Conversation:
         self.uploading = False
         """Between POF 1 and POF 2 a robot takes positions only, and no stop (C-HOST manual 1-7)."""
         self.stop_epoch = 0
+        self.unheard = 0
+        """How often something was said that may have been refused without a word."""
         self.counters: Counter[str] = Counter()
         self.on_silence: Callable[[], None] = lambda: None
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
         self._variables = cycle(dice.sample(range(VARIABLES), VARIABLES))
+        self._refused = ""
+        """The name of the last command that was refused, until a fence has passed."""
+        self._asked: set[str] = set()
+        """The questions asked since the last fence or deed."""
+        self._outdated: set[str] = set()
+        """The questions asked before the last deed and after the last fence."""
+        self._asked_for: deque[int] = deque(maxlen=VARIABLES // 2)
         self._stops: deque[Exchange] = deque()
         self._urgent: deque[Exchange] = deque()
         self._queue: deque[Exchange] = deque()
@@ -74,6 +83,12 @@ class Conversation:
         self._suspect: Exchange | None = None
         self._fence: Exchange | None = None
         self._fence_tries = 0
+        self._closed_at_try: int | None = None
+        """The try of the fence before which the end of an open upload was sent."""
+        self._uploads = 0
+        self._written = 0
+        self._last_unrepeatable = ""
+        """The name of the last answered command that is not a mere read, until a fence has passed."""
 
     # what goes next
 
@@ -106,9 +121,11 @@ class Conversation:
     def begin_stop(self) -> None:
         """Begin a new stop epoch: no command admitted earlier can be written any more."""
         self.stop_epoch += 1
+        self._withdraw_commands(StoppedFirst())
+
+    def _withdraw_commands(self, reason: GatewayError) -> None:
         for exchange in [it for it in self._queue if it.lane is Lane.COMMAND]:
-            self._queue.remove(exchange)
-            exchange.settle(StoppedFirst())
+            self.withdraw(exchange, reason)
 
     def has_something(self) -> bool:
         """Whether anything could go; asked first, because it costs less than asking the port."""
@@ -126,7 +143,40 @@ class Conversation:
             return self._recovery()
         if self._urgent:
             return self._urgent.popleft()
-        return self._queue.popleft() if ready and self._queue else None
+        return self._interposed() if ready and self._queue else None
+
+    def _interposed(self) -> Exchange:
+        """Between two commands of one name goes a fence: no copy of the first answer counts for the second.
+
+        Between equal reads only where something was done in between, and never in an upload, which takes
+        positions only.
+        """
+        if self.uploading or not self._may_get_a_copy(self._queue[0].command):
+            return self._queue.popleft()
+        self._lose_step()
+        self._closed_at_try = self._fence_tries  # nothing is in doubt, an upload neither
+        return self._recovery()
+
+    def _may_get_a_copy(self, command: FicsCommand[Any]) -> bool:
+        if command.wire_name() == self._refused:
+            return True
+        if command.may_repeat():
+            return command.text() in self._outdated
+        return command.wire_name() == self._last_unrepeatable
+
+    def withdraw(self, exchange: Exchange, reason: GatewayError) -> None:
+        """Take back an exchange that is not written yet; one that is stays as it is."""
+        if exchange in self._queue:
+            self._queue.remove(exchange)
+            exchange.settle(reason)
+
+    def waiting(self, lane: Lane) -> int:
+        """How many exchanges of a lane wait to be written."""
+        return sum(it.lane is lane for it in (*self._stops, *self._urgent, *self._queue))
+
+    def doubt_upload(self) -> None:
+        """A stop was refused as it is in an upload: the end of one goes before the next stop, to be sure."""
+        self.uploading = self.uploading or self._uploads > 0
 
     def _closing(self) -> bool:
         """Whether the end of an upload is on its way."""
@@ -134,23 +184,45 @@ class Conversation:
 
     def _recovery(self) -> Exchange:
         """What brings the line into step again: an open upload must be ended before anything is answered."""
-        if self.uploading:
+        # In Ver.2 nobody tells whether the end of an upload was heard.
+        may_be_open = self.uploading or (self.mode == SILENT_MODE and self._uploads > 0)
+        if may_be_open and self._closed_at_try != self._fence_tries:
+            self._closed_at_try = self._fence_tries
             return self.exchange(EndPositionUpload(), Lane.STOP)
         # A variable cannot be asked for while the teaching terminal runs the robot; the version always can.
         last = self._fence_tries == FENCE_TRIES - 1
-        query = GetSystemVersion() if last else GetVariable(number=next(self._variables))
+        query = GetSystemVersion() if last else GetVariable(number=self._fresh_variable())
         self._fence = self.exchange(query, Lane.READ)
         self._fence.timeout_s = max(self.reply_timeout_s, self.late_reply_s / FENCE_TRIES)
         self.counters["fences"] += 1
         return self._fence
 
+    def _fresh_variable(self) -> int:
+        """A variable that nobody has asked for lately: an answer with its number is the fence's own."""
+        return next(number for number in self._variables if number not in self._asked_for)
+
     def written(self, exchange: Exchange, now: float, deadline: float) -> None:
         """Note that the frame has been handed to the port, and until when its answer is waited for."""
         self.counters["frames_sent"] += 1
+        self._written += 1
+        exchange.number = self._written
         command = exchange.command
         if isinstance(command, BeginPositionUpload):
             self.uploading = True
-        if self._is_silent(command):
+            self._uploads += 1
+        if isinstance(command, GetVariable) and exchange is not self._fence:
+            self._asked_for.append(command.number)
+        silent = self._is_silent(command)
+        if command.may_repeat():
+            self._asked.add(command.text())
+        else:
+            self._outdated |= self._asked
+            self._asked.clear()
+            self._last_unrepeatable = self._last_unrepeatable if silent else command.wire_name()
+        if silent:
+            self.unheard += 1
+        exchange.unheard = self.unheard
+        if silent:
             if isinstance(command, EndPositionUpload):
                 self.uploading = False
             exchange.settle(Answered(confirmed=False))
@@ -185,6 +257,14 @@ class Conversation:
                 return None
             if outcome is not None:
                 self.counters["replies"] += 1
+                if isinstance(outcome, Refusal):
+                    self._refused = outcome.name
+                if isinstance(exchange.command, BeginPositionUpload) and isinstance(outcome, Refusal):
+                    self.uploading = False
+                if exchange is self._fence and isinstance(outcome, Refusal):
+                    self._let_go(exchange)
+                    self._fence_failed()  # a refusal has no number of its own, so it proves nothing
+                    return None
                 self._answered(exchange)
                 return lambda: exchange.settle(outcome)
         if not self._is_late(frame):
@@ -193,11 +273,13 @@ class Conversation:
         return None
 
     def _under_way(self) -> list[Exchange]:
+        """What awaits its answer, in the order in which it was written: a robot answers equal names so."""
         waiting = [self._awaiting, *self._stopping, self._motion]
-        return [it for it in waiting if it is not None]
+        return sorted((it for it in waiting if it is not None), key=lambda it: it.number)
 
     def _noise(self, what: str) -> None:
         """Something came that nobody can have wanted: whatever is awaited may have been it."""
+        self.unheard += 1
         exchange = self._awaiting
         if exchange is not None and exchange is not self._fence:
             self._doubt(exchange, GarbledReply(_sent(exchange, f"{what} came back"), _remedy(exchange)))
@@ -220,6 +302,9 @@ class Conversation:
         self.online = True
         if exchange is self._fence:
             self._fence = None
+            self._last_unrepeatable = self._refused = ""
+            self._outdated.clear()
+            self._asked.clear()
             self._regain_step()
 
     def _let_go(self, exchange: Exchange) -> None:
@@ -258,8 +343,7 @@ class Conversation:
     def _doubt(self, exchange: Exchange, reason: NoReply) -> None:
         """An exchange has no usable answer: fence the line before its outcome is told."""
         self._let_go(exchange)
-        if isinstance(exchange.command, EndPositionUpload):
-            self.uploading = False
+        self.unheard += 1
         if exchange is self._fence:
             self._fence_failed()
         elif exchange.lane is Lane.STOP:
@@ -272,6 +356,7 @@ class Conversation:
     def _lose_step(self) -> None:
         self.in_step = False
         self._fence_tries = 0
+        self._closed_at_try = None
 
     def _fence_failed(self) -> None:
         self._fence = None
@@ -308,18 +393,20 @@ class Conversation:
 
     # the end
 
-    def lose_motion(self, reason: NoReply) -> None:
-        """The robot has forgotten what it was doing."""
+    def lose_motion(self, reason: NoReply, unsent: Cancelled) -> None:
+        """The robot has forgotten what it was doing; what was to follow is not written."""
         motion, self._motion = self._motion, None
+        self.uploading = False
         if motion is not None:
             motion.settle(reason)
+        self._withdraw_commands(unsent)
 
     def break_off(self, lost: NoReply, unsent: Cancelled) -> None:
         """The port has gone: what was written may have been executed, what waited was not."""
         written = [*self._under_way(), *([self._suspect] if self._suspect else [])]
         waiting = [*self._stops, *self._urgent, *self._queue]
         self._awaiting = self._motion = self._suspect = self._fence = None
-        self._stopping, self.in_step = [], True
+        self._stopping, self.in_step, self.uploading = [], True, False  # the next opening ends an upload
         self._stops, self._urgent, self._queue = deque(), deque(), deque()
         for exchange in written:
             exchange.settle(exchange.late_answer or lost)

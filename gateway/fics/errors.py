@@ -62,6 +62,28 @@ class PowerCycled(NotSent):
     retryable = False
 
 
+class SpeedsNotRestored(NotSent):
+    """After a loss of power the robot has not taken its speeds back: it would move at full speed."""
+
+    kind = "speeds-not-restored"
+    title = "The speeds are not restored"
+
+
+class PositionUnknown(NotSent):
+    """The robot does not tell where an axis stands, and the move needs to know it."""
+
+    kind = "position-unknown"
+    title = "The position is not known"
+    retryable = False
+
+
+class NotHomed(PositionUnknown):
+    """An axis has not been homed since power-on, and the move needs its position (C-HOST manual 2-9)."""
+
+    kind = "not-homed"
+    title = "The robot is not homed"
+
+
 class UnitNotSelected(NotSent):
     """It could not be made sure which unit a command would act on."""
 

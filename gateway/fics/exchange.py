@@ -33,12 +33,18 @@ class Exchange:
     lane: Lane
     epoch: int = 0
     """The robot's stop epoch at admission: a later stop forbids the write."""
+    expires_at: float | None = None
+    """Not written by then, it is not written at all."""
     timeout_s: float = 0.5
     """From the frame's last bit to the reply's deadline; motion has none."""
     repeats: int = 0
     """How often it may still be repeated by itself after a passed fence."""
     on_written: Callable[[float], None] | None = None
     future: "asyncio.Future[Outcome] | None" = None
+    number: int = 0
+    """The place of its frame among all that were written."""
+    unheard: int = 0
+    """What `FicsLine.unheard` was when it had been written."""
     deadline: float | None = None
     doubt: NoReply | None = None
     """Why there is no usable reply, until a fence has shown whether one still comes."""

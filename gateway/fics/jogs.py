@@ -94,7 +94,7 @@ class Jogs:
         if self._robot.mode == SILENT and not accepted.outcome.done():
             return
         try:
-            self._robot.answered(command, await accepted.outcome)
+            self._robot.dialogue.answered(command, await accepted.outcome)
         except GatewayError as error:
             self._end(session, "ended")
             if error.moved != "no":

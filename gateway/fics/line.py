@@ -4,10 +4,11 @@ import asyncio
 import random
 from typing import Any
 
-from gateway.errors import Cancelled, InvalidRequest, NoReply
+from gateway.errors import Cancelled, Expired, GatewayError, InvalidRequest, NoReply
 from gateway.exchange import Lane
 from gateway.fics.conversation import Conversation, offline_error
 from gateway.fics.exchange import Answered, Exchange, Outcome
+from gateway.fics.floor import Floor
 from gateway.port import PortLoop
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Refusal, Terminator, Ver2Reader, Ver3Reader
@@ -58,6 +59,8 @@ class FicsLine(PortLoop):
         self.mode = mode
         """The mode the robot is to be in: 3, or 2, in which most commands are silent."""
         self.reply_timeout_s, self.late_reply_s = reply_timeout_s, late_reply_s
+        self.floor = Floor()
+        """Held from the selection of a unit to the last command that depends on it."""
         self._talk.on_silence = self._robot_is_silent
         self._reader: Ver2Reader | Ver3Reader = Ver3Reader()
         self._known = False
@@ -83,6 +86,15 @@ class FicsLine(PortLoop):
     def stop_epoch(self) -> int:
         """How many stops there have been."""
         return self._talk.stop_epoch
+
+    @property
+    def unheard(self) -> int:
+        """How often something was said that may have been refused without a word."""
+        return self._talk.unheard
+
+    def waiting(self) -> dict[str, int]:
+        """How many wait in each lane: for the robot to be free, or for the line."""
+        return {lane.name.lower(): self.floor.waiting(lane) + self._talk.waiting(lane) for lane in Lane}
 
     def frame_of(self, command: FicsCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its terminator escaped."""
@@ -156,11 +168,18 @@ class FicsLine(PortLoop):
             return SILENT if version.c_host is None else 3
         return None
 
+    def power_was_lost(self, reason: str) -> None:
+        """The robot was found in the mode of power-on: nothing is said to it until it is set up again."""
+        self._ready = self._known = False
+        self._lost_power(certain=True)
+        self.set_up_again(reason)
+
     def _lost_power(self, *, certain: bool) -> None:
         """The robot is in the mode of power-on; where that is its own mode, having been away must do."""
         self._was_away = False
         self._talk.lose_motion(
-            NoReply("The robot has lost its power in the middle of the motion.", "Home it again.")
+            NoReply("The robot has lost its power in the middle of the motion.", "Home it again."),
+            Cancelled("The robot has lost its power; nothing was sent.", "Home it again."),
         )
         self.on_change("robot.power_cycled", {"certain": certain})
 
@@ -194,8 +213,15 @@ class FicsLine(PortLoop):
             raise offline_error(self._talk.robot_id)
         future = exchange.future = self._loop.create_future()
         self._talk.submit(exchange)
+        if exchange.expires_at is not None:
+            late = Expired("The line was not free in time; nothing was sent.", "Try again.")
+            self._loop.call_at(exchange.expires_at, self.withdraw, exchange, late)
         self._pump()
         return future
+
+    def withdraw(self, exchange: Exchange, reason: GatewayError) -> None:
+        """Take back an exchange that is not written yet; one that is stays as it is."""
+        self._talk.withdraw(exchange, reason)
 
     def exchange(self, command: FicsCommand[Any], lane: Lane) -> Exchange:
         """Build an exchange of this line, admitted now."""
@@ -204,6 +230,10 @@ class FicsLine(PortLoop):
     def begin_stop(self) -> None:
         """Forbid everything that was admitted before now and is not written yet."""
         self._talk.begin_stop()
+
+    def doubt_upload(self) -> None:
+        """A stop was refused as it is in an upload: the end of one goes before the next stop, to be sure."""
+        self._talk.doubt_upload()
 
     def give_up(self, motion: Exchange) -> None:
         """A motion is seen to have ended without its answer."""

@@ -2,6 +2,7 @@
 
 import asyncio
 from contextlib import suppress
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
@@ -10,10 +11,12 @@ from gateway.errors import GatewayError
 from gateway.exchange import Lane
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.line import SILENT
+from gateway.fics.units import RobotUnit, at_rest
 from gateway.records import Record
 from gateway.stops import CONFIRM_WITHIN_S, GIVE_UP_AFTER_S, RECORD_WITHIN_S, REPEAT_S, UNCONFIRMED, StopMode
+from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
-from protocols.fics.row import FicsCommand
+from protocols.fics.row import UPLOAD_ERROR, FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 
 if TYPE_CHECKING:
@@ -31,6 +34,35 @@ class RobotStopReport(Record):
         "requested", description="Only confirmed means that the robot itself reports standstill of all axes."
     )
     detail: str | None = Field(None, description="Why it is not confirmed.")
+    units_unknown: list[int] = Field(
+        default_factory=list, description="Units of which the robot has not told whether they stand still."
+    )
+
+
+@dataclass(eq=False)
+class _Stop:
+    """A stop that is under way, and everything that keeps it from being confirmed."""
+
+    mode: StopMode
+    report: RobotStopReport
+    refusal: str | None = None
+    """The error the robot refused it with, last."""
+    units: dict[int, str] = field(default_factory=dict)
+    """Units that were not seen to stand still, and why."""
+    trouble: str | None = None
+    """Why it was not sent."""
+    overdue: bool = False
+
+    def tell(self) -> None:
+        """Write all reasons into the report."""
+        reasons = [self.trouble] if self.trouble else []
+        if self.refusal is not None:
+            reasons.append(f"The robot refused the stop with {self.refusal}.")
+        reasons += self.units.values()
+        if self.overdue or self.refusal is not None:
+            reasons.append(UNCONFIRMED)
+        self.report.detail = " ".join(reasons) or None
+        self.report.units_unknown = sorted(self.units)
 
 
 class RobotStops:
@@ -38,107 +70,140 @@ class RobotStops:
 
     def __init__(self, robot: "Robot") -> None:
         self._robot = robot
-        self._running: dict[StopMode, tuple[RobotStopReport, asyncio.Task[None]]] = {}
+        self._running: dict[StopMode, tuple[_Stop, asyncio.Task[None]]] = {}
+        self._ending: set[asyncio.Task[None]] = set()
+        """Stops that are confirmed, whose moves have not all been recorded."""
 
     def stop(self, mode: StopMode) -> "asyncio.Task[RobotStopReport]":
-        """Stop all axes; the stop is queued before this returns, and nothing older is sent after it.
+        """Stop all axes; a stop is queued before this returns, and nothing older is sent after it.
 
         The result comes when all stand still, or after two seconds with what is known then.
         """
         self._robot.line.begin_stop()
         self._robot.jogs.robot_stops()
-        if mode not in self._running:
-            self._robot.stopping = True
-            report = RobotStopReport(robot_id=self._robot.id)
-            self._submit(mode, report)
-            task = asyncio.create_task(self._see_through(mode, report), name=f"stop {self._robot.id}")
-            self._running[mode] = report, task
-            task.add_done_callback(lambda _: self._over(mode))
-            self._robot.publish("robot.stop.requested", report.model_dump())
-        return asyncio.create_task(self._report(*self._running[mode]), name="stop report")
+        if mode in self._running:
+            self._submit(self._running[mode][0])
+        else:
+            self._begin(mode)
+        stop, task = self._running[mode]
+        return asyncio.create_task(self._report(stop.report, task), name="stop report")
 
     async def close(self) -> None:
         """Give up repeating."""
-        tasks = [task for _, task in self._running.values()]
+        tasks = [*(task for _, task in self._running.values()), *self._ending]
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _over(self, mode: StopMode) -> None:
-        self._running.pop(mode, None)
-        self._robot.stopping = bool(self._running)
+    def _begin(self, mode: StopMode) -> None:
+        self._robot.stopping = True
+        stop = _Stop(mode, RobotStopReport(robot_id=self._robot.id))
+        self._submit(stop)
+        task = asyncio.create_task(self._see_through(stop), name=f"stop {self._robot.id}")
+        self._running[mode] = stop, task
+        task.add_done_callback(self._over)
+        self._robot.publish("robot.stop.requested", stop.report.model_dump())
+
+    def _over(self, ended: "asyncio.Task[None]") -> None:
+        self._ending.discard(ended)
+        self._running = {mode: it for mode, it in self._running.items() if it[1] is not ended}
+        self._robot.stopping = bool(self._running or self._ending)
 
     @staticmethod
     async def _report(report: RobotStopReport, task: "asyncio.Task[None]") -> RobotStopReport:
         await asyncio.wait({task}, timeout=CONFIRM_WITHIN_S)
         return report
 
-    async def _see_through(self, mode: StopMode, report: RobotStopReport) -> None:
+    async def _see_through(self, stop: _Stop) -> None:
         """Repeat the stop until every axis of every unit stands still."""
         loop = asyncio.get_running_loop()
-        warning = loop.call_later(CONFIRM_WITHIN_S, self._warn, report)
+        warning = loop.call_later(CONFIRM_WITHIN_S, self._warn, stop)
         patient_until = loop.time() + CONFIRM_WITHIN_S
         try:
             async with asyncio.timeout(GIVE_UP_AFTER_S):
-                while not await self._stands_still(report):
-                    await self._hear_why_not(report)
+                while not await self._stands_still(stop):
+                    await self._hear_why_not(stop)
                     await asyncio.sleep(REPEAT_S)
-                    decelerates = mode == "decelerate" and report.state == "acknowledged"
+                    decelerates = stop.mode == "decelerate" and stop.report.state == "acknowledged"
                     if not (decelerates and loop.time() < patient_until):
-                        self._submit(mode, report)
+                        self._submit(stop)
         except TimeoutError:
+            self._robot.publish("robot.stop.given_up", stop.report.model_dump())
             return
         finally:
             warning.cancel()
+        await self._confirmed(stop)
+
+    async def _confirmed(self, stop: _Stop) -> None:
+        """From now on another stop is one of its own; no move may begin before this one is recorded."""
+        _, task = self._running.pop(stop.mode)
+        self._ending.add(task)
         self._robot.moves_by_itself = False
-        report.state, report.detail = "confirmed", None
-        self._robot.publish("robot.stop.confirmed", report.model_dump())
+        stop.report.state, stop.report.detail, stop.report.units_unknown = "confirmed", None, []
+        self._robot.publish("robot.stop.confirmed", stop.report.model_dump())
         await self._robot.look_for_errors()
-        await self._moves_recorded()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(RECORD_WITHIN_S):
+                await self._robot.idle.wait()
 
-    def _warn(self, report: RobotStopReport) -> None:
-        report.detail = UNCONFIRMED
-        self._robot.publish("robot.stop.unconfirmed", report.model_dump())
+    def _warn(self, stop: _Stop) -> None:
+        stop.overdue = True
+        stop.tell()
+        self._robot.publish("robot.stop.unconfirmed", stop.report.model_dump())
 
-    def _submit(self, mode: StopMode, report: RobotStopReport) -> None:
+    # sending
+
+    def _submit(self, stop: _Stop) -> None:
         """Send a stop, and note what becomes of it whenever that is known."""
+        report = stop.report
 
         def written(_: float) -> None:
+            stop.trouble = None
             if report.state in ("requested", "not_sent"):
                 report.state = "sent"
 
         line = self._robot.line
-        command: FicsCommand[Any] = StopAllImmediately() if mode == "immediate" else StopAllDecelerating()
+        command: FicsCommand[Any] = (
+            StopAllImmediately() if stop.mode == "immediate" else StopAllDecelerating()
+        )
         exchange = line.exchange(command, Lane.STOP)
         exchange.on_written = written
         try:
             future = line.submit(exchange)
         except GatewayError as error:
-            if report.state == "requested":
-                report.state, report.detail = "not_sent", error.detail
+            self._not_sent(stop, error)
             return
-        future.add_done_callback(lambda outcome: self._note(outcome.result(), report))
+        future.add_done_callback(lambda outcome: self._note(stop, outcome.result()))
 
-    def _note(self, outcome: Outcome, report: RobotStopReport) -> None:
-        if report.state == "confirmed":
+    @staticmethod
+    def _not_sent(stop: _Stop, error: GatewayError) -> None:
+        if stop.report.state == "requested":
+            stop.report.state, stop.trouble = "not_sent", error.detail
+            stop.tell()
+
+    def _note(self, stop: _Stop, outcome: Outcome) -> None:
+        if stop.report.state == "confirmed":
             return
         if isinstance(outcome, Answered):
-            report.state = "acknowledged" if outcome.confirmed else "sent"
+            stop.report.state = "acknowledged" if outcome.confirmed else "sent"
+            stop.refusal = None if outcome.confirmed else stop.refusal
         elif isinstance(outcome, Refusal | Failure):
-            self._refused(outcome.error, report)
-        elif report.state == "requested":
-            report.state, report.detail = "not_sent", outcome.detail
+            self._refused(stop, outcome.error)
+        else:
+            self._not_sent(stop, outcome)
 
-    def _refused(self, error: str, report: RobotStopReport) -> None:
+    def _refused(self, stop: _Stop, error: str) -> None:
         if error == STOPPING_ALREADY:
-            report.state = "acknowledged"
+            stop.report.state = "acknowledged"
             return
-        detail = f"The robot refused the stop with {error}. {UNCONFIRMED}"
-        if report.detail != detail:
-            report.detail = detail
-            self._robot.publish("robot.stop.refused", {**report.model_dump(), "error": error})
+        if error == UPLOAD_ERROR:
+            self._robot.line.doubt_upload()
+        if stop.refusal != error:
+            stop.refusal = error
+            stop.tell()
+            self._robot.publish("robot.stop.refused", {**stop.report.model_dump(), "error": error})
 
-    async def _hear_why_not(self, report: RobotStopReport) -> None:
+    async def _hear_why_not(self, stop: _Stop) -> None:
         """In Ver.2 a refused stop has to be asked for."""
         if self._robot.mode != SILENT:
             return
@@ -146,19 +211,28 @@ class RobotStops:
             error = await self._robot.take_error()
         except GatewayError:
             return
-        if error.startswith("E") and error != "E00":
-            self._refused(error, report)
+        if lookup(error).kind is ErrorKind.COMMUNICATION:
+            self._refused(stop, error)
+        else:
+            stop.refusal = None
 
-    async def _stands_still(self, report: RobotStopReport) -> bool:
-        """Whether every unit says so, twice."""
+    # seeing
+
+    async def _stands_still(self, stop: _Stop) -> bool:
+        """Whether every unit says so, twice; if not, the report says which did not, and why."""
+        for _ in range(2):
+            found = {unit.number: await self._why_not_still(unit) for unit in self._robot.units}
+            stop.units = {number: why for number, why in found.items() if why}
+            if stop.units:
+                stop.tell()
+                return False
+        return True
+
+    async def _why_not_still(self, unit: RobotUnit) -> str | None:
+        """Why a unit cannot be called standing still; None if it says itself that it does."""
         try:
-            return await self._robot.all_at_rest() and await self._robot.all_at_rest()
+            axes = (await unit.status(Lane.STOP)).values()
         except GatewayError as error:
-            report.detail = report.detail or error.detail
-            return False
-
-    async def _moves_recorded(self) -> None:
-        """Wait a little until the stopped moves are over in the records too: a new one may follow at once."""
-        with suppress(TimeoutError):
-            async with asyncio.timeout(RECORD_WITHIN_S):
-                await self._robot.idle.wait()
+            before = " It stood still when it was last asked." if unit.stood_still else ""
+            return f"Nobody knows whether unit {unit.number} stands still: {error.detail}{before}"
+        return None if at_rest(axes) else f"Unit {unit.number} has not come to rest."

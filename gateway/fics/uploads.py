@@ -1,16 +1,41 @@
-"""How positions to be stored are cut into uploads: a robot numbers them by itself from a first one on."""
+"""Positions to be stored: a robot numbers them by itself from a first one on, and takes no stop meanwhile."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
 from gateway.errors import InvalidRequest
-from protocols.fics.positions import LAST_POSITION, BeginPositionUpload, UploadPosition
+from protocols.fics.positions import LAST_POSITION, BeginPositionUpload, EndPositionUpload, UploadPosition
+
+if TYPE_CHECKING:
+    from gateway.fics.robot import Robot
 
 UPLOAD = BeginPositionUpload()
 """Stands for an upload as a whole where it is asked what may be sent."""
 
 Run = tuple[int, list[UploadPosition]]
+
+
+async def upload(robot: "Robot", runs: list[Run], epoch: int) -> None:
+    """Store runs of positions, unless there is a stop after `epoch`; call it with the floor held.
+
+    :raises GatewayError: it was broken off; positions before the one that failed may be stored.
+    """
+    for first, commands in runs:
+        await _upload_run(robot, first, commands, epoch)
+
+
+async def _upload_run(robot: "Robot", first: int, commands: list[UploadPosition], epoch: int) -> None:
+    """One upload from its beginning to its end, which is sent whatever has happened in between."""
+    dialogue, line = robot.dialogue, robot.line
+    try:
+        dialogue.answered(UPLOAD, await dialogue.say(BeginPositionUpload(first=first), epoch))
+        for command in commands:
+            dialogue.answered(command, await dialogue.say(command, epoch))
+    finally:
+        if line.uploading:
+            await dialogue.say(EndPositionUpload(), line.stop_epoch)
 
 
 def runs_of(positions: Sequence[tuple[int, Sequence[float | None]]]) -> list[Run]:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from gateway.config import Body, ConfigError, Group, Line, Robot, Server, load, parse
+from gateway.config import Body, ConfigError, Group, Line, Robot, RobotUnit, Server, load, parse
 
 PLANT = """\
 [server]
@@ -285,6 +285,15 @@ def test_the_example_in_the_documentation_is_a_configuration() -> None:
     assert [body.name for body in parse(example[1], "x").lines[0].bodies] == ["swivel", "arm", "lift"]
 
 
+def test_the_robot_in_the_documentation_is_a_configuration() -> None:
+    (robot,) = re.findall(r"```toml\n([^`]*?\[lines\.robot\].*?)```", REFERENCE, re.DOTALL)
+    (line,) = parse(robot, "x").lines
+    assert line.robot is not None
+    scara, table = (unit.systems for unit in line.robot.units)
+    assert [scara[axis].value for axis in "XYZ@AB"] == ["mm", "mm", "mm", "degree", "degree", "degree"]
+    assert {axis: system.value for axis, system in table.items()} == {"X": "pulse", "Y": "pulse"}
+
+
 @pytest.mark.parametrize(
     ("table", "header"),
     [
@@ -293,6 +302,7 @@ def test_the_example_in_the_documentation_is_a_configuration() -> None:
         (Body, "[[lines.bodies]]"),
         (Group, "[[lines.groups]]"),
         (Robot, "[lines.robot]"),
+        (RobotUnit, "[[lines.robot.units]]"),
     ],
 )
 def test_the_documentation_has_every_key_with_its_default(table: type[BaseModel], header: str) -> None:

@@ -364,6 +364,19 @@ class TestAFilter:
             (["00", "3F"], "/bodies/main.3F", True),
             (["80"], "/groups/main.80", True),
             (["3F"], "/lines/main", False),
+            (["r1"], "/robots/r1", True),
+            (["R1"], "/robots/r1", True),
+            (["r1"], "/robots/r1/units/2", True),
+            (["r1/units/2"], "/robots/r1/units/2", True),
+            (["r1/Units/2"], "/robots/r1/units/2", True),
+            (["r1/units/1"], "/robots/r1/units/2", False),
+            (["r1/units/2"], "/robots/r1", False),
+            (["r10"], "/robots/r1", False),
+            (["r1"], "/robots/r10/units/1", False),
+            (["3F", "r1"], "/robots/r1", True),
+            (["main"], "/lines/main", False),
+            (["main"], "/bodies/main.3F", False),
+            (["events"], "/events", False),
             ([], "/lines/main", True),
             (None, "/lines/main", True),
         ],
@@ -389,9 +402,26 @@ class TestAFilter:
         event = make_hub().publish("body.move.started", "/bodies/main.3F", {})
         assert Filter.of(types=types).wants(event) is passes
 
-    @pytest.mark.parametrize("body", ["", "3", "3FF", "3G", "a.b.3F", ".3F", "３F"])
+    @pytest.mark.parametrize(
+        "body",
+        [
+            "",
+            "3",
+            "3FF",
+            "3G",
+            "a.b.3F",
+            ".3F",
+            "３F",
+            "r1/",
+            "r1/units",
+            "r1/units/x",
+            "/robots/r1",
+            "ſ1",
+            "r_1",
+        ],
+    )
     def test_of_something_that_is_no_address_is_refused(self, body: str) -> None:
-        with pytest.raises(InvalidRequest, match="no body's address"):
+        with pytest.raises(InvalidRequest, match="no address of a body or robot"):
             make_hub().subscribe(bodies=[body])
 
     @pytest.mark.parametrize("type_", ["", "*", ".*", "body.*.started", "body.", "Body", "body.mo*"])

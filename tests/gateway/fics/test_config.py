@@ -23,7 +23,90 @@ def test_a_robot_has_its_units() -> None:
     (line,) = parse(LINE, "x").lines
     assert line.robot is not None
     assert (line.mode, line.robot.id, line.robot.name) == (2, "r1", "picker")
-    assert [unit.system for unit in line.robot.units] == [AxisSystem.MILLIMETRE, AxisSystem.PULSE]
+    picker, turner = line.robot.units
+    assert picker.systems == {"X": AxisSystem.MILLIMETRE, "Y": AxisSystem.MILLIMETRE, "@": AxisSystem.DEGREE}
+    assert turner.systems == {"X": AxisSystem.PULSE}
+
+
+SCARA = """
+[[lines]]
+id = "cell"
+address = "dpram:///dev/uio0"
+protocol = "fics"
+
+[lines.robot]
+id = "r1"
+
+[[lines.robot.units]]
+number = 1
+axes         = ["X",      "Y",      "Z",  "@"]
+system       = ["mm",     "mm",     "mm", "degree"]
+motor_axes   = ["A",      "B",      "Z",  "@"]
+motor_system = ["degree", "pulse",  "mm", "degree"]
+"""
+
+
+def systems(text: str) -> dict[str, str]:
+    (line,) = parse(text, "x").lines
+    assert line.robot is not None
+    return {axis: system.value for axis, system in line.robot.units[0].systems.items()}
+
+
+def test_each_axis_has_a_system_of_its_own() -> None:
+    assert systems(SCARA) == {"X": "mm", "Y": "mm", "Z": "mm", "@": "degree", "A": "degree", "B": "pulse"}
+
+
+def test_one_word_is_enough_for_axes_that_are_all_alike_theta_too() -> None:
+    lines = [line for line in SCARA.splitlines() if not line.startswith("motor")]
+    text = "\n".join(lines).replace('["mm",     "mm",     "mm", "degree"]', '"pulse"')
+    assert systems(text) == dict.fromkeys("XYZ@", "pulse")
+
+
+def test_left_out_theta_and_motors_behind_user_axes_turn_by_degrees() -> None:
+    text = "\n".join(line for line in SCARA.splitlines() if "system" not in line)
+    assert systems(text) == dict.fromkeys("XYZ", "mm") | dict.fromkeys("@AB", "degree")
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "sentence"),
+    [
+        (
+            '"mm", "degree"]\nmotor_axes',
+            '"mm"]\nmotor_axes',
+            "x:13: lines[0].robot.units[0].system: must have one",
+        ),
+        (
+            '"mm",     "mm",     "mm", ',
+            '"mm",     "inch",     "mm", ',
+            "x:13: lines[0].robot.units[0].system[1]: must",
+        ),
+        (
+            '"degree", "pulse",  "mm", ',
+            '"degree", 5,  "mm", ',
+            "x:15: lines[0].robot.units[0].motor_system[1]: must",
+        ),
+        (
+            '"degree", "pulse",  "mm", ',
+            '"degree", "pulse",  "pulse", ',
+            "motor_system: axis Z is one of axes too",
+        ),
+        (
+            '["degree", "pulse",  "mm", "degree"]',
+            "7",
+            "x:15: lines[0].robot.units[0].motor_system: must be 'mm'",
+        ),
+        (
+            "motor_axes   =",
+            "#",
+            "x:15: lines[0].robot.units[0].motor_system: has no meaning without motor_axes",
+        ),
+    ],
+)
+def test_a_system_that_cannot_be_is_refused_at_its_line(right: str, wrong: str, sentence: str) -> None:
+    assert right in SCARA
+    with pytest.raises(ConfigError) as refused:
+        parse(SCARA.replace(right, wrong, 1), "x")
+    assert sentence in str(refused.value)
 
 
 @pytest.mark.parametrize(

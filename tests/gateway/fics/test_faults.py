@@ -7,22 +7,21 @@ import pytest
 
 from gateway.errors import NoReply, NotSent, StoppedFirst
 from gateway.exchange import Lane
-from gateway.fics.errors import PowerCycled, RobotRefused, UnitNotSelected
-from gateway.fics.robot import HEALTH_POLL_S
+from gateway.fics.errors import NotHomed, PowerCycled, RobotRefused, UnitNotSelected
 from gateway.moves import MoveStatus
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.homing import HomeRobot
 from protocols.fics.inputs_outputs import SwitchOutput
-from protocols.fics.jog import StopJog
-from protocols.fics.moves import MoveAbsolute, MoveRelative
-from protocols.fics.row import Block
+from protocols.fics.jog import StepAxis, StopJog
+from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
+from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.speeds import SetSpeedPercent
 from protocols.fics.status import AxisStatus
 from protocols.fics.variables import GetVariable, SetVariable, VariableValue
 from simulator.fics.alarms import system_error
 from simulator.fics.line import FicsLine
 from simulator.rorze.faults import Direction, Fault
-from tests.fics_plants import SET_UP_S, FicsRig, fics_rig
+from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 
 LONG_MOVE = MoveAbsolute(coordinates=[200.0, 60.0])
@@ -97,9 +96,10 @@ async def test_h02_a_unit_that_the_robot_did_not_hear_is_selected_again_or_nothi
         await rig.robot.unit(1).status()
         await rig.robot.unit(2).status()
         assert rig.fics.host_unit == 2
-        rig.fail(Fault.LOST, Direction.REQUESTS, 1)
+        rig.cable.lost_command = "UNT 1"
         with pytest.raises(UnitNotSelected):
             await rig.robot.unit(1).position()
+        rig.cable.lost_command = ""
         assert (await rig.robot.unit(1).position()) == {"X": None, "Y": None, "Z": None}
         assert rig.fics.host_unit == 1
 
@@ -156,13 +156,13 @@ def test_h05_a_stop_in_an_upload_closes_it_first(mode: int) -> None:
 async def test_h06_a_stop_refused_by_the_teaching_terminal_is_never_called_confirmed() -> None:
     async with fics_rig() as rig:
         await under_way(rig)
-        rig.touch(lambda fics, _: fics.held.add(Block.TERMINAL_EDITS))
+        rig.fics.editing = True
         report = await rig.robot.stop("immediate")
         assert report.state != "confirmed"
         assert "use the hardware stop" in str(report.detail)
         assert {"robot.stop.refused", "robot.stop.unconfirmed"} <= set(rig.types("robot.stop"))
         assert len(rig.heard("AES")) > 5
-        rig.touch(lambda fics, _: fics.held.clear())
+        rig.fics.editing = False
         assert (await rig.robot.stop("immediate")).state == "confirmed"
 
 
@@ -231,10 +231,27 @@ async def test_h10_whoever_asks_hears_that_the_error_is_gone() -> None:
 async def test_h11_an_unhomed_axis_has_no_position_and_takes_no_absolute_move() -> None:
     async with fics_rig() as rig:
         assert await rig.robot.unit(1).position() == {"X": None, "Y": None, "Z": None}
-        with pytest.raises(RobotRefused) as refused:
-            await rig.move(LONG_MOVE)
-        assert refused.value.fics_error == "E10"
-        assert rig.stops() == []
+        assert await rig.robot.unit(1).why_unknown(await rig.robot.unit(1).position()) == dict.fromkeys(
+            "XYZ", "not_homed"
+        )
+        for command in (LONG_MOVE, MoveToPosition(position=1), MoveMotorsAbsolute(coordinates=[None, 5.0])):
+            with pytest.raises(NotHomed, match="is not known, for it is not homed"):
+                await rig.move(command)
+        with pytest.raises(NotHomed):
+            await rig.move(StepAxis(axis="X", steps=1))  # converted: C-HOST manual 2-3
+        assert [rig.heard(name) for name in ("LMA", "POM", "MMA", "JTE")] == [[], [], [], []]
+
+
+@in_virtual_time
+async def test_h11_what_needs_no_position_moves_unhomed() -> None:
+    async with fics_rig() as rig:
+        for command in (
+            MoveMotorsRelative(coordinates=[1.0, 1.0]),
+            MoveRelative(coordinates=[None, None, -1.0]),
+            StepAxis(axis="Z", steps=-5),
+            HomeRobot(),
+        ):
+            assert (await rig.move(command)).status is MoveStatus.SUCCEEDED, command
 
 
 @in_virtual_time
@@ -373,20 +390,6 @@ async def test_a_move_is_followed_on_after_its_line_was_gone() -> None:
 
 
 @in_virtual_time
-async def test_motion_nobody_here_asked_for_is_told() -> None:
-    async with fics_rig() as rig:
-        await rig.robot.unit(1).status()
-        await asyncio.sleep(HEALTH_POLL_S - SET_UP_S - 0.5)
-        rig.touch(lambda fics, now: fics.execute("ORG", "", now))
-        await asyncio.sleep(1)
-        assert rig.types("robot.motion") == ["robot.motion.foreign"]
-        assert rig.robot.moving
-        with pytest.raises(RobotRefused) as refused:
-            await rig.move(MoveRelative(coordinates=[None, None, 1.0]))
-        assert refused.value.fics_error == "E01"
-
-
-@in_virtual_time
 async def test_what_was_sent_before_a_stop_and_not_written_is_never_written() -> None:
     async with fics_rig(baud=9600) as rig:
         await rig.move(HomeRobot())
@@ -437,7 +440,7 @@ async def test_in_mode_2_the_refusal_of_a_forsaken_command_is_not_taken_for_that
         line = rig.robot.line
         line.submit(line.exchange(StopJog(axis="Z"), Lane.STOP))  # the port is busy with it
         forsaken = asyncio.create_task(rig.robot.ask(SetSpeedPercent(percents=[1, 1, 1, 1]), 1))
-        await asyncio.sleep(0.001)
+        await rig.cable.written_from("VAO")
         forsaken.cancel()
         await asyncio.sleep(0.1)
         await rig.robot.ask(SetVariable(number=1, value=1.0))

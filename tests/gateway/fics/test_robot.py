@@ -1,9 +1,11 @@
 """A robot and its units: asking, settings, positions, errors."""
 
+import asyncio
+
 import pytest
 
-from gateway.errors import InvalidRequest, NotFound
-from gateway.fics.errors import ErrorStands, RobotFailed, RobotRefused
+from gateway.errors import InvalidRequest, NoReply, NotFound
+from gateway.fics.errors import RobotRefused
 from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StartJog
@@ -12,7 +14,6 @@ from protocols.fics.moves import MoveRelative
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
 from protocols.fics.system import GetSystemVersion, SystemVersion
 from protocols.fics.variables import GetVariable, SetVariable, VariableValue
-from simulator.fics.alarms import system_error
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 
@@ -84,77 +85,38 @@ async def test_what_needs_more_than_one_command_is_not_sent_alone() -> None:
         assert rig.cable.frames(sent) == []
 
 
-@BOTH_MODES
-def test_positions_are_stored_in_runs_and_read_again(mode: int) -> None:
-    @in_virtual_time
-    async def story() -> None:
-        async with fics_rig(mode=mode) as rig:
-            sent = len(rig.cable.written)
-            await rig.robot.upload_positions([(1, [1.0, 2.0, 3.0]), (7, [7.0, None, 7.5]), (2, [4.0])])
-            spoken = [text for text in rig.cable.frames(sent) if text[:3] in ("POF", "POS")]
-            assert spoken == ["POF 1,1", "POS 1,2,3", "POS 4", "POF 2", "POF 1,7", "POS 7,,7.5", "POF 2"]
-            assert await rig.robot.positions(1, 5) == [(1, [1.0, 2.0, 3.0]), (2, [4.0])]
-            assert await rig.robot.positions(7, 7) == [(7, [7.0, None, 7.5])]
-
-    story()
-
-
 @in_virtual_time
-async def test_an_impossible_position_keeps_all_from_being_sent() -> None:
-    async with fics_rig() as rig:
+async def test_who_asks_the_same_while_it_waits_shares_the_answer() -> None:
+    async with fics_rig(baud=9600) as rig:
+        await rig.robot.unit(1).position()
         sent = len(rig.cable.written)
-        for positions in ([(0, [1.0])], [(1, [1.0]), (1, [2.0])], [(1, [None])], [(1, [1e12])]):
-            with pytest.raises(InvalidRequest, match="nothing was sent"):
-                await rig.robot.upload_positions(positions)
-        assert rig.cable.frames(sent) == []
-
-
-@BOTH_MODES
-def test_an_upload_that_is_refused_is_ended_nevertheless(mode: int) -> None:
-    @in_virtual_time
-    async def story() -> None:
-        async with fics_rig(mode=mode) as rig:
-            with pytest.raises(RobotRefused) as refused:
-                await rig.robot.upload_positions([(1, [1.0, 2.0, 3.0, 4.0])])
-            assert refused.value.fics_error == "E11"
-            assert rig.fics.upload is None
-            assert not rig.robot.line.uploading
-
-    story()
-
-
-@BOTH_MODES
-def test_an_error_of_the_system_is_kept_published_and_reset(mode: int) -> None:
-    @in_virtual_time
-    async def story() -> None:
-        async with fics_rig(mode=mode) as rig:
-            rig.touch(lambda fics, now: fics.raise_alarm(system_error(183, 12, 34), now))
-            await rig.robot.look_for_errors()
-            (record,) = await rig.robot.errors()
-            assert (record.code, record.kind) == ("183", "fics")
-            assert rig.types("robot.error") == ["robot.error"]
-            with pytest.raises(ErrorStands):
-                await rig.move(DOWN)
-            await rig.robot.reset_errors()
-            assert await rig.robot.errors() == []
-            assert (await rig.move(DOWN)).status == "succeeded"
-
-    story()
+        unit = rig.robot.unit(1)
+        first = asyncio.create_task(rig.robot.ask(GetVariable(number=1)))
+        await asyncio.sleep(0.001)
+        many = [asyncio.create_task(unit.position()) for _ in range(10)]
+        await asyncio.sleep(0.001)
+        assert rig.robot.line.waiting() == {"stop": 0, "command": 0, "read": 1}
+        many[0].cancel()
+        answers = await asyncio.gather(first, *many[1:])
+        assert answers[1:] == [{"X": None, "Y": None, "Z": None}] * 9
+        assert [text[:3] for text in rig.cable.frames(sent)] == ["VAR", "APS"]
+        await unit.position()
+        assert [text[:3] for text in rig.cable.frames(sent)] == ["VAR", "APS", "APS"]
 
 
 @in_virtual_time
-async def test_an_error_whose_cause_is_there_stands_after_a_reset() -> None:
+async def test_an_error_is_shared_as_well() -> None:
     async with fics_rig() as rig:
-        rig.fics.stop_input = True
-        await rig.robot.stop("immediate")
-        with pytest.raises(RobotFailed):
-            await rig.robot.reset_errors()
-        assert len(await rig.robot.errors()) == 1
+        rig.cable.lost_answer = "APS"
+        asking = [asyncio.create_task(rig.robot.unit(1).position()) for _ in range(3)]
+        outcomes = await asyncio.gather(*asking, return_exceptions=True)
+        assert {type(outcome) for outcome in outcomes} == {NoReply}
 
 
 @in_virtual_time
-async def test_errors_are_told_without_asking_the_robot() -> None:
-    async with fics_rig() as rig:
-        sent = len(rig.cable.written)
-        assert await rig.robot.errors() == []
-        assert rig.cable.frames(sent) == []
+async def test_a_setting_asks_for_the_unit_again_before_it_is_sent() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.unit(2).position()
+        rig.fics.host_unit = 1  # behind our back
+        await rig.robot.ask(SetSpeedPercent(percents=[7.0]), 2)
+        assert [rig.fics.units[unit].users[0].percent for unit in (1, 2)] == [100.0, 7.0]

@@ -1,0 +1,171 @@
+"""Saying one command and finding out what became of it: in Ver.3 the robot tells, in Ver.2 ERR does."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from gateway.errors import Cancelled, GatewayError, NoReply, NotSent
+from gateway.exchange import Lane
+from gateway.fics.errors import RobotFailed, RobotRefused
+from gateway.fics.exchange import Answered, Exchange, Outcome
+from gateway.fics.line import SILENT, FicsLine
+from protocols.fics.alarms import CurrentError, ResetErrors, TakeCurrentError
+from protocols.fics.errors import ErrorKind, lookup
+from protocols.fics.link import Failure, Refusal
+from protocols.fics.row import FicsCommand
+from protocols.table import Reply
+
+
+class Dialogue:
+    """What is said to a robot, a command at a time; whoever speaks holds the line's floor."""
+
+    def __init__(self, robot_id: str, line: FicsLine) -> None:
+        self._robot_id = robot_id
+        self._line = line
+        self._asked_after = 0
+        """What `FicsLine.unheard` was when the error was last asked for."""
+        self.error_stands: Callable[[], bool] = lambda: False
+        """Whether an error of the system was known to stand before."""
+
+    async def say(self, command: FicsCommand[Any], epoch: int) -> Outcome:
+        """Send a command that starts no move, unless there was a stop after `epoch`."""
+        if not command.is_query():
+            await self.clear_error()
+        exchange = self._line.exchange(command, Lane.READ if command.is_query() else Lane.COMMAND)
+        exchange.epoch = epoch
+        try:
+            outcome = await self._line.submit(exchange)
+        except asyncio.CancelledError:
+            self._line.withdraw(exchange, _forsaken())
+            raise
+        if isinstance(outcome, Answered) and not outcome.confirmed:
+            outcome = await self._verdict(exchange)
+        return outcome
+
+    async def prepare(self, command: FicsCommand[Any], unanswered: NotSent) -> Reply | None:
+        """Say what has to be right before something else is said.
+
+        :raises NotSent: there was no answer, so what was to follow was not sent.
+        :raises GatewayError: it was refused, or not sent itself.
+        """
+        outcome = await self.say(command, self._line.stop_epoch)
+        if isinstance(outcome, NoReply):
+            raise unanswered
+        replies = self.answered(command, outcome).replies
+        return replies[0] if replies else None
+
+    async def start(
+        self,
+        command: FicsCommand[Any],
+        *,
+        epoch: int,
+        expires_at: float,
+        on_written: Callable[[float], None],
+    ) -> "tuple[Exchange, asyncio.Future[Outcome]]":
+        """Write a motion command at most once, and give what will become of it.
+
+        It is withdrawn if it cannot be written in time, or if nobody waits for that any more. In Ver.2 only a
+        refusal ever comes.
+        """
+        await self.clear_error()
+        exchange = self._line.exchange(command, Lane.COMMAND)
+        exchange.epoch, exchange.expires_at = epoch, expires_at
+        written: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+
+        def note(now: float) -> None:
+            written.set_result(None)
+            on_written(now)
+
+        exchange.on_written = note
+        outcome = self._line.submit(exchange)
+        try:
+            await _either(written, outcome)
+        except asyncio.CancelledError:
+            self._line.withdraw(exchange, _forsaken())
+            raise
+        if self._line.mode == SILENT and written.done():
+            outcome = await self._silent_outcome(exchange)
+        return exchange, outcome
+
+    async def take_error(self) -> str:
+        """Ask for the present error, once: the answer clears what it tells (C-HOST manual 2-12).
+
+        :raises GatewayError: it was not told.
+        """
+        exchange = self._line.exchange(TakeCurrentError(), Lane.READ)
+        asked_after = self._asked_after
+
+        def written(_: float) -> None:
+            nonlocal asked_after
+            asked_after = self._line.unheard
+
+        exchange.on_written = written
+        reply = self.answered(exchange.command, await self._line.submit(exchange)).replies[0]
+        self._asked_after = asked_after
+        return reply.error if isinstance(reply, CurrentError) else "E00"
+
+    async def clear_error(self) -> None:
+        """In Ver.2: see that no refusal of an earlier command is taken for that of the next.
+
+        :raises NotSent: the robot did not tell its error, so the next command must not be sent.
+        """
+        if self._line.mode == SILENT and self._line.unheard != self._asked_after:
+            try:
+                await self.take_error()
+            except NoReply:
+                raise NotSent(
+                    f"Robot {self._robot_id} did not tell its last error, so nobody could tell whether it "
+                    "refuses the command; nothing was sent.",
+                    "Try again.",
+                ) from None
+
+    def answered(self, command: FicsCommand[Any], outcome: Outcome) -> Answered:
+        """Turn everything that is no answer into its error."""
+        if isinstance(outcome, Refusal):
+            raise RobotRefused(self._robot_id, command.wire_name(), outcome.error)
+        if isinstance(outcome, Failure):
+            raise RobotFailed(self._robot_id, command.wire_name(), outcome.error)
+        if isinstance(outcome, GatewayError):
+            raise outcome
+        return outcome
+
+    async def _verdict(self, exchange: Exchange) -> Outcome:
+        """Ask for the error, in Ver.2 the only way to hear of a refusal (C-HOST manual 1-1-1, 2-12)."""
+        had_error = self.error_stands() and not isinstance(exchange.command, ResetErrors)
+        try:
+            error = await self.take_error()
+        except GatewayError:
+            return _nobody_knows(exchange.command)
+        if self._line.stop_epoch != exchange.epoch:
+            return _nobody_knows(exchange.command)  # the error may be that of the stop
+        kind = lookup(error).kind
+        if kind is ErrorKind.NONE:
+            return Answered()
+        if kind is ErrorKind.UNKNOWN or self._asked_after != exchange.unheard:
+            return _nobody_knows(exchange.command)  # it may be that of what was garbled meanwhile
+        if error.startswith("E"):
+            return Refusal(exchange.command.wire_name(), error)
+        return _nobody_knows(exchange.command) if had_error else Failure(exchange.command.wire_name(), error)
+
+    async def _silent_outcome(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
+        future: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
+        verdict = await self._verdict(exchange)
+        if not isinstance(verdict, Answered):
+            future.set_result(verdict)
+        return future
+
+
+def _forsaken() -> Cancelled:
+    return Cancelled("Whoever asked has gone; nothing was sent.")
+
+
+def _nobody_knows(command: FicsCommand[Any]) -> NoReply:
+    return NoReply(
+        f"{command.wire_name()} was sent, and in Ver.2 nobody can tell whether it was refused.",
+        "Read back what it should have changed, and the errors of the robot.",
+    )
+
+
+async def _either(*futures: "asyncio.Future[Any]") -> None:
+    """Wait for the first of several."""
+    await asyncio.wait(futures, return_when=asyncio.FIRST_COMPLETED)

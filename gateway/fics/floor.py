@@ -1,0 +1,63 @@
+"""Who may speak to a robot now: its selected unit is hidden, so what depends on it is said unbroken."""
+
+import asyncio
+from collections import deque
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from gateway.errors import QueueFull
+from gateway.exchange import Lane
+from gateway.scheduler import QUEUE_LIMIT
+
+
+class Floor:
+    """A lock that goes to the confirmation of stops first, to commands before reads, and to each in turn."""
+
+    def __init__(self) -> None:
+        self._taken = False
+        self._waiting: dict[Lane, deque[asyncio.Future[None]]] = {lane: deque() for lane in Lane}
+
+    def waiting(self, lane: Lane) -> int:
+        """How many wait in a lane."""
+        return len(self._waiting[lane])
+
+    @asynccontextmanager
+    async def held(self, lane: Lane = Lane.COMMAND) -> AsyncIterator[None]:
+        """Hold the floor, as soon as it is free.
+
+        :raises QueueFull: too many wait already.
+        """
+        if self._taken:
+            await self._wait(lane)
+        self._taken = True
+        try:
+            yield
+        finally:
+            self._pass_on()
+
+    async def _wait(self, lane: Lane) -> None:
+        queue = self._waiting[lane]
+        if lane is not Lane.STOP and len(queue) >= QUEUE_LIMIT:
+            raise QueueFull(
+                f"{QUEUE_LIMIT} requests wait for this robot already; nothing was sent.", "Try again later."
+            )
+        turn: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        queue.append(turn)
+        try:
+            await turn
+        except asyncio.CancelledError:
+            if not turn.cancelled():
+                self._pass_on()
+            elif turn in queue:
+                queue.remove(turn)
+            raise
+
+    def _pass_on(self) -> None:
+        """Give the floor to the next, who holds it from this moment on."""
+        for queue in self._waiting.values():
+            while queue:
+                turn = queue.popleft()
+                if not turn.done():
+                    turn.set_result(None)
+                    return
+        self._taken = False

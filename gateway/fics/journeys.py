@@ -1,0 +1,368 @@
+"""The way of one move: sent at most once, followed to its end by what the robot itself says."""
+
+import asyncio
+from collections.abc import Callable
+from contextlib import suppress
+from datetime import UTC, datetime
+from typing import Any
+
+from gateway.errors import GatewayError, MoveFailed, NoReply, NotExecuted, NotSent
+from gateway.fics.errors import PowerCycled, RobotFailed, RobotRefused
+from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.line import SILENT
+from gateway.fics.move_record import RobotMove
+from gateway.fics.pace import PATIENCE, PATIENCE_S, longest_s, paces_of
+from gateway.fics.robot import Accepted, Robot
+from gateway.fics.targets import TOLERANCE, furthest_miss, require_known, target_of
+from gateway.fics.units import RobotUnit, at_rest, in_trouble
+from gateway.moves import LOST_AFTER_S, MoveStatus
+from protocols.fics.homing import HomeRobot
+from protocols.fics.link import Failure, Refusal
+from protocols.fics.macros import RunMacro
+from protocols.fics.moves import MoveToPosition
+from protocols.fics.row import FicsCommand
+from protocols.fics.status import AxisStatus
+
+ANSWER_AFTER_REST_S = 0.5
+"""An answer that comes later than this after standstill is taken for lost."""
+
+Advance = Callable[[RobotUnit, RobotMove, MoveStatus, GatewayError | None], None]
+
+
+class Journey:
+    """One move on its way; `advance` alone changes its status."""
+
+    def __init__(
+        self, unit: RobotUnit, command: FicsCommand[Any], move: RobotMove, epoch: int, advance: Advance
+    ) -> None:
+        self.unit = unit
+        self.robot = unit.robot
+        self.command = command
+        self.move = move
+        self.epoch = epoch
+        """The robot's stop epoch at admission."""
+        self.begun: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
+        """Known when the robot has taken the command, or why it has not."""
+        self._report = advance
+        self._overdue_at: float | None = None
+
+    async def make(self, start_within_s: float) -> None:
+        """From the queue to the end."""
+        expires_at = asyncio.get_running_loop().time() + start_within_s
+        try:
+            await self._know_the_way()
+            accepted = await self.robot.begin(
+                self.command,
+                self.unit.number,
+                epoch=self.epoch,
+                expires_at=expires_at,
+                on_written=self._sent,
+            )
+        except GatewayError as error:
+            rejected = isinstance(error, RobotRefused)
+            self._advance(MoveStatus.REJECTED if rejected else MoveStatus.CANCELLED, error)
+            self._tell(error)
+            return
+        try:
+            await self._follow(accepted)
+        finally:
+            self.robot.end_motion(accepted)
+            self._tell(None)
+
+    def _advance(self, status: MoveStatus, error: GatewayError | None = None) -> None:
+        self._report(self.unit, self.move, status, error)
+
+    def _tell(self, refusal: GatewayError | None) -> None:
+        if not self.begun.done():
+            self.begun.set_result(refusal)
+
+    def _sent(self, now: float) -> None:
+        if self.move.longest_s is not None:
+            self._overdue_at = now + PATIENCE * self.move.longest_s + PATIENCE_S
+        self._advance(MoveStatus.SENT)
+
+    # before
+
+    async def _know_the_way(self) -> None:
+        """Know where the axes stand and should come to: what the move needs, and what proves its end."""
+        unit, move = self.unit, self.move
+        try:
+            start = await self._position()
+            stored = await self._stored()
+        except NoReply as error:
+            raise NotSent(
+                f"{unit.address} did not tell its position before the move; the move was not sent.",
+                error.remedy,
+            ) from None
+        move.start_position = move.position = start
+        if None in start.values():
+            await self.robot.see_power()  # what has lost its power is not merely unhomed
+        move.target_position = target_of(unit, self.command, start, stored)
+        await require_known(unit, self.command, start, move.target_position)
+        if move.target_position:
+            paces = await paces_of(unit, move.coordinates)
+            move.longest_s = longest_s(start, move.target_position, paces)
+
+    async def _position(self) -> dict[str, float | None]:
+        return await self.unit.position(self.move.coordinates)
+
+    async def _stored(self) -> list[float | None] | None:
+        """The position it is to go to, if it goes by a number; the robot refuses one that is not set."""
+        if not isinstance(self.command, MoveToPosition):
+            return None
+        number = self.command.position
+        found = await self.robot.positions(number, number, self.unit.number)
+        return found[0][1] if found else None
+
+    # on the way
+
+    async def _follow(self, accepted: Accepted) -> None:
+        """Ask until the axes have come to rest, unless the robot says so first."""
+        while not accepted.outcome.done():
+            axes = await self._status()
+            if axes is None:
+                return
+            if at_rest(axes) and await self._rests_without_answer(accepted):
+                await self._infer(axes)
+                return
+            if not accepted.outcome.done():
+                # Commands are taken in their order: with this answer a refusal would have come.
+                self._moves()
+            await asyncio.wait({accepted.outcome}, timeout=self.robot.poll_interval_s)
+        await self._conclude(accepted.outcome.result())
+
+    def _moves(self) -> None:
+        """The axes were seen to move."""
+        if self.move.status is MoveStatus.SENT:
+            self.move.acknowledged_at = datetime.now(UTC)
+            self._advance(MoveStatus.MOVING)
+            self._tell(None)
+        now = asyncio.get_running_loop().time()
+        if self._overdue_at is not None and now > self._overdue_at:
+            self._overdue_at = None
+            self.move.evidence.append("It takes longer than its distance and speed account for.")
+            told = {"move_id": self.move.id, "longest_s": self.move.longest_s}
+            self.robot.publish_of(self.unit, "robot.move.overdue", told, self.move.id)
+
+    async def _rests_without_answer(self, accepted: Accepted) -> bool:
+        """Whether the axes stand still for certain, and the answer, where there is one, stays away."""
+        if self.robot.mode != SILENT:
+            await asyncio.wait({accepted.outcome}, timeout=ANSWER_AFTER_REST_S)
+            if accepted.outcome.done():
+                return False
+        axes = await self._status()
+        return axes is not None and at_rest(axes) and not accepted.outcome.done()
+
+    async def _status(self) -> list[AxisStatus] | None:
+        """What the axes do; None when the move is lost."""
+        loop = asyncio.get_running_loop()
+        give_up_at = loop.time() + LOST_AFTER_S
+        while loop.time() < give_up_at:
+            if self.robot.power_cycled:
+                self._lost("power_cycled", _without_power(self.robot))
+                return None
+            try:
+                return list((await self.unit.status()).values())
+            except GatewayError:
+                await asyncio.sleep(self.robot.poll_interval_s)
+        self._lost(None, _gone(self.robot))
+        return None
+
+    async def _come_to_rest(self) -> bool:
+        """Wait until the axes stand still; False when the move is lost."""
+        axes = await self._status()
+        while axes is not None and not at_rest(axes):
+            self._moves()
+            await asyncio.sleep(self.robot.poll_interval_s)
+            axes = await self._status()
+        return axes is not None
+
+    def _lost(self, cause: str | None, error: GatewayError) -> None:
+        if not self.move.status.final:
+            self.move.end_cause = cause
+            self._advance(MoveStatus.LOST, error)
+
+    # the end
+
+    async def _conclude(self, outcome: Outcome) -> None:
+        """The robot has answered, or nobody will know its answer."""
+        if isinstance(outcome, Refusal):
+            refusal = RobotRefused(self.robot.id, self.move.command, outcome.error)
+            self._advance(MoveStatus.REJECTED, refusal)
+            self._tell(refusal)
+        elif isinstance(outcome, Answered | Failure):
+            self.move.completion = "reply"
+            if await self._come_to_rest():
+                await (self._failed(outcome.error) if isinstance(outcome, Failure) else self._ended())
+        elif isinstance(outcome, NoReply):
+            await self._resolve(outcome)
+        else:
+            self._advance(MoveStatus.CANCELLED, outcome)
+            self._tell(outcome)
+
+    async def _infer(self, axes: list[AxisStatus]) -> None:
+        """The axes stand still, and nothing more will be said about it."""
+        self.move.completion = "inferred"
+        self.move.evidence.append("The axes were seen to stand still twice (ACD).")
+        if self.robot.mode != SILENT:
+            self.move.evidence.append("The answer of the robot stayed away.")
+        try:
+            await self.robot.see_power()
+        except PowerCycled as gone:
+            self._lost("power_cycled", gone)
+            return
+        except GatewayError as unseen:
+            self.move.evidence.append(unseen.detail)
+        await self.robot.look_for_errors()
+        await self._read_position()
+        if self._forgot_its_origin(axes):
+            self.robot.lost_power(certain=False)
+            self._lost("power_cycled", _without_power(self.robot))
+        elif self._stopped():
+            await self._ended()
+        else:
+            await self._weigh(axes)
+
+    async def _weigh(self, axes: list[AxisStatus]) -> None:
+        """Nobody has stopped the axes: see what they tell of how it ended."""
+        error = self.robot.latched_error
+        if error is not None:
+            await self._failed(error.code or "999", looked=True)
+        elif any(map(in_trouble, axes)):
+            self._advance(MoveStatus.FAILED, _in_trouble(self.unit))
+        elif self._untouched():
+            self.move.end_cause = "not_executed"
+            self._advance(MoveStatus.FAILED, _lost_on_its_way(self.unit, self.move))
+        elif self._proves_nothing():
+            self.move.evidence.append("Nothing proves how it has ended.")
+            self._advance(MoveStatus.UNKNOWN, _unseen(self.unit, self.move))
+        else:
+            await self._ended()
+
+    async def _ended(self) -> None:
+        """Without an error: by itself or by a stop."""
+        await self._read_position()
+        if self._stopped() and not self._on_target():
+            self.move.end_cause = "stop_command"
+            self._advance(MoveStatus.STOPPED)
+        elif self._off_target():
+            self.move.end_cause = "position_mismatch"
+            self._advance(MoveStatus.FAILED, _missed(self.unit, self.move))
+        else:
+            self.move.end_cause = "normal"
+            self._advance(MoveStatus.SUCCEEDED)
+
+    async def _failed(self, code: str, *, looked: bool = False) -> None:
+        """With an error of the system: that of a stop, or one that came by itself."""
+        await self._read_position()
+        if not looked:
+            await self.robot.look_for_errors()
+        if self._stopped():
+            self.move.end_cause = "stop_command"
+            self._advance(MoveStatus.STOPPED)
+        else:
+            self.move.end_cause = f"error_{code}"
+            self._advance(MoveStatus.FAILED, RobotFailed(self.robot.id, self.move.command, code))
+
+    async def _resolve(self, error: NoReply) -> None:
+        """The line was lost in the middle: let the axes tell, where they can prove it."""
+        if not await self._come_to_rest():
+            return
+        self.move.completion = "inferred"
+        await self._read_position()
+        if self._on_target():
+            self.move.evidence.append("The axes stand at the target.")
+            self.move.end_cause = "normal"
+            self._advance(MoveStatus.SUCCEEDED)
+        else:
+            self.move.evidence.append("The axes stand still, which proves nothing.")
+            self._advance(MoveStatus.UNKNOWN, error)
+
+    # what positions prove
+
+    async def _read_position(self) -> None:
+        """A place that cannot be read is not known: the one before proves nothing."""
+        self.move.position = None
+        with suppress(GatewayError):
+            self.move.position = await self._position()
+
+    def _stopped(self) -> bool:
+        """Whether a stop was sent since the move was admitted."""
+        return self.robot.line.stop_epoch != self.epoch
+
+    def _miss(self) -> float | None:
+        return furthest_miss(self.move.target_position, self.move.position)
+
+    def _on_target(self) -> bool:
+        miss = self._miss()
+        return miss is not None and miss <= TOLERANCE
+
+    def _off_target(self) -> bool:
+        miss = self._miss()
+        return miss is not None and miss > TOLERANCE
+
+    def _untouched(self) -> bool:
+        """Whether a move that should have gone somewhere has not left its place."""
+        return self._off_target() and not self._seen_to_move()
+
+    def _proves_nothing(self) -> bool:
+        """Whether nobody knows the place it should have come to, or the one it has; nor whether it began."""
+        if self.move.position is None and self.move.target_position:
+            return True
+        return self._miss() is None and not self._seen_to_move()
+
+    def _seen_to_move(self) -> bool:
+        """Whether the axes moved when they were asked, or stand where they did not."""
+        moved = self.move.position not in (None, self.move.start_position)
+        return moved or self.move.status is MoveStatus.MOVING
+
+    def _forgot_its_origin(self, axes: list[AxisStatus]) -> bool:
+        """Whether motors that had been homed are not any more, as after power-on; homing begins so itself."""
+        if isinstance(self.command, HomeRobot | RunMacro):
+            return False
+        start = self.move.start_position or {}
+        homed = bool(start) and None not in start.values()
+        return homed and not all(axis.origin_done for axis in axes)
+
+
+def _gone(robot: Robot) -> MoveFailed:
+    return MoveFailed(
+        f"{robot.id} stopped answering in the middle of the move; it may still be moving.",
+        "Check its power and cable, stop it, and home it again.",
+    )
+
+
+def _without_power(robot: Robot) -> MoveFailed:
+    return MoveFailed(
+        f"{robot.id} has lost its power in the middle of the move; the axes stand still.",
+        "See that its speeds are right, acknowledge the power cycle, then home it.",
+    )
+
+
+def _lost_on_its_way(unit: RobotUnit, move: RobotMove) -> NotExecuted:
+    return NotExecuted(
+        f"{move.command} was sent to {unit.address} and not answered; the axes have not moved.",
+        "Send it again if it is still wanted.",
+    )
+
+
+def _unseen(unit: RobotUnit, move: RobotMove) -> NoReply:
+    return NoReply(
+        f"{move.command} was sent to {unit.address} and not answered; the axes stand still, which proves "
+        "nothing.",
+        "Read status and position before anything else.",
+    )
+
+
+def _in_trouble(unit: RobotUnit) -> MoveFailed:
+    return MoveFailed(
+        f"An axis of {unit.address} reports an alarm; the axes stand still.",
+        "Read the errors of the robot, remove the cause, then reset them.",
+    )
+
+
+def _missed(unit: RobotUnit, move: RobotMove) -> MoveFailed:
+    return MoveFailed(
+        f"{unit.address} stands at {move.position}, not at {move.target_position} as was asked.",
+        "The command may have been garbled on the line: check the position before the next move.",
+    )

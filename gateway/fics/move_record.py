@@ -1,0 +1,89 @@
+"""What is told of a robot's move."""
+
+from datetime import datetime
+from typing import Any, Final, Literal
+
+from pydantic import Field
+
+from gateway.errors import GatewayError
+from gateway.fics.errors import RobotFailed, RobotRefused
+from gateway.fics.units import Coordinates
+from gateway.moves import MoveError, MoveStatus
+from gateway.records import Record
+from protocols.fics.homing import HomeRobot
+from protocols.fics.jog import StepAxis
+from protocols.fics.macros import RunMacro
+from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
+from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
+from protocols.fics.row import FicsCommand
+
+RobotMoveKind = Literal["absolute", "relative", "position", "home", "step", "macro"]
+
+KINDS: Final[dict[type[FicsCommand[Any]], RobotMoveKind]] = {
+    MoveAbsolute: "absolute",
+    MoveMotorsAbsolute: "absolute",
+    MoveRelative: "relative",
+    MoveMotorsRelative: "relative",
+    MoveToPosition: "position",
+    HomeRobot: "home",
+    StepAxis: "step",
+    RunMacro: "macro",
+}
+"""What each command that starts a move is called."""
+
+
+class RobotMove(Record):
+    """One move of one unit, from the request to its end; positions are in the units of the axes."""
+
+    id: str
+    robot_id: str
+    unit: int
+    body_id: str = Field(description="Address of the unit, ROBOT/units/1.")
+    kind: RobotMoveKind
+    coordinates: Coordinates = Field(description="Which axes positions are told of.")
+    units: dict[str, str] = Field(description="What positions are counted in, by axis: mm, pulse or degree.")
+    status: MoveStatus = MoveStatus.QUEUED
+    end_cause: str | None = Field(
+        default=None,
+        description="normal, stop_command or error_nnn as the robot says; not_executed, power_cycled or "
+        "position_mismatch as the gateway found.",
+    )
+    command: str = Field(description="The three characters of the robot's command.")
+    frame: str = Field(description="The exact bytes, CR as \\r.")
+    start_position: dict[str, float | None] | None = Field(
+        default=None, description="By axis, before the move."
+    )
+    target_position: dict[str, float | None] | None = Field(
+        default=None, description="By axis, where it can be known beforehand."
+    )
+    longest_s: float | None = Field(
+        default=None, description="Seconds it may take by distance and speed, where these are known."
+    )
+    position: dict[str, float | None] | None = Field(
+        default=None, description="By axis, as last read; null while an axis does not know it."
+    )
+    completion: Literal["reply", "inferred"] | None = Field(
+        default=None, description="Whether the robot has answered the move or was seen to have come to rest."
+    )
+    evidence: list[str] = Field(default_factory=list, description="How the gateway knows what it says.")
+    error: MoveError | None = None
+    created_at: datetime
+    sent_at: datetime | None = None
+    acknowledged_at: datetime | None = None
+    ended_at: datetime | None = None
+    event_cursor: str = Field(
+        default="", description="Events after this cursor include all later news of the move."
+    )
+
+
+def describe(error: GatewayError) -> MoveError:
+    """An error as it stands in a move."""
+    code = error.fics_error if isinstance(error, RobotRefused | RobotFailed) else None
+    return MoveError(
+        type=error.kind,
+        title=error.title,
+        detail=error.detail,
+        moved=error.moved,
+        remedy=error.remedy,
+        controller_error=code,
+    )

@@ -1,0 +1,142 @@
+"""What a robot's move would do, asked without moving: the exact frame, where it goes, how long it takes."""
+
+from math import inf, sqrt
+from typing import Any
+
+from pydantic import Field
+
+from gateway.errors import GatewayError
+from gateway.fics.errors import NotHomed, PositionUnknown
+from gateway.fics.moves import check
+from gateway.fics.pace import PER_SECOND, ROWS
+from gateway.fics.targets import require_known, target_of
+from gateway.fics.units import Coordinates, RobotUnit, coordinates_of
+from gateway.records import Record
+from protocols.fics import speeds
+from protocols.fics.motor_axes import MoveMotorsRelative
+from protocols.fics.moves import MoveRelative, MoveToPosition
+from protocols.fics.notation import AxisSystem, Quantity
+from protocols.fics.row import FicsCommand
+
+
+class PlannedRobotMove(Record):
+    """A move that was checked and not sent."""
+
+    body_id: str = Field(description="Address of the unit, ROBOT/units/1.")
+    frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
+    coordinates: Coordinates = Field(description="Which axes positions are told of.")
+    units: dict[str, str] = Field(description="By axis: mm, pulse or degree.")
+    start_position: dict[str, float | None] | None = Field(
+        None, description="By axis, as it is now; null while the robot does not tell it."
+    )
+    target_position: dict[str, float | None] | None = Field(
+        None, description="By axis that moves, where it can be known beforehand."
+    )
+    duration_s: float | None = Field(
+        None, description="How long it would move by the settings of now, where that can be calculated."
+    )
+    note: str | None = Field(None, description="Why something is not known, or would be refused.")
+
+
+class _NotCalculable(Exception):
+    """The manual does not say enough to calculate the duration; the message says of what."""
+
+
+async def plan_of(unit: RobotUnit, command: FicsCommand[Any]) -> PlannedRobotMove:
+    """Work out a move as far as the robot and its present settings tell. Only reads are sent.
+
+    :raises InvalidRequest: the unit cannot do it, whatever its state.
+    """
+    check(unit, command)
+    coordinates = coordinates_of(unit, command)
+    plan = PlannedRobotMove(
+        body_id=unit.address,
+        frame=unit.robot.line.frame_of(command),
+        coordinates=coordinates,
+        units={name: unit.systems[name].unit(Quantity.POSITION) for name in unit.names(coordinates)},
+    )
+    try:
+        await _foresee(plan, unit, command)
+    except (NotHomed, PositionUnknown) as error:
+        plan.note = f"It would be refused: {error.detail}"
+    except (GatewayError, _NotCalculable) as error:
+        plan.note = str(error)
+    return plan
+
+
+async def _foresee(plan: PlannedRobotMove, unit: RobotUnit, command: FicsCommand[Any]) -> None:
+    plan.start_position = start = await unit.position(plan.coordinates)
+    stored = None
+    if isinstance(command, MoveToPosition):
+        stored = await _stored(unit, command.position)
+    plan.target_position = target = target_of(unit, command, start, stored)
+    await require_known(unit, command, start, target)
+    if target is None:
+        raise _NotCalculable("How far it goes is only known when it is done.")
+    plan.duration_s = round(await _duration_s(unit, plan.coordinates, _ways(plan, command)), 3)
+
+
+def _ways(plan: PlannedRobotMove, command: FicsCommand[Any]) -> dict[str, float]:
+    """How far each axis goes; a relative move knows it without knowing from where."""
+    if isinstance(command, MoveRelative | MoveMotorsRelative):
+        amounts = zip(plan.units, command.coordinates, strict=False)
+        return {axis: abs(amount) for axis, amount in amounts if amount}
+    start, target = plan.start_position or {}, plan.target_position or {}
+    ways = {axis: abs((place or 0.0) - (start[axis] or 0.0)) for axis, place in target.items()}
+    return {axis: way for axis, way in ways.items() if way}
+
+
+async def _stored(unit: RobotUnit, number: int) -> list[float | None]:
+    for found, coordinates in await unit.robot.positions(number, number, unit.number):
+        if found == number:
+            return coordinates
+    raise _NotCalculable(f"It would be refused: position {number} is not set.")
+
+
+async def _duration_s(unit: RobotUnit, coordinates: Coordinates, ways: dict[str, float]) -> float:
+    """Calculate how long a single axis takes; the manual tells of no more than that."""
+    if not ways:
+        return 0.0
+    (axis, way), *others = ways.items()
+    if others:
+        raise _NotCalculable("How the robot times several axes together is not known.")
+    if coordinates == "user" and unit.converted(axis):
+        raise _NotCalculable(f"Axis {axis} is moved by several motors, so its duration is not known.")
+    if (await unit.robot.read(speeds.GetSmoothAcceleration(), unit.number)).enabled:
+        raise _NotCalculable("S-curves are on, and how long they ramp is not known.")
+    names = unit.names(coordinates)
+    top, percent, up_ms, down_ms = [await _setting(unit, row, names, axis) for row in ROWS[coordinates]]
+    start_pps = await _setting(unit, speeds.GetSelfStartSpeeds, unit.motor_axes, axis)
+    system = unit.systems[axis]
+    if start_pps and system is not AxisSystem.PULSE:
+        raise _NotCalculable(f"The start speed of axis {axis} is in pulses, not in {system}.")
+    top *= PER_SECOND[system]
+    return _ride_s(way, min(start_pps, top), top, percent / 100, up_ms / 1000, down_ms / 1000)
+
+
+async def _setting(unit: RobotUnit, row: type[FicsCommand[Any]], names: list[str], axis: str) -> float:
+    """Read one setting of an axis; the only field of the reply has one value for each axis."""
+    reply = await unit.robot.read(row(), unit.number)
+    (values,) = reply.model_dump().values()
+    value = dict(zip(names, values, strict=False)).get(axis)
+    if value is None or value < 0:
+        raise _NotCalculable(f"The robot does not tell the {row.titles()[1].removeprefix('get the ')}.")
+    return float(value)
+
+
+def _ride_s(way: float, start: float, top: float, share: float, up_s: float, down_s: float) -> float:
+    """Calculate the duration of a move over a way, at a share of the top speed, in units and seconds.
+
+    An assumption: the times are those from start to top speed, so a slower move ramps for a shorter time.
+    """
+    speed = top * share
+    if speed <= 0:
+        raise _NotCalculable("The maximum speed is 0.")
+    low = min(start, speed)
+    faster, slower = (top - start) / up_s if up_s else inf, (top - start) / down_s if down_s else inf
+    if not faster or not slower:
+        return way / speed
+    cost = 1 / (2 * faster) + 1 / (2 * slower)
+    peak = min(speed, sqrt(low**2 + way / cost)) if cost else speed
+    ramps_s = (peak - low) / faster + (peak - low) / slower
+    return ramps_s + max(way - (low + peak) / 2 * ramps_s, 0.0) / peak

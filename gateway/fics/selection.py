@@ -1,0 +1,95 @@
+"""Which unit a robot acts on: its answers do not tell, so it is set, and seen, before what depends on it."""
+
+from typing import TYPE_CHECKING
+
+from gateway.errors import GatewayError, NoReply
+from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused, UnitNotSelected
+from protocols.fics.link import Refusal
+from protocols.fics.macros import RunMacro
+from protocols.fics.system import GetUnit, SelectUnit, UnitNumbers
+
+if TYPE_CHECKING:
+    from gateway.fics.robot import Robot
+
+
+class Selection:
+    """The unit that a robot is known to act on (C-HOST manual 2-1)."""
+
+    def __init__(self, robot: "Robot") -> None:
+        self._robot = robot
+        self.unit: int | None = None
+        """None while it is not certain."""
+
+    def forget(self) -> None:
+        """Anything may be selected now."""
+        self.unit = None
+
+    async def make(self, number: int, *, afresh: bool) -> None:
+        """Make sure that a unit is selected; `afresh` asks the robot even where the gateway knows.
+
+        :raises RobotBusy: the robot moves, and while it does no other unit can be selected.
+        :raises UnitNotSelected: the robot did not answer, or acts on another unit nevertheless.
+        :raises RobotRefused: the teaching terminal keeps the robot from it.
+        """
+        robot = self._robot
+        if self.unit == number and (robot.motion is not None or not afresh):
+            return
+        if robot.motion is not None and not isinstance(robot.motion, RunMacro):
+            raise RobotBusy(
+                f"Robot {robot.id} moves, so unit {number} cannot be selected; nothing was sent.",
+                "Wait for standstill.",
+            )
+        before = self.unit
+        found = await self._found() if afresh else None
+        if found is not None and before is not None and found != before:
+            robot.publish("robot.unit.changed", {"expected": before, "found": found})
+        if found != number:
+            await self._change_to(number)
+            found = await self._found()
+        if found != number:
+            raise UnitNotSelected(
+                f"Robot {robot.id} acts on unit {found}, not on unit {number}; nothing more was sent.",
+                "See who else selects units, then try again.",
+            )
+        self.unit = number
+
+    async def _found(self) -> int:
+        """The unit the robot says it acts on; what it was believed to be no longer counts."""
+        robot, query = self._robot, GetUnit()
+        self.unit, before = None, self.unit
+        unanswered = UnitNotSelected(
+            f"Robot {robot.id} did not answer UNT, so nobody knows which unit it acts on; nothing more was "
+            "sent.",
+            "Try again.",
+        )
+        try:
+            reply = await robot.dialogue.prepare(query, unanswered)
+        except RobotRefused:
+            self.unit = before
+            raise
+        self.unit = reply.host_unit if isinstance(reply, UnitNumbers) else None
+        return self.unit or 0
+
+    async def _change_to(self, number: int) -> None:
+        """Select a unit; whether that has worked is seen afterwards, answered or not."""
+        dialogue, command = self._robot.dialogue, SelectUnit(unit=number)
+        self.unit, before = None, self.unit
+        outcome = await dialogue.say(command, self._robot.line.stop_epoch)
+        if isinstance(outcome, Refusal):
+            self.unit = before
+        if isinstance(outcome, NoReply):
+            await self._blame_power()
+        else:
+            dialogue.answered(command, outcome)
+
+    async def _blame_power(self) -> None:
+        """Silence may be that of Ver.2, the mode of power-on.
+
+        :raises PowerCycled: it is.
+        """
+        try:
+            await self._robot.power.see()
+        except PowerCycled:
+            raise
+        except GatewayError:
+            return  # it is simply silent

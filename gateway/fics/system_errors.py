@@ -1,0 +1,120 @@
+"""The error of the system that stands: asked for by the gateway alone, and kept (C-HOST manual 2-12)."""
+
+from contextlib import suppress
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from gateway.errors import GatewayError, NoReply
+from gateway.exchange import Lane
+from gateway.fics.errors import RobotFailed
+from gateway.records import Record
+from protocols.fics.alarms import DetailKind, ErrorDetail, GetErrorDetail, ResetErrors
+from protocols.fics.errors import ErrorKind, lookup
+
+if TYPE_CHECKING:
+    from gateway.fics.robot import Robot
+
+
+class RobotErrorRecord(Record):
+    """An error of the system that stands until it is reset (C-HOST manual 2-12, 2-13)."""
+
+    code: str | None = Field(description="Three digits; null where the answer that named it was lost.")
+    en: str
+    ja: str
+    remedy_en: str
+    remedy_ja: str
+    kind: DetailKind | None = Field(description="Which kind of error the details tell of; null if not known.")
+    detail: str | None = Field(description="What ERD has answered.")
+    unit: int | None = None
+    axis: str | None = Field(default=None, description="The motor axis.")
+    at: datetime
+
+
+class SystemErrors:
+    """What is known of a robot's errors of the system."""
+
+    def __init__(self, robot: "Robot") -> None:
+        self._robot = robot
+        self.latched: RobotErrorRecord | None = None
+        """The error that stands, as far as is known."""
+
+    async def take(self) -> str:
+        """Ask for the present error; an error of the system is kept and published.
+
+        :raises GatewayError: it was not told.
+        """
+        async with self._robot.line.floor.held(Lane.COMMAND):
+            error = await self._robot.dialogue.take_error()
+        await self._note(error)
+        return error
+
+    async def look(self) -> None:
+        """Find out which error stands; if the answer is lost, the details still tell (C-HOST manual 2-13)."""
+        try:
+            await self.take()
+        except NoReply:
+            with suppress(GatewayError):
+                await self._note(None)
+        except GatewayError:
+            return
+
+    async def reset(self) -> None:
+        """Reset the errors of the system, and see whether one still stands (DRT, C-HOST manual 2-14).
+
+        :raises GatewayError: it was not done, or its cause is still there.
+        """
+        await self._robot.converse(ResetErrors())
+        if self.latched is not None:
+            self._are_reset("gateway")
+        error = await self.take()
+        if lookup(error).kind is ErrorKind.FICS:
+            raise RobotFailed(self._robot.id, ResetErrors.code, error)
+
+    async def _note(self, error: str | None) -> None:
+        """Keep an error of the system, or forget one that was reset by somebody else."""
+        if error is not None and lookup(error).kind is not ErrorKind.FICS:
+            if self.latched is not None:
+                self._are_reset("elsewhere")
+            return
+        known = self.latched
+        if known is not None and error is not None and known.code == error:
+            return
+        detail = await self._detail()
+        if self.latched is not known:  # somebody else has looked at the same time
+            return
+        if error is None and (detail is None or detail.kind is DetailKind.NONE):
+            return
+        self.latched = _record(error, detail)
+        self._robot.publish("robot.error", self.latched.model_dump(mode="json"))
+
+    async def _detail(self) -> ErrorDetail | None:
+        try:
+            reply = await self._robot.read(GetErrorDetail())
+        except GatewayError:
+            return None
+        return reply if isinstance(reply, ErrorDetail) else None
+
+    def _are_reset(self, where: str) -> None:
+        self.latched = None
+        self._robot.publish("robot.errors.reset", {"by": where})
+
+
+def _record(error: str | None, detail: ErrorDetail | None) -> RobotErrorRecord:
+    code = error
+    if code is None and detail is not None and detail.error is not None:
+        code = f"{detail.error:03d}"
+    row = lookup(code or "999")
+    return RobotErrorRecord(
+        code=code,
+        en=row.en if code else "An error of the system stands.",
+        ja=row.ja if code else "Ficsのエラーが発生しています。",
+        remedy_en=row.remedy_en,
+        remedy_ja=row.remedy_ja,
+        kind=detail.kind if detail else None,
+        detail=detail.written() if detail else None,
+        unit=detail.unit if detail else None,
+        axis=detail.axis if detail else None,
+        at=datetime.now(UTC),
+    )

@@ -1,0 +1,98 @@
+"""Where a move should end and whether it has: what positions prove of it."""
+
+from typing import Any
+
+from gateway.fics.errors import NotHomed, PositionUnknown
+from gateway.fics.units import Places, RobotUnit, UnknownReason, coordinates_of
+from protocols.fics.jog import StepAxis
+from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
+from protocols.fics.moves import AxesMove, MoveAbsolute, MoveRelative, MoveToPosition
+from protocols.fics.row import FicsCommand
+
+TOLERANCE = 0.01
+"""A successful move may end so far from its target, in the unit of the axis: displays round."""
+
+_WHY: dict[UnknownReason, str] = {
+    "not_homed": "it is not homed",
+    "homing": "the robot is homing",
+    "macro": "a macro is running",
+    "automatic": "the robot is in automatic operation",
+    "no_conversion": "its motors stand where no user coordinates exist",
+    "not_known": "the robot does not say why",
+}
+
+
+def axes_it_needs(unit: RobotUnit, command: FicsCommand[Any], target: Places | None = None) -> list[str]:
+    """The axes whose positions have to be known before a move.
+
+    A place can only be gone to from a known one (C-HOST manual 2-6, 2-16, 4-3); a stored position whose
+    `target` nobody knows may be one of all axes. Relative moves go unhomed (2-5, 4-2), and so do steps, but
+    not those of a converted axis (2-3).
+    """
+    if isinstance(command, StepAxis):
+        return [command.axis] if unit.converted(command.axis) else []
+    if isinstance(command, MoveToPosition):
+        return unit.axes if target is None else list(target)
+    if isinstance(command, MoveAbsolute | MoveMotorsAbsolute):
+        return list(_named(unit.names(coordinates_of(unit, command)), command.coordinates))
+    return []
+
+
+async def require_known(
+    unit: RobotUnit, command: FicsCommand[Any], start: Places, target: Places | None = None
+) -> None:
+    """Refuse a move that needs a position the robot does not tell.
+
+    :raises NotHomed: an axis is not homed.
+    :raises PositionUnknown: it is not known for another reason.
+    """
+    missing = {name: None for name in axes_it_needs(unit, command, target) if start[name] is None}
+    if not missing:
+        return
+    reasons = await unit.why_unknown(missing)
+    axis, reason = next(iter(reasons.items()))
+    detail = (
+        f"The position of axis {axis} of {unit.address} is not known, for {_WHY[reason]}; "
+        f"{command.wire_name()} was not sent."
+    )
+    if reason == "not_homed":
+        raise NotHomed(detail, "Home the robot first.")
+    raise PositionUnknown(detail, "Read the status of the unit and the errors of the robot.")
+
+
+def target_of(
+    unit: RobotUnit, command: FicsCommand[Any], start: Places, stored: list[float | None] | None = None
+) -> dict[str, float | None] | None:
+    """Where the axes should come to, by name; null for one that moves from an unknown place.
+
+    `stored` is the position a move goes to by its number. None where nobody can know it beforehand.
+    """
+    if isinstance(command, MoveToPosition):
+        return _named(unit.axes, stored) if stored else None
+    if not isinstance(command, AxesMove):
+        return None
+    target = _named(list(start), command.coordinates)
+    if isinstance(command, MoveRelative | MoveMotorsRelative):
+        return {name: _sum(start[name], amount) for name, amount in target.items()}
+    return target
+
+
+def _named(names: list[str], values: list[float | None]) -> dict[str, float | None]:
+    return {name: value for name, value in zip(names, values, strict=False) if value is not None}
+
+
+def _sum(place: float | None, amount: float | None) -> float | None:
+    return None if place is None or amount is None else place + amount
+
+
+def furthest_miss(target: Places | None, position: Places | None) -> float | None:
+    """How far the worst axis stands from its target; None where that is not known of all of them."""
+    if not target or position is None:
+        return None
+    misses = []
+    for axis, wanted in target.items():
+        found = position.get(axis)
+        if wanted is None or found is None:
+            return None
+        misses.append(abs(wanted - found))
+    return max(misses)

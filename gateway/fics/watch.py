@@ -1,0 +1,52 @@
+"""What happens to a robot without us: power that was lost, errors, motion nobody here asked for."""
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from gateway.errors import GatewayError
+from gateway.fics.errors import PowerCycled, RobotRefused
+from gateway.fics.units import at_rest, in_trouble
+from gateway.port import LineState
+
+if TYPE_CHECKING:
+    from gateway.fics.robot import Robot
+
+HEALTH_POLL_S = 5.0
+"""A robot that does nothing for us is asked for its mode and status this often."""
+
+BUSY = "E01"
+"""The refusal of a selection of units while something moves (C-HOST manual 1-7)."""
+
+
+async def watch(robot: "Robot") -> None:
+    """Look again and again, and publish what is found."""
+    while True:
+        if robot.line.state is LineState.READY and robot.motion is None and not robot.stopping:
+            try:
+                await _look(robot)
+            except PowerCycled:
+                pass  # it has been told
+            except GatewayError as error:
+                robot.publish("robot.unreadable", {"detail": error.detail})
+        await asyncio.sleep(HEALTH_POLL_S)
+
+
+async def _look(robot: "Robot") -> None:
+    await robot.see_power()
+    await robot.restore_speeds()
+    moves, troubled = False, False
+    for unit in robot.units:
+        try:
+            axes = (await unit.status()).values()
+        except RobotRefused as refused:
+            moves |= refused.fics_error == BUSY
+            continue
+        moves |= not at_rest(axes)
+        troubled |= any(map(in_trouble, axes))
+    if robot.motion is not None:
+        return
+    if moves and not robot.moves_by_itself:
+        robot.publish("robot.motion.foreign", {})
+    robot.moves_by_itself = moves
+    if troubled or robot.latched_error is not None:
+        await robot.look_for_errors()

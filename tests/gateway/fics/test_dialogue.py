@@ -1,0 +1,79 @@
+"""What became of a command: told in Ver.3, found out in Ver.2, never guessed."""
+
+import asyncio
+
+import pytest
+
+from gateway.errors import NoReply, NotSent
+from gateway.exchange import Lane
+from gateway.fics.errors import RobotRefused
+from protocols.fics.inputs_outputs import SwitchOutput
+from protocols.fics.jog import StopJog
+from protocols.fics.moves import MoveRelative
+from protocols.fics.variables import GetVariable, SetVariable
+from simulator.rorze.faults import Direction, Fault
+from tests.fics_plants import fics_rig
+from tests.plants import in_virtual_time
+
+DOWN = MoveRelative(coordinates=[None, None, -5.0])
+SWITCH = SwitchOutput(channel=1, bit=0, on=True)
+
+
+@in_virtual_time
+async def test_in_mode_2_the_error_of_a_garbled_question_is_not_that_of_the_next_command() -> None:
+    async with fics_rig(mode=2) as rig:
+        rig.cable._arrive(b"XYZ 1\r")  # what garbling has made of a question
+        rig.cable.lost_command = "VAR V01"
+        with pytest.raises(NoReply):
+            await rig.robot.ask(GetVariable(number=1))
+        rig.cable.lost_command = ""
+        await rig.robot.ask(SetVariable(number=1, value=1.0))
+        assert (await rig.move(DOWN)).status == "succeeded"
+
+
+@in_virtual_time
+async def test_in_mode_2_nothing_is_sent_whose_refusal_nobody_could_tell() -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.robot.ask(SetVariable(number=1, value=1.0))
+        rig.cable.lost_answer = "ERR"
+        with pytest.raises(NoReply):
+            await rig.robot.ask(SetVariable(number=1, value=2.0))
+        with pytest.raises(NotSent, match="did not tell its last error"):
+            await rig.robot.ask(SetVariable(number=1, value=3.0))
+        with pytest.raises(NotSent):
+            await rig.move(DOWN)
+        assert rig.fics.variables[1] == 2.0
+        assert rig.heard("LMI") == []
+
+
+@in_virtual_time
+async def test_an_error_the_manual_does_not_name_is_no_refusal_in_mode_2() -> None:
+    async with fics_rig(mode=2) as rig:
+        rig.fics.refusal = 40  # type: ignore[assignment]  # as if a bit of E00 had been flipped
+        with pytest.raises(NoReply):
+            await rig.robot.ask(SWITCH)
+
+
+@in_virtual_time
+async def test_a_refusal_that_is_doubled_refuses_nothing_else() -> None:
+    async with fics_rig() as rig:
+        rig.fail(Fault.DOUBLED, Direction.REPLIES, delay_s=0.0)
+        with pytest.raises(RobotRefused):
+            await rig.robot.ask(SwitchOutput(channel=99, bit=0, on=True))
+        await rig.robot.ask(SWITCH)
+        assert rig.fics.outputs[0] == 1
+
+
+@in_virtual_time
+async def test_who_goes_away_before_a_command_is_written_takes_it_along() -> None:
+    async with fics_rig(baud=9600) as rig:
+        line = rig.robot.line
+        line.submit(line.exchange(StopJog(axis="Z"), Lane.STOP))  # the port is busy with it
+        forsaken = asyncio.create_task(rig.robot.ask(SetVariable(number=1, value=1.0)))
+        await asyncio.sleep(0.001)
+        assert line.waiting() == {"stop": 0, "command": 1, "read": 0}
+        forsaken.cancel()
+        await asyncio.wait({forsaken})
+        assert line.waiting() == {"stop": 0, "command": 0, "read": 0}
+        await asyncio.sleep(1)
+        assert rig.heard("VAR V01=") == []

@@ -1,0 +1,118 @@
+"""A move ends as what the robot itself says, and as nothing that only seems so."""
+
+import asyncio
+
+import pytest
+
+from gateway.errors import Expired
+from gateway.moves import MoveStatus
+from protocols.fics.homing import HomeRobot
+from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
+from protocols.fics.speeds import SetSpeedPercent
+from simulator.rorze.faults import Direction, Fault
+from tests.fics_plants import fics_rig
+from tests.plants import in_virtual_time
+
+DOWN = MoveRelative(coordinates=[None, None, -5.0])
+SLOWLY = SetSpeedPercent(percents=[2.0, 2.0, 2.0])
+
+
+@in_virtual_time
+async def test_a_copy_of_the_answer_before_does_not_end_the_next_move() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.ask(SLOWLY, 1)
+        move = await rig.plant.robot_moves.start(rig.robot, 1, DOWN)
+        rig.cable._deliver(b"LMI\r")  # of an earlier one, for all the gateway knows
+        move = await rig.plant.robot_moves.wait(move.id, 60)
+        assert (move.status, move.position) == (MoveStatus.SUCCEEDED, {"X": 150.0, "Y": 150.0, "Z": -5.0})
+        assert rig.fics.job is None
+
+
+@in_virtual_time
+async def test_between_two_equal_moves_a_number_proves_that_no_answer_is_on_its_way() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        rig.fail(Fault.DOUBLED, Direction.REPLIES, 20, delay_s=0.05)
+        sent = len(rig.cable.written)
+        for _ in range(2):
+            assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
+        assert rig.fics.units[1].at_rest()[2] == pytest.approx(-10.0)
+        first, second = (n for n, text in enumerate(rig.cable.frames(sent)) if text.startswith("LMI"))
+        assert any(text.startswith("VAR") for text in rig.cable.frames(sent)[first:second])
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_homing_that_was_lost_on_its_way_is_not_called_done(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await rig.move(HomeRobot())
+            rig.cable.lost_command = "ORG"
+            move = await rig.move(HomeRobot())
+            assert move.status is MoveStatus.UNKNOWN
+            assert move.error is not None
+            assert move.error.moved == "unknown"
+
+    story()
+
+
+@in_virtual_time
+async def test_in_mode_2_homing_that_was_stopped_is_no_loss_of_power() -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.move(HomeRobot())
+        move = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+        await asyncio.sleep(0.5)
+        assert (await rig.robot.stop("decelerate")).state == "confirmed"
+        move = await rig.plant.robot_moves.wait(move.id, 10)
+        assert move.status is MoveStatus.STOPPED
+        assert not rig.robot.power_cycled
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_move_to_a_stored_position_knows_its_target(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await rig.move(HomeRobot())
+            await rig.robot.upload_positions([(7, [160.0, 140.0])])
+            move = await rig.move(MoveToPosition(position=7))
+            assert (move.status, move.target_position) == (MoveStatus.SUCCEEDED, {"X": 160.0, "Y": 140.0})
+            again = await rig.move(MoveToPosition(position=7))
+            assert again.status is MoveStatus.SUCCEEDED
+
+    story()
+
+
+@in_virtual_time
+async def test_a_place_that_cannot_be_read_proves_nothing() -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.ask(SLOWLY, 1)
+        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveAbsolute(coordinates=[160.0]))
+        rig.cable.lost_answer = "APS"
+        move = await rig.plant.robot_moves.wait(move.id, 60)
+        assert (move.status, move.position) == (MoveStatus.UNKNOWN, None)
+
+
+@in_virtual_time
+async def test_a_move_that_could_not_be_written_in_time_is_never_written() -> None:
+    async with fics_rig() as rig:
+        moves = rig.plant.robot_moves
+        await rig.move(DOWN)
+        starting = asyncio.create_task(moves.start(rig.robot, 1, DOWN, start_within_s=0.5))
+        await rig.cable.written_from("MOD")
+        await rig.cable.written_from("UNT")
+        rig.cable.stuck = True
+        with pytest.raises(Expired, match="nothing was sent"):
+            await starting
+        rig.cable.stuck = False
+        await asyncio.sleep(5)
+        assert len(rig.heard("LMI")) == 1
+
+
+@in_virtual_time
+async def test_positions_are_told_with_the_unit_of_each_axis() -> None:
+    async with fics_rig() as rig:
+        move = await rig.move(HomeRobot())
+        assert move.units == dict.fromkeys("XYZ", "mm")

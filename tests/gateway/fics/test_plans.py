@@ -1,0 +1,157 @@
+"""What a move would do, by the robot's own settings: the same as it then does, or an honest nothing."""
+
+import asyncio
+from typing import Any
+
+import pytest
+
+from gateway.fics.plans import PlannedRobotMove, plan_of
+from protocols.fics.homing import HomeRobot
+from protocols.fics.jog import StepAxis
+from protocols.fics.macros import RunMacro
+from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative, SetMotorSpeedPercent
+from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
+from protocols.fics.row import FicsCommand
+from protocols.fics.speeds import (
+    SetAccelerationTimes,
+    SetMaximumSpeeds,
+    SetSelfStartSpeeds,
+    SetSmoothAcceleration,
+    SetSpeedPercent,
+)
+from tests.fics_plants import FicsRig, fics_rig
+from tests.virtual_time import run_virtual
+
+CARTESIAN, SCARA = 2, 1
+
+
+async def plan(rig: FicsRig, command: FicsCommand[Any], unit: int = CARTESIAN) -> PlannedRobotMove:
+    before = rig.machine.truth.of("motion_start")
+    planned = await plan_of(rig.robot.unit(unit), command)
+    assert rig.machine.truth.of("motion_start") == before
+    return planned
+
+
+@pytest.mark.parametrize(
+    ("settings", "command"),
+    [
+        ([], MoveAbsolute(coordinates=[100])),
+        ([], MoveRelative(coordinates=[None, -3])),
+        ([], MoveMotorsRelative(coordinates=[None, None, 7.5])),
+        ([], MoveMotorsAbsolute(coordinates=[-20, 0, 0])),
+        ([SetSpeedPercent(percents=[10])], MoveAbsolute(coordinates=[100])),
+        ([SetMotorSpeedPercent(percents=[25.5])], MoveMotorsAbsolute(coordinates=[100])),
+        (
+            [SetMaximumSpeeds(speeds=[33]), SetAccelerationTimes(times_ms=[900])],
+            MoveAbsolute(coordinates=[50]),
+        ),
+    ],
+)
+def test_the_move_of_one_axis_takes_as_long_as_planned(
+    settings: list[FicsCommand[Any]], command: FicsCommand[Any]
+) -> None:
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot(), CARTESIAN)
+            for setting in settings:
+                await rig.robot.ask(setting, CARTESIAN)
+            planned = await plan(rig, command)
+            moved = await rig.move(command, CARTESIAN)
+            start, stop = (rig.machine.truth.of(kind)[-1].at for kind in ("motion_start", "motion_stop"))
+            assert planned.duration_s == pytest.approx(stop - start, abs=0.002)
+            assert planned.note is None
+            assert (planned.frame, planned.target_position) == (moved.frame, moved.target_position)
+            assert planned.start_position == moved.start_position
+
+    run_virtual(story())
+
+
+@pytest.mark.parametrize(
+    ("unit", "setting", "command", "says"),
+    [
+        (CARTESIAN, None, MoveAbsolute(coordinates=[10, 20]), "several axes together"),
+        (SCARA, None, MoveAbsolute(coordinates=[100]), "Axis X is moved by several motors"),
+        (CARTESIAN, SetSmoothAcceleration(enabled=1), MoveAbsolute(coordinates=[10]), "S-curves are on"),
+        (CARTESIAN, SetSelfStartSpeeds(speeds_pps=[100]), MoveAbsolute(coordinates=[10]), "start speed"),
+    ],
+)
+def test_a_duration_the_manual_does_not_tell_is_null_and_the_target_is_not(
+    unit: int, setting: FicsCommand[Any] | None, command: FicsCommand[Any], says: str
+) -> None:
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot(), unit)
+            if setting is not None:
+                await rig.robot.ask(setting, unit)
+            planned = await plan(rig, command, unit)
+            assert planned.duration_s is None
+            assert planned.target_position is not None
+            assert says in (planned.note or "")
+
+    run_virtual(story())
+
+
+@pytest.mark.parametrize("command", [HomeRobot(), StepAxis(axis="X", steps=5), RunMacro(macro="PCK")])
+def test_where_only_the_motion_itself_tells_the_end_it_is_null(command: FicsCommand[Any]) -> None:
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot(), CARTESIAN)
+            planned = await plan(rig, command)
+            assert (planned.target_position, planned.duration_s) == (None, None)
+            assert "only known when it is done" in (planned.note or "")
+            assert planned.start_position == {"X": 0.0, "Y": 0.0, "Z": 0.0}
+
+    run_virtual(story())
+
+
+def test_a_stored_position_is_looked_up() -> None:
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot(), CARTESIAN)
+            await rig.robot.upload_positions([(7, [30.0, None, None])], CARTESIAN)
+            planned = await plan(rig, MoveToPosition(position=7))
+            assert (planned.frame, planned.target_position) == ("POM 7\\r", {"X": 30.0})
+            assert planned.duration_s is not None
+            missing = await plan(rig, MoveToPosition(position=8))
+            assert missing.note == "It would be refused: position 8 is not set."
+
+    run_virtual(story())
+
+
+def test_a_robot_that_is_not_homed_plans_relative_moves_and_says_no_to_others() -> None:
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            relative = await plan(rig, MoveRelative(coordinates=[100]))
+            assert relative.target_position == {"X": None}
+            assert relative.duration_s == pytest.approx(0.4)
+            absolute = await plan(rig, MoveAbsolute(coordinates=[100]))
+            assert absolute.duration_s is None
+            assert "It would be refused: The position of axis X" in (absolute.note or "")
+
+    run_virtual(story())
+
+
+def test_a_move_of_no_length_takes_no_time() -> None:
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot(), CARTESIAN)
+            assert (await plan(rig, MoveAbsolute(coordinates=[0]))).duration_s == 0.0
+
+    run_virtual(story())
+
+
+def test_while_the_robot_moves_or_is_away_the_frame_is_still_exact() -> None:
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot(), CARTESIAN)
+            await rig.plant.robot_moves.start(rig.robot, CARTESIAN, HomeRobot())
+            busy = await plan(rig, MoveAbsolute(coordinates=[5]))
+            assert (busy.frame, busy.duration_s) == ("LMA 5\\r", None)
+            assert busy.note
+            rig.cable.unplug()
+            await asyncio.sleep(0.1)
+            away = await plan(rig, MoveAbsolute(coordinates=[5]))
+            assert (away.frame, away.start_position) == ("LMA 5\\r", None)
+            assert "down" in (away.note or "")
+
+    run_virtual(story())

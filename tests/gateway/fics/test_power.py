@@ -1,0 +1,146 @@
+"""A robot that has lost its power: known by its mode, kept from moving, given its speeds back."""
+
+import asyncio
+
+import pytest
+
+from gateway.errors import NoReply
+from gateway.fics.errors import PowerCycled, RobotRefused, SpeedsNotRestored
+from gateway.moves import MoveStatus
+from protocols.fics.homing import HomeRobot
+from protocols.fics.motor_axes import GetMotorSpeedPercent, SetMotorSpeedPercent
+from protocols.fics.moves import MoveRelative
+from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
+from tests.fics_plants import FicsRig, fics_rig
+from tests.plants import in_virtual_time
+
+DOWN = MoveRelative(coordinates=[None, None, -5.0])
+LIMIT_S = 12.0
+"""Within this an idle robot has been looked at, set up and given its speeds."""
+
+
+def percents(rig: FicsRig, unit: int = 1) -> list[float]:
+    return [axis.percent for axis in rig.fics.units[unit].users]
+
+
+async def cycle(rig: FicsRig) -> None:
+    """Switch the robot off and on, and let the gateway find out and somebody acknowledge it."""
+    rig.power_cycle()
+    with pytest.raises(PowerCycled):
+        await rig.move(HomeRobot())
+    await rig.robot.acknowledge_power_cycle()
+
+
+@pytest.mark.parametrize("units", [1, 2])
+def test_h01_the_speeds_are_set_again_and_verified_before_the_first_move(units: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(units=units) as rig:
+            for unit in range(1, units + 1):
+                await rig.robot.ask(SetSpeedPercent(percents=[10.0 * unit, None, 30.0]), unit)
+            await cycle(rig)
+            sent = len(rig.cable.written)
+            assert (await rig.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+            spoken = rig.cable.frames(sent)
+            home = spoken.index("ORG")
+            for unit in range(1, units + 1):
+                assert percents(rig, unit) == [10.0 * unit, 100.0, 30.0]
+                again = spoken.index(f"VAO {10 * unit},,30")
+                assert spoken[again + 1] == "VAO"
+                assert again < home
+
+    story()
+
+
+@in_virtual_time
+async def test_h01_speeds_that_were_only_read_are_set_again_and_the_others_are_told_to_be_gone() -> None:
+    async with fics_rig(units=2) as rig:
+        rig.fics.units[1].motors[0].percent = 7.0
+        await rig.robot.ask(GetMotorSpeedPercent(), 1)
+        await rig.robot.ask(SetSpeedPercent(percents=[5.0]), 2)
+        await cycle(rig)
+        (lost,) = rig.events("robot.power_cycled")
+        assert lost.data["speeds"] == {"1": {"A": 7.0, "B": 100.0, "Z": 100.0}, "2": {"X": 5.0}}
+        assert lost.data["full_speed"] == {"1": ["X", "Y"], "2": ["Y", "Z"]}
+        await rig.move(HomeRobot())
+        assert rig.fics.units[1].motors[0].percent == 7.0
+        assert rig.types("robot.speeds") == ["robot.speeds.restored"]
+
+
+@in_virtual_time
+async def test_h01_speeds_come_back_by_themselves_while_the_latch_stays() -> None:
+    async with fics_rig() as rig:
+        await rig.robot.ask(SetSpeedPercent(percents=[1.0, 2.0, 3.0]), 1)
+        rig.power_cycle()
+        await asyncio.sleep(LIMIT_S)
+        assert percents(rig) == [1.0, 2.0, 3.0]
+        assert rig.robot.power_cycled
+        with pytest.raises(PowerCycled, match="switched off and on"):
+            await rig.move(DOWN)
+
+
+@in_virtual_time
+async def test_h01_without_its_speeds_nothing_moves() -> None:
+    async with fics_rig() as rig:
+        await rig.robot.ask(SetSpeedPercent(percents=[1.0]), 1)
+        await cycle(rig)
+        rig.edit(True)
+        with pytest.raises(RobotRefused):
+            await rig.move(DOWN)
+        rig.edit(False)
+        rig.cable.lost_command = "VAO"
+        with pytest.raises(SpeedsNotRestored):
+            await rig.move(DOWN)
+        assert rig.heard("LMI") == []
+        rig.cable.lost_command = ""
+        assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
+        assert percents(rig) == [1.0, 100.0, 100.0]
+
+
+@in_virtual_time
+async def test_a_speed_nobody_can_be_sure_of_is_not_set_again() -> None:
+    async with fics_rig() as rig:
+        await rig.robot.ask(SetSpeedPercent(percents=[10.0, 20.0]), 1)
+        rig.cable.lost_answer = "VAO"
+        with pytest.raises(NoReply):
+            await rig.robot.ask(SetSpeedPercent(percents=[90.0]), 1)
+        rig.cable.lost_answer = ""
+        await cycle(rig)
+        await rig.move(HomeRobot())
+        assert percents(rig) == [100.0, 20.0, 100.0]
+
+
+@in_virtual_time
+async def test_what_somebody_sets_after_the_loss_is_what_holds() -> None:
+    async with fics_rig() as rig:
+        await rig.robot.ask(SetSpeedPercent(percents=[10.0]), 1)
+        await cycle(rig)
+        await rig.robot.ask(SetSpeedPercent(percents=[15.0]), 1)
+        await rig.move(HomeRobot())
+        assert percents(rig) == [15.0, 100.0, 100.0]
+
+
+@in_virtual_time
+async def test_in_mode_2_full_speed_where_there_was_less_counts_as_a_loss_of_power() -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.robot.ask(SetSpeedPercent(percents=[10.0, 10.0, 10.0]), 1)
+        assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
+        moves = len(rig.heard("LMI"))
+        rig.power_cycle()
+        with pytest.raises(PowerCycled):
+            await rig.move(DOWN)
+        assert len(rig.heard("LMI")) == moves
+        assert rig.events("robot.power_cycled")[0].data["certain"] is False
+        await rig.robot.acknowledge_power_cycle()
+        assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
+        assert percents(rig) == [10.0, 10.0, 10.0]
+
+
+@in_virtual_time
+async def test_an_axis_of_both_kinds_has_one_speed_the_last_that_was_set() -> None:
+    async with fics_rig() as rig:
+        await rig.robot.ask(SetSpeedPercent(percents=[None, None, 10.0]), 1)
+        await rig.robot.ask(SetMotorSpeedPercent(percents=[None, None, 20.0]), 1)
+        await cycle(rig)
+        await rig.move(HomeRobot())
+        assert (await rig.robot.read(GetSpeedPercent(), 1)).percents == [100.0, 100.0, 20.0]

@@ -1,0 +1,74 @@
+"""The unit a robot acts on is set, and seen, before what depends on it."""
+
+import pytest
+
+from gateway.errors import NotSent
+from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused, UnitNotSelected
+from protocols.fics.homing import HomeRobot
+from protocols.fics.moves import MoveRelative
+from tests.fics_plants import fics_rig
+from tests.plants import in_virtual_time
+
+DOWN = MoveRelative(coordinates=[None, None, -5.0])
+
+
+@in_virtual_time
+async def test_h02_a_selection_whose_answer_is_lost_counts_if_the_robot_says_so_itself() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.unit(1).position()
+        rig.lose_replies()
+        assert await rig.robot.unit(2).position() == {"X": None, "Y": None, "Z": None}
+        assert rig.robot.selection.unit == rig.fics.host_unit == 2
+
+
+@in_virtual_time
+async def test_h02_a_robot_that_stays_with_another_unit_is_not_moved() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.move(HomeRobot())
+        rig.cable.lost_command = "UNT 2"
+        with pytest.raises(UnitNotSelected, match="acts on unit 1, not on unit 2"):
+            await rig.move(DOWN, unit=2)
+        assert rig.heard("LMI") == []
+
+
+@in_virtual_time
+async def test_a_refusal_leaves_the_unit_as_it_was() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.unit(1).position()
+        rig.edit(True)
+        with pytest.raises(RobotRefused):
+            await rig.robot.unit(2).position()
+        assert await rig.robot.unit(1).position() == {"X": None, "Y": None, "Z": None}
+
+
+@in_virtual_time
+async def test_in_motion_no_other_unit_is_asked_for() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+        sent = len(rig.cable.written)
+        with pytest.raises(RobotBusy):
+            await rig.robot.unit(2).position()
+        assert [text for text in rig.cable.frames(sent) if text.startswith("UNT")] == []
+
+
+@in_virtual_time
+async def test_h01_silence_after_a_selection_may_be_that_of_a_robot_without_power() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.unit(1).position()
+        rig.power_cycle()
+        with pytest.raises(PowerCycled):
+            await rig.robot.unit(2).position()
+        assert rig.robot.power_cycled
+
+
+@in_virtual_time
+async def test_in_mode_2_units_are_selected_while_an_error_hides_every_refusal() -> None:
+    async with fics_rig(units=2, mode=2) as rig:
+        await rig.robot.unit(1).position()
+        assert (await rig.robot.stop("immediate")).state == "confirmed"
+        assert rig.robot.latched_error is not None
+        await rig.robot.unit(2).position()
+        await rig.robot.unit(1).position()
+        assert (await rig.robot.stop("immediate")).state == "confirmed"
+        with pytest.raises(NotSent):
+            await rig.move(DOWN)

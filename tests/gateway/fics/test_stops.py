@@ -1,0 +1,130 @@
+"""Stops of a robot: sent at once, repeated, and confirmed only by what it says itself of every unit."""
+
+import asyncio
+
+import pytest
+
+from gateway.fics.errors import RobotBusy
+from gateway.moves import MoveStatus
+from gateway.stops import CONFIRM_WITHIN_S, GIVE_UP_AFTER_S
+from protocols.fics.homing import HomeRobot
+from protocols.fics.moves import MoveAbsolute, MoveRelative
+from protocols.fics.speeds import SetSpeedPercent
+from tests.fics_plants import FicsRig, fics_rig
+from tests.plants import in_virtual_time
+
+SLOW = SetSpeedPercent(percents=[0.5, 0.5, 0.5])
+LONG = MoveAbsolute(coordinates=[200.0, 60.0])
+
+
+async def under_way(rig: FicsRig) -> str:
+    """Home the robot, then start a move of many seconds with unit 1."""
+    await rig.move(HomeRobot())
+    await rig.robot.ask(SLOW, 1)
+    return (await rig.plant.robot_moves.start(rig.robot, 1, LONG)).id
+
+
+@in_virtual_time
+async def test_the_reason_of_a_refusal_outlasts_the_warning() -> None:
+    async with fics_rig() as rig:
+        await under_way(rig)
+        rig.edit(True)
+        report = await rig.robot.stop("immediate")
+        await asyncio.sleep(CONFIRM_WITHIN_S)
+        detail = str(report.detail)
+        assert "refused the stop with E03" in detail
+        assert "Unit 1 has not come to rest." in detail
+        assert "use the hardware stop" in detail
+        (warning,) = rig.events("robot.stop.unconfirmed")
+        assert "refused the stop with E03" in warning.data["detail"]
+        assert warning.data["units_unknown"] == [1]
+        rig.edit(False)
+        await asyncio.sleep(1)
+        assert (report.state, report.detail, report.units_unknown) == ("confirmed", None, [])
+
+
+@in_virtual_time
+async def test_while_the_terminal_edits_a_stop_says_which_unit_nobody_knows_of() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.unit(2).status()
+        await rig.robot.unit(1).status()
+        rig.edit(True)
+        report = await rig.robot.stop("immediate")
+        assert report.state != "confirmed"
+        assert report.units_unknown == [2]
+        detail = str(report.detail)
+        assert "Nobody knows whether unit 2 stands still: r1 refused UNT" in detail
+        assert "It stood still when it was last asked." in detail
+        assert "unit 1" not in detail
+        rig.edit(False)
+        assert (await rig.robot.stop("immediate")).state == "confirmed"
+
+
+@in_virtual_time
+async def test_of_a_unit_that_was_sent_on_its_way_nobody_says_that_it_stood_still() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.unit(1).status()
+        await rig.robot.unit(2).status()
+        await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, -50.0]))
+        assert [unit.stood_still for unit in rig.robot.units] == [False, True]
+
+
+@in_virtual_time
+async def test_a_stop_that_was_never_confirmed_is_told_to_be_given_up() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.unit(1).status()
+        rig.edit(True)
+        report = await rig.robot.stop("decelerate")
+        await asyncio.sleep(GIVE_UP_AFTER_S)
+        assert report.state != "confirmed"
+        assert rig.types("robot.stop")[-1] == "robot.stop.given_up"
+        assert not rig.robot.stopping
+
+
+@in_virtual_time
+async def test_every_request_for_a_stop_sends_one() -> None:
+    async with fics_rig() as rig:
+        await rig.robot.unit(1).status()
+        for count in range(1, 4):
+            report = await rig.robot.stop("immediate")
+            assert report.state == "confirmed"
+            assert len(rig.heard("AES")) == count
+        first, second = rig.robot.stop("decelerate"), rig.robot.stop("decelerate")
+        assert rig.cable.frames()[-1] == "ASS"
+        await asyncio.gather(first, second)
+        assert len(rig.heard("ASS")) >= 2
+
+
+@in_virtual_time
+async def test_no_move_begins_before_standstill_is_confirmed() -> None:
+    async with fics_rig() as rig:
+        move_id = await under_way(rig)
+        stop = rig.robot.stop("decelerate")
+        with pytest.raises(RobotBusy):
+            await rig.move(HomeRobot())
+        assert (await stop).state == "confirmed"
+        assert rig.plant.robot_moves.get(move_id).status is MoveStatus.STOPPED
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("lost", ["lost_command", "lost_answer"])
+def test_h05_a_stop_works_even_if_the_end_of_the_upload_is_lost(mode: int, lost: str) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode, baud=9600) as rig:
+            positions = [(number, [float(number), 0.0, 0.0]) for number in range(1, 200)]
+            upload = asyncio.create_task(rig.robot.upload_positions(positions))
+            await asyncio.sleep(0.5)
+            setattr(rig.cable, lost, "POF")
+            stop = rig.robot.stop("immediate")
+            await asyncio.sleep(1.5)
+            assert (rig.fics.alarm is None) == (lost == "lost_command")
+            setattr(rig.cable, lost, "")
+            await asyncio.wait({upload, stop})
+            assert upload.exception() is not None
+            await asyncio.sleep(3)
+            assert rig.types("robot.stop")[-1] == "robot.stop.confirmed"
+            assert rig.fics.upload is None
+
+    story()

@@ -1,0 +1,54 @@
+"""Which moves need to know where the axes stand, and where they should come to."""
+
+import pytest
+
+from gateway.fics.targets import axes_it_needs, furthest_miss, target_of
+from protocols.fics.homing import HomeRobot
+from protocols.fics.jog import StepAxis
+from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
+from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
+from protocols.fics.row import FicsCommand
+from protocols.table import Ack
+from tests.fics_plants import fics_rig
+from tests.plants import in_virtual_time
+
+
+@pytest.mark.parametrize(
+    ("command", "axes"),
+    [
+        (MoveAbsolute(coordinates=[1.0, None, 2.0]), "XZ"),  # C-HOST manual 2-6
+        (MoveMotorsAbsolute(coordinates=[None, 1.0]), "B"),  # 4-3
+        (MoveToPosition(position=1), "XYZ"),  # 2-16
+        (MoveRelative(coordinates=[1.0]), ""),  # 2-5
+        (MoveMotorsRelative(coordinates=[1.0]), ""),  # 4-2
+        (StepAxis(axis="X", steps=1), "X"),  # 2-3: converted
+        (StepAxis(axis="A", steps=1), ""),
+        (StepAxis(axis="Z", steps=1), ""),
+        (HomeRobot(), ""),  # 2-4
+    ],
+)
+def test_h11_a_move_needs_the_axes_whose_places_it_starts_from(command: FicsCommand[Ack], axes: str) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig() as rig:
+            assert axes_it_needs(rig.robot.unit(1), command) == list(axes)
+
+    story()
+
+
+@in_virtual_time
+async def test_targets_are_told_of_axes_that_are_named() -> None:
+    async with fics_rig() as rig:
+        unit, start = rig.robot.unit(1), {"X": 1.0, "Y": None, "Z": 3.0}
+        assert target_of(unit, MoveAbsolute(coordinates=[None, 5.0]), start) == {"Y": 5.0}
+        assert target_of(unit, MoveRelative(coordinates=[1.0, 1.0]), start) == {"X": 2.0, "Y": None}
+        assert target_of(unit, MoveToPosition(position=1), start, [None, 7.0]) == {"Y": 7.0}
+        assert target_of(unit, MoveToPosition(position=1), start) is None
+        assert target_of(unit, HomeRobot(), start) is None
+
+
+def test_a_miss_is_known_only_where_every_place_is() -> None:
+    assert furthest_miss({"X": 1.0, "Y": 2.0}, {"X": 1.5, "Y": 2.0, "Z": 9.0}) == 0.5
+    assert furthest_miss({"X": 1.0}, {"X": None}) is None
+    assert furthest_miss({"X": 1.0}, None) is None
+    assert furthest_miss(None, {"X": 1.0}) is None
