@@ -3,7 +3,7 @@
 from functools import cache
 from typing import Annotated, Any, Literal
 
-from fastapi import Response
+from fastapi import Query, Response
 from pydantic import BaseModel, Field
 
 from api.problems import DECLARED
@@ -17,6 +17,8 @@ from protocols.rorze.row import LinkMasterCommand, RorzeCommand
 from protocols.table import Retry
 
 router = new_router("commands")
+
+Family = Literal["rorze", "fics"]
 
 
 class CommandError(BaseModel):
@@ -70,15 +72,18 @@ class CommandList(BaseModel):
 
 
 @router.get("/commands", name="list_commands", response_model=CommandList, responses=DECLARED)
-async def list_commands() -> Response:
+async def list_commands(
+    family: Annotated[Family | None, Query(description="Only the commands of one family.")] = None,
+) -> Response:
     """List every command that controllers and robots know."""
-    return Response(_table(), media_type="application/json")
+    return Response(_table(family), media_type="application/json")
 
 
 @cache
-def _table() -> str:
-    commands = [*map(_rorze_info, COMMANDS.values()), *map(_fics_info, FICS_ROWS)]
-    return CommandList(commands=commands).model_dump_json()
+def _table(family: Family | None) -> str:
+    rorze = map(_rorze_info, COMMANDS.values() if family != "fics" else ())
+    fics = map(_fics_info, FICS_ROWS if family != "rorze" else ())
+    return CommandList(commands=[*rorze, *fics]).model_dump_json()
 
 
 def _shared(row: type[RorzeCommand[Any]] | type[FicsCommand[Any]]) -> dict[str, Any]:

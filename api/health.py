@@ -14,7 +14,6 @@ from api.requests import json_response, new_router, plant_of
 from api.version import VERSION
 from gateway.line import LineState
 from gateway.plant import Plant
-from gateway.port import PortLoop
 
 router = new_router("health")
 
@@ -53,7 +52,7 @@ async def livez() -> Response:
 )
 async def readyz(request: Request) -> Response:
     """Say whether all lines are open and set up."""
-    states = {line.id: line.state for line in _lines(plant_of(request))}
+    states = {port.id: port.state for port in plant_of(request).ports().values()}
     ready = all(state in (LineState.READY, LineState.OUT_OF_STEP) for state in states.values())
     return json_response(Readiness(ready=ready, lines=states), 200 if ready else 503)
 
@@ -69,10 +68,6 @@ async def metrics(request: Request) -> Response:
     """Give the figures of all lines to Prometheus."""
     registry: CollectorRegistry = request.app.state.metrics
     return Response(generate_latest(registry), media_type=CONTENT_TYPE_LATEST)
-
-
-def _lines(plant: Plant) -> list[PortLoop]:
-    return [*plant.lines.values(), *(robot.line for robot in plant.robots())]
 
 
 def metrics_of(plant: Plant) -> CollectorRegistry:
@@ -108,13 +103,13 @@ class PlantCollector(Collector):
         up = GaugeMetricFamily(
             "motion_gateway_line_ready", "Whether a line can take commands.", labels=("line",)
         )
-        for port in _lines(self._plant):
+        for port in self._plant.ports().values():
             for kind, count in port.counters.items():
                 happened.add_metric((port.id, kind), count)
+            for lane, count in port.waiting().items():
+                waiting.add_metric((port.id, lane), count)
             up.add_metric((port.id,), port.state is LineState.READY)
         for line in self._plant.lines.values():
-            for lane, count in line.waiting().items():
-                waiting.add_metric((line.id, lane), count)
             own = [body for body in self._plant.bodies() if body.line is line]
             bodies.add_metric((line.id, "configured"), len(own))
             bodies.add_metric((line.id, "offline"), sum(not body.online for body in own))

@@ -11,7 +11,9 @@ from pydantic import AwareDatetime, BaseModel, Field
 from api.problems import DECLARED
 from api.requests import LineId, Wait, json_response, new_router, plant_of, wait_headers, wait_s
 from gateway.errors import NotFound
+from gateway.fics.line import FicsLine
 from gateway.line import Line, LineState
+from gateway.plant import Plant
 from gateway.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
@@ -19,13 +21,19 @@ MAX_TRACE_ENTRIES = 10_000
 router = new_router("lines")
 
 
-class LineInfo(BaseModel):
-    """A line: one port with an RC-400 and the bodies behind it."""
-
+class _PortInfo(BaseModel):
     line_id: str
     address: str = Field(description="The port.")
     state: LineState
     down_reason: str | None = Field(description="Why the port is not open; null while it is.")
+    waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
+    counters: dict[str, int] = Field(description="What has happened on the line since the start.")
+
+
+class LineInfo(_PortInfo):
+    """A line: one port with an RC-400 and the bodies behind it."""
+
+    protocol: Literal["rorze"]
     controllers: str = Field(description="What the link master answered to XID.")
     stop_mode: Literal["interject", "after_reply"] = Field(
         description="Whether a stop goes out at the next frame boundary, or after the reply under way."
@@ -33,14 +41,24 @@ class LineInfo(BaseModel):
     bodies: list[str]
     offline: list[str] = Field(description="Bodies that do not answer.")
     groups: list[str]
-    waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
-    counters: dict[str, int] = Field(description="What has happened on the line since the start.")
+
+
+class RobotLineInfo(_PortInfo):
+    """A line: one port with a robot."""
+
+    protocol: Literal["fics"]
+    robot_id: str
+    mode: int = Field(description="The robot's communication mode, 3 or 2 (C-HOST manual 1-1-1).")
+    online: bool = Field(description="Whether the robot can be asked now, as far as is known.")
+
+
+AnyLineInfo = Annotated[LineInfo | RobotLineInfo, Field(discriminator="protocol")]
 
 
 class LineList(BaseModel):
     """All lines of the configuration."""
 
-    lines: list[LineInfo]
+    lines: list[AnyLineInfo]
 
 
 class TraceRecord(BaseModel):
@@ -62,13 +80,15 @@ class Trace(BaseModel):
 @router.get("/lines", name="list_lines", response_model=LineList, responses=DECLARED)
 async def list_lines(request: Request) -> Response:
     """List all lines."""
-    return json_response(LineList(lines=[_info(line) for line in plant_of(request).lines.values()]))
+    plant = plant_of(request)
+    return json_response(LineList(lines=[_info(plant, port) for port in plant.ports().values()]))
 
 
-@router.get("/lines/{line_id}", name="get_line", response_model=LineInfo, responses=DECLARED)
+@router.get("/lines/{line_id}", name="get_line", response_model=AnyLineInfo, responses=DECLARED)
 async def get_line(request: Request, line_id: LineId) -> Response:
     """Tell the state of a line; nothing is sent."""
-    return json_response(_info(plant_of(request).line(line_id)))
+    plant = plant_of(request)
+    return json_response(_info(plant, plant.port(line_id)))
 
 
 @router.post(
@@ -79,7 +99,10 @@ async def get_line(request: Request, line_id: LineId) -> Response:
     responses={**DECLARED, 200: {"model": Scan, "description": "The scan is over."}},
 )
 async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Response:
-    """Ask all 120 body numbers of the line, between its other work, whether somebody is there."""
+    """Ask all 120 body numbers of the line, between its other work, whether somebody is there.
+
+    A line with a robot has none.
+    """
     plant = plant_of(request)
     scan = plant.scans.start(plant.line(line_id))
     waited_s = wait_s(request, wait)
@@ -107,9 +130,8 @@ async def get_trace(
     since: Annotated[AwareDatetime | None, Query(description="Only records not before this time.")] = None,
 ) -> Response:
     """Give the newest bytes of the line, a robot's too, both ways, with their times."""
-    recorder = plant_of(request).recorders.get(line_id)
-    if recorder is None:
-        raise NotFound(f"There is no line {line_id}.")
+    plant = plant_of(request)
+    recorder = plant.recorders[plant.port(line_id).id]
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
     content = await asyncio.to_thread(lambda: _trace(line_id, recorder.entries(last, since)))
     return Response(content, media_type="application/json")
@@ -120,19 +142,26 @@ def _trace(line_id: str, entries: Sequence[BaseModel]) -> str:
     return f'{{"line_id":"{line_id}","entries":[{records}]}}'
 
 
-def _info(line: Line) -> LineInfo:
+def _info(plant: Plant, port: Line | FicsLine) -> LineInfo | RobotLineInfo:
+    shared = {
+        "line_id": port.id,
+        "address": port.transport.address,
+        "state": port.state,
+        "down_reason": port.down_reason if port.state is LineState.DOWN else None,
+        "waiting": port.waiting(),
+        "counters": dict(port.counters),
+    }
+    if isinstance(port, FicsLine):
+        (robot_id,) = (robot.id for robot in plant.robots() if robot.line is port)
+        return RobotLineInfo(**shared, protocol="fics", robot_id=robot_id, mode=port.mode, online=port.online)
     return LineInfo(
-        line_id=line.id,
-        address=line.transport.address,
-        state=line.state,
-        down_reason=line.down_reason if line.state is LineState.DOWN else None,
-        controllers=line.controllers,
-        stop_mode="interject" if line.interject_stops else "after_reply",
-        bodies=_addresses(line, line.bodies),
-        offline=_addresses(line, sorted(line.offline)),
-        groups=_addresses(line, list(line.groups)),
-        waiting=line.waiting(),
-        counters=dict(line.counters),
+        **shared,
+        protocol="rorze",
+        controllers=port.controllers,
+        stop_mode="interject" if port.interject_stops else "after_reply",
+        bodies=_addresses(port, port.bodies),
+        offline=_addresses(port, sorted(port.offline)),
+        groups=_addresses(port, list(port.groups)),
     )
 
 

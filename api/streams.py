@@ -11,25 +11,30 @@ from starlette.websockets import WebSocketDisconnect
 
 from api.problems import DECLARED
 from api.requests import new_router, plant_of
+from gateway.bodies import Body, Group
 from gateway.errors import InvalidRequest
-from gateway.events import CloudEvent, Event, SlowConsumer, Subscription
+from gateway.events import CloudEvent, Event, SlowConsumer, Subscription, canonical_address
 from gateway.plant import Plant
 
 router = new_router("events")
 
 SUBPROTOCOL = "cloudevents.json"
 """One CloudEvent in each text frame; spoken to clients that ask for no subprotocol, too."""
-CLOSE_GOING_AWAY = 1001
 CLOSE_SLOW_CONSUMER = 4008
 CLOSE_INVALID = 4400
 CLOSE_GOING_AWAY = 1001
+MAX_REASON_BYTES = 123
+"""The reason of a close is no longer (RFC 6455, 5.5)."""
 KEEP_ALIVE_S = 15.0
 """A silent stream of server-sent events carries a comment this often, so that dead clients are noticed."""
 
 After = Annotated[str | None, Query(description="Only events after this cursor.")]
 Bodies = Annotated[
     str | None,
-    Query(description="Only events of these bodies: addresses joined by commas, such as 3F,arm.02."),
+    Query(
+        description="Only events of these bodies, groups and robots: addresses joined by commas, such as "
+        "3F,arm.02,r1,r2/units/1. A robot's address means its units too."
+    ),
 ]
 Types = Annotated[
     str | None,
@@ -56,7 +61,8 @@ async def list_events(
 
     Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
     """
-    page = await plant_of(request).events.since(after, _split(bodies), _split(types), limit)
+    plant = plant_of(request)
+    page = await plant.events.since(after, _addresses(plant, bodies), _split(types), limit)
     events = ",".join(event.json for event in page.events)
     return Response(f'{{"events":[{events}],"cursor":"{page.cursor}"}}', media_type="application/json")
 
@@ -71,7 +77,8 @@ async def stream_events(
     last_event_id: Annotated[str | None, Header()] = None,
 ) -> Response:
     """Send events as they happen (text/event-stream); a browser resumes by itself with Last-Event-ID."""
-    events = plant_of(request).events.subscribe(last_event_id or after, _split(bodies), _split(types))
+    plant = plant_of(request)
+    events = plant.events.subscribe(last_event_id or after, _addresses(plant, bodies), _split(types))
     return StreamingResponse(
         _server_sent(events),
         media_type="text/event-stream",
@@ -110,10 +117,10 @@ async def follow_events(websocket: WebSocket) -> None:
     await websocket.accept(SUBPROTOCOL if SUBPROTOCOL in offered else None)
     try:
         events = plant.events.subscribe(
-            query.get("after"), _split(query.get("bodies")), _split(query.get("types"))
+            query.get("after"), _addresses(plant, query.get("bodies")), _split(query.get("types"))
         )
     except InvalidRequest as error:
-        await websocket.close(CLOSE_INVALID, error.detail[:100])
+        await websocket.close(CLOSE_INVALID, error.detail.encode()[:MAX_REASON_BYTES].decode(errors="ignore"))
         return
     await _follow(websocket, events)
 
@@ -145,6 +152,23 @@ async def _send(websocket: WebSocket, events: Subscription) -> None:
         await websocket.close(CLOSE_SLOW_CONSUMER, f"slow consumer; go on after {slow.cursor}")
     except WebSocketDisconnect:
         return
+
+
+def _addresses(plant: Plant, text: str | None) -> list[str] | None:
+    """Read addresses of what there is.
+
+    :raises InvalidRequest: one of them is no address, or of nothing in the configuration.
+    """
+    wanted = _split(text)
+    bodies: list[Body | Group] = [*plant.bodies(), *plant.groups()]
+    known = {name for body in bodies for name in (body.address, body.short)}
+    known |= {name for robot in plant.robots() for name in (robot.id, *(it.address for it in robot.units))}
+    for address in map(canonical_address, wanted or ()):
+        if address not in known:
+            raise InvalidRequest(
+                f"bodies: there is no {address}.", "GET /bodies, /groups and /robots list what there is."
+            )
+    return wanted
 
 
 def _split(text: str | None) -> list[str] | None:

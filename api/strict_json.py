@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Callable, Coroutine
-from typing import Any, NoReturn
+from typing import Any
 
 from fastapi import HTTPException, Request, Response
 from fastapi.routing import APIRoute
@@ -27,15 +27,10 @@ def parse(data: bytes) -> object:
     :raises ValueError: it is no JSON, or not UTF-8.
     """
     try:
-        value: object = json.loads(
-            data.decode("utf-8"),
-            object_pairs_hook=_object,
-            parse_constant=_refuse_constant,
-            parse_float=_finite,
-        )
+        value: object = json.loads(data.decode("utf-8"), object_pairs_hook=_object, parse_constant=float)
     except RecursionError:
         raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep") from None
-    _check(value, MAX_DEPTH)
+    _check(value, MAX_DEPTH, "")
     return value
 
 
@@ -48,27 +43,20 @@ def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return result
 
 
-def _refuse_constant(word: str) -> NoReturn:
-    raise NotStrict(f"{word} is not a number")
-
-
-def _finite(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise NotStrict(f"{text[:20]} is too large a number")
-    return value
-
-
-def _check(value: object, levels: int) -> None:
-    """Refuse lone surrogates, which no answer could repeat, and bottomless nesting."""
-    if isinstance(value, str):
+def _check(value: object, levels: int, place: str) -> None:
+    """Refuse what is no number, lone surrogates, which no answer could repeat, and bottomless nesting."""
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise NotStrict(f"{place[-100:] or 'it'} is not a number, or too large a number")
+    elif isinstance(value, str):
         if not value.isascii() and any("\ud800" <= character <= "\udfff" for character in value):
             raise NotStrict("text holds half of a surrogate pair")
     elif isinstance(value, dict | list):
         if levels == 0:
             raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep")
-        for item in (*value, *value.values()) if isinstance(value, dict) else value:
-            _check(item, levels - 1)
+        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            _check(key, levels - 1, place)
+            _check(item, levels - 1, f"{place}.{key}" if place else str(key))
 
 
 async def read_body(request: Request, most: int) -> bytes:

@@ -7,13 +7,11 @@ from pydantic import BaseModel, Field, ValidationError
 
 from api.requests import RequestModel
 from gateway.errors import InvalidRequest
-from gateway.fics.robot import RobotUnit
+from gateway.fics.units import RobotUnit
 from protocols.fics.notation import AxisName, AxisSystem, Number, Quantity, SpeedNumber
 from protocols.fics.row import FicsCommand
 
 V = TypeVar("V")
-
-THETA = "@"
 
 
 class Measured(RequestModel):
@@ -52,13 +50,8 @@ class AxisValue(BaseModel):
 
 
 def system_of(unit: RobotUnit, axis: str) -> AxisSystem:
-    """What an axis is counted in.
-
-    The configuration tells it of the unit. That theta, and the motors behind converted axes, turn by degrees
-    is an assumption: the manual only knows the miniSCARA (C-HOST manual 1-6).
-    """
-    turns = axis == THETA or axis not in unit.axes
-    return AxisSystem.DEGREE if turns else unit.system
+    """What an axis is counted in, as the configuration says."""
+    return unit.systems[axis]
 
 
 def in_order(field: str, unit: RobotUnit, names: Sequence[str], given: Mapping[str, V]) -> list[V | None]:

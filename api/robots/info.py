@@ -10,15 +10,15 @@ from api.requests import json_response, new_router, plant_of
 from api.robots.axes import by_name, system_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.stops import StopBody, StopResult, perform_stop
-from gateway.errors import GatewayError
-from gateway.fics.robot import Coordinates, Robot, RobotErrorRecord, RobotUnit
+from gateway.fics.robot import Robot
+from gateway.fics.system_errors import RobotErrorRecord
+from gateway.fics.units import Coordinates, RobotUnit, UnknownReason
 from gateway.port import LineState
 from protocols.fics.notation import Quantity
 from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, MotionMode, SensorStates
 
 router = new_router("robots")
 
-Reason = Literal["not_homed", "homing", "macro", "not_known"]
 Motion = Literal["standing", "jog", "move", "homing", "macro", "stopped"]
 _MOTIONS: dict[int, Motion] = {
     MotionMode.STANDING: "standing",
@@ -75,7 +75,10 @@ class AxisPlace(BaseModel):
 
     value: float | None = Field(description="Null while the robot does not know it.")
     unit: str = Field(description="mm, pulse or degree.")
-    reason: Reason | None = Field(description="Why it is not known.")
+    reason: UnknownReason | None = Field(
+        description="Why it is not known: not homed, homing or a macro or automatic operation under way, no "
+        "user coordinates where the motors stand, or not to be found out."
+    )
 
 
 class UnitPosition(BaseModel):
@@ -145,7 +148,7 @@ async def read_unit_position(
     """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
     axes = unit_of(request, robot_id, unit)
     places = await axes.position(coordinates)
-    reason = await _why_not_known(axes) if None in places.values() else None
+    reasons = await axes.why_unknown(places)
     return json_response(
         UnitPosition(
             robot_id=robot_id,
@@ -155,26 +158,12 @@ async def read_unit_position(
                 name: AxisPlace(
                     value=place,
                     unit=system_of(axes, name).unit(Quantity.POSITION),
-                    reason=reason if place is None else None,
+                    reason=reasons.get(name),
                 )
                 for name, place in places.items()
             },
         )
     )
-
-
-async def _why_not_known(unit: RobotUnit) -> Reason:
-    """Ask how the motors are: the robot prints the same for every reason (C-HOST manual 2-9)."""
-    try:
-        axes = (await unit.status()).values()
-    except GatewayError:
-        return "not_known"
-    motions = {_MOTIONS[axis.motion_mode] for axis in axes}
-    if "homing" in motions:
-        return "homing"
-    if "macro" in motions:
-        return "macro"
-    return "not_known" if all(axis.origin_done for axis in axes) else "not_homed"
 
 
 @router.get(

@@ -7,10 +7,11 @@ from pydantic import Field
 
 from api.problems import DECLARED
 from api.requests import RequestModel, json_response, new_router, plant_of
+from api.robots.fit import require_axis
 from api.robots.paths import RobotId
 from gateway.fics.jogs import JogSession
-from gateway.fics.robot import RobotUnit
-from protocols.fics.notation import LAST_UNIT, AxisName, Direction
+from gateway.fics.units import RobotUnit
+from protocols.fics.notation import AxisName, Direction, Unit
 
 router = new_router("jogs")
 
@@ -18,7 +19,7 @@ router = new_router("jogs")
 class JogRequest(RequestModel):
     """Which axis to jog, and which way (C-HOST manual 2-2)."""
 
-    unit: int = Field(ge=1, le=LAST_UNIT)
+    unit: Unit
     axis: AxisName = Field(description="X Y Z .. for a user axis, A B C .. for a motor axis, @ for theta.")
     direction: Direction
 
@@ -60,7 +61,9 @@ async def end_jog(request: Request, robot_id: RobotId, jog_id: str) -> Response:
 async def begin_jog(unit: RobotUnit, axis: str, direction: Literal["+", "-"]) -> Response:
     """Open a session and answer with it.
 
+    :raises InvalidRequest: the unit has no such axis.
     :raises GatewayError: the axis was not started, or is being stopped again.
     """
+    require_axis(unit, axis)
     session = await unit.robot.jog(unit.number, axis, direction)
     return json_response(session, 201, {"Location": f"/robots/{unit.robot.id}/jogs/{session.id}"})

@@ -11,12 +11,14 @@ from pydantic import BaseModel, ConfigDict
 from api.mirror import Endpoint, add_row, snake
 from api.problems import DECLARED
 from api.requests import Wait, json_response, new_router, plant_of
+from api.robots.fit import require_fit
 from api.robots.jogs import begin_jog
 from api.robots.moves import ROBOT_ENDS_DECLARED, perform
 from api.robots.paths import RobotId, UnitNumber, unit_of
+from api.robots.soft_limits import uncrossed
 from api.stops import StopResult, perform_stop
 from gateway.fics.jogs import JogSession
-from gateway.fics.moves import RobotMove
+from gateway.fics.move_record import RobotMove
 from gateway.fics.robot import Robot
 from gateway.stops import StopMode
 from protocols.fics import alarms, inputs_outputs, stops, system, variables
@@ -131,7 +133,10 @@ def _unit_endpoint(row: Row) -> Endpoint:
         return start
 
     async def send(request: Request, robot_id: RobotId, unit: UnitNumber, command: Any) -> Response:
-        return await _send(unit_of(request, robot_id, unit).robot, command, unit)
+        axes = unit_of(request, robot_id, unit)
+        require_fit(axes, command)
+        (settled,) = await uncrossed(axes, {"coordinates": command})
+        return await _send(axes.robot, settled, unit)
 
     return send
 

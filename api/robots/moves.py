@@ -16,15 +16,17 @@ from api.requests import (
     wait_s,
 )
 from api.robots.axes import Amounts, build, numbers
+from api.robots.fit import require_fit
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from gateway.errors import InvalidRequest, NotFound
-from gateway.fics.moves import RobotMove, check
-from gateway.fics.robot import Coordinates, RobotUnit
+from gateway.fics.move_record import RobotMove
+from gateway.fics.plans import PlannedRobotMove, plan_of
+from gateway.fics.units import Coordinates, RobotUnit
 from protocols.fics import motor_axes, moves
 from protocols.fics.homing import HomeRobot
-from protocols.fics.jog import StepAxis
-from protocols.fics.macros import Arguments, RunMacro
-from protocols.fics.notation import AxisName
+from protocols.fics.jog import StepAxis, Steps
+from protocols.fics.macros import Arguments, MacroName, RunMacro
+from protocols.fics.notation import AxisName, PositionNumber, Unit
 from protocols.fics.row import FicsCommand
 
 router = new_router("robot moves")
@@ -41,7 +43,9 @@ _RELATIVE: Final[dict[Coordinates, MotionRow]] = {
 
 
 class _RobotMoveRequest(RequestModel):
-    validate_only: bool = Field(default=False, description="Only say what would be sent; nothing moves.")
+    validate_only: bool = Field(
+        default=False, description="Only say what would be sent and how long it would take; nothing moves."
+    )
 
 
 class _AxesMoveRequest(_RobotMoveRequest):
@@ -79,7 +83,7 @@ class RobotPositionMoveRequest(_RobotMoveRequest):
     """Move to a stored position (C-HOST manual 2-16)."""
 
     kind: Literal["position"]
-    position: Annotated[int, Field(ge=1, le=1999, description="Number of the position; it has to be set.")]
+    position: PositionNumber = Field(description="Number of the position, 1-1999; it has to be set.")
 
     def command(self, _: RobotUnit) -> FicsCommand[Any]:
         """The robot's command for it."""
@@ -101,11 +105,11 @@ class RobotStepRequest(_RobotMoveRequest):
 
     kind: Literal["step"]
     axis: AxisName
-    steps: Annotated[int, Field(ge=-255, le=255, description="1-255 in either direction.")]
+    steps: Steps = Field(description="1-255 in either direction.")
 
     def command(self, _: RobotUnit) -> FicsCommand[Any]:
         """The robot's command for it."""
-        return build("steps", StepAxis, axis=self.axis, steps=self.steps)
+        return StepAxis(axis=self.axis, steps=self.steps)
 
 
 RobotMoveRequest = Annotated[
@@ -121,8 +125,8 @@ RobotMoveRequest = Annotated[
 class MacroRunRequest(RequestModel):
     """How to run a macro (C-HOST manual 1-7)."""
 
-    unit: int | None = Field(
-        default=None, ge=1, description="The unit that is selected while it runs; left out, the only one."
+    unit: Unit | None = Field(
+        default=None, description="The unit that is selected while it runs; left out, the only one."
     )
     arguments: Arguments | None = Field(default=None, description="Up to four numbers; null leaves one out.")
 
@@ -131,13 +135,6 @@ class RobotMoveList(BaseModel):
     """Moves of a unit, newest first."""
 
     moves: list[RobotMove]
-
-
-class PlannedRobotMove(BaseModel):
-    """A move that was checked and not sent."""
-
-    body_id: str = Field(description="Address of the unit, ROBOT/units/1.")
-    frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
 
 
 ROBOT_ENDS_DECLARED: Final[dict[int | str, dict[str, Any]]] = {
@@ -168,9 +165,8 @@ async def start_robot_move(
     axes = unit_of(request, robot_id, unit)
     command = move.command(axes)
     if move.validate_only:
-        check(axes, command)
-        frame = axes.robot.line.frame_of(command)
-        return json_response(PlannedRobotMove(body_id=axes.address, frame=frame))
+        require_fit(axes, command)
+        return json_response(await plan_of(axes, command))
     return await perform(request, axes, command, wait)
 
 
@@ -219,7 +215,7 @@ async def get_robot_move(
 async def run_macro(
     request: Request,
     robot_id: RobotId,
-    name: Annotated[str, Path(description="Three capital letters or digits.", examples=["PCK"])],
+    name: Annotated[MacroName, Path(description="Three capital letters or digits.", examples=["PCK"])],
     run: Annotated[MacroRunRequest, Body(default_factory=MacroRunRequest)],
     wait: Wait = None,
 ) -> Response:
@@ -228,7 +224,7 @@ async def run_macro(
     if run.unit is None and len(robot.units) > 1:
         raise InvalidRequest(f"unit: {robot.id} has several units; nothing was sent.", "Say on which.")
     unit = robot.units[0] if run.unit is None else robot.unit(run.unit)
-    command = build("name", RunMacro, macro=name, arguments=run.arguments)
+    command = RunMacro(macro=name, arguments=run.arguments)
     return await perform(request, unit, command, wait)
 
 
@@ -239,6 +235,7 @@ async def perform(
 
     :raises GatewayError: it was refused, or not sent.
     """
+    require_fit(unit, command)
     moves_of_robots = plant_of(request).robot_moves
     move = await moves_of_robots.start(unit.robot, unit.number, command)
     waited_s = wait_s(request, wait)

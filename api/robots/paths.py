@@ -5,11 +5,11 @@ from typing import Annotated
 from fastapi import Path, Request
 
 from api.requests import plant_of
-from gateway.fics.robot import RobotUnit
-from protocols.fics.notation import LAST_UNIT
+from gateway.fics.units import RobotUnit
+from protocols.fics.notation import Unit
 
 RobotId = Annotated[str, Path(description="The robot's id in the configuration.", examples=["r1"])]
-UnitNumber = Annotated[int, Path(ge=1, le=LAST_UNIT, description="Number of the unit, from 1.")]
+UnitNumber = Annotated[Unit, Path(description="Number of the unit, from 1.")]
 
 
 def unit_of(request: Request, robot_id: str, unit: int) -> RobotUnit:

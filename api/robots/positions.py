@@ -14,8 +14,8 @@ from api.robots.axes import Amounts, AxisValue, by_name, numbers, system_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.strict_json import read_body
 from gateway.errors import InvalidRequest
-from gateway.fics.robot import RobotUnit
-from protocols.fics.notation import Quantity
+from gateway.fics.units import RobotUnit
+from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity
 from protocols.fics.positions import LAST_POSITION
 
 router = new_router("robot positions")
@@ -25,10 +25,10 @@ MAX_CSV_BYTES = 262_144
 """A whole table of 1999 positions with eight long coordinates each."""
 NUMBER = "number"
 _NUMBER = re.compile("[0-9]{1,4}")
-_COORDINATE = re.compile(r"[+-]?[0-9]{1,8}(?:\.[0-9]{1,3})?")
+_COORDINATE = re.compile(rf"[+-]?[0-9]{{1,8}}(?:\.[0-9]{{1,{DECIMALS}}})?")
 
-First = Annotated[int, Query(ge=1, le=LAST_POSITION, description="The first position.")]
-Last = Annotated[int, Query(ge=1, le=LAST_POSITION, description="The last position.")]
+First = Annotated[PositionNumber, Query(description="The first position.")]
+Last = Annotated[PositionNumber, Query(description="The last position.")]
 
 Numbered = tuple[int, list[float | None]]
 
@@ -36,7 +36,7 @@ Numbered = tuple[int, list[float | None]]
 class PositionEntry(RequestModel):
     """A position to be stored."""
 
-    number: int = Field(ge=1, le=LAST_POSITION)
+    number: PositionNumber
     axes: Amounts = Field(min_length=1, description="By name; an axis that is not named is left out.")
 
 
@@ -198,7 +198,7 @@ def _coordinate(line: int, column: str, text: str) -> float | None:
         return None
     if not _COORDINATE.fullmatch(text):
         raise InvalidRequest(
-            f"line {line}, {column}: a coordinate is a number of up to 8 digits and 3 decimals; "
-            "nothing was sent."
+            f"line {line}, {column}: a coordinate is a number from {-LARGEST} to {LARGEST} with at most "
+            f"{DECIMALS} decimals; nothing was sent."
         )
     return float(text)

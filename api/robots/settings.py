@@ -9,8 +9,9 @@ from api.problems import DECLARED
 from api.requests import RequestModel, json_response, new_router
 from api.robots.axes import Amounts, AxisSpeeds, AxisValue, build, by_name, in_order, numbers, system_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
-from gateway.errors import InvalidRequest
-from gateway.fics.robot import Coordinates, RobotUnit
+from api.robots.soft_limits import uncrossed
+from gateway.errors import GatewayError, InvalidRequest
+from gateway.fics.units import Coordinates, RobotUnit
 from protocols.fics import homing, motor_axes, soft_limits, speeds
 from protocols.fics.homing import TYPES, TypeNumber
 from protocols.fics.notation import AxisName, FourDigits, Milliseconds, PercentNumber, Quantity
@@ -152,16 +153,25 @@ async def change_settings(
 ) -> Response:
     """Change settings of a unit and read them back; refused while it moves.
 
-    All are checked before the first is sent. They are sent one by one: those before one that the robot
-    refuses are changed.
+    All are checked before the first is sent. They are sent one by one; where the robot refuses one, the
+    problem tells which were changed before it.
     """
     axes = unit_of(request, robot_id, unit)
     commands = {name: _command(axes, name, value) for name, value in change if value is not None}
     if not commands:
         raise InvalidRequest("No setting is named; nothing was sent.")
-    for command in commands.values():
-        await axes.robot.ask(command, axes.number)
+    await _send_all(axes, await uncrossed(axes, commands))
     return json_response(await _read(axes, list(commands)))
+
+
+async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]]) -> None:
+    for done, change in enumerate(changes):
+        try:
+            await unit.robot.ask(change, unit.number)
+        except GatewayError as error:
+            changed = ", ".join(earlier.wire_name() for earlier in changes[:done]) or "nothing"
+            error.detail += f" Of the settings asked for, {changed} was changed before it."
+            raise
 
 
 def _command(unit: RobotUnit, name: str, value: Any) -> FicsCommand[Any]:

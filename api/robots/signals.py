@@ -11,19 +11,24 @@ from api.robots.paths import RobotId
 from gateway.errors import InvalidRequest
 from gateway.fics.robot import Robot
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
-from protocols.fics.notation import LAST_CHANNEL, Number
-from protocols.fics.variables import GetVariable, SetVariable, VariableValue
+from protocols.fics.notation import LAST_CHANNEL, Bit, Number, Within
+from protocols.fics.notation import Channel as ChannelNumber
+from protocols.fics.variables import (
+    LAST_VARIABLE,
+    NUMBER,
+    GetVariable,
+    SetVariable,
+    Variable,
+    VariableValue,
+)
 
 router = new_router("robots")
 
-LAST_VARIABLE = 99
 BITS = range(8)
 
-FirstChannel = Annotated[int, Query(ge=1, le=LAST_CHANNEL, description="The first channel.")]
-FirstVariable = Annotated[int, Query(ge=0, le=LAST_VARIABLE, description="The first variable.")]
-ChannelNumber = Annotated[int, Path(ge=1, le=LAST_CHANNEL, description="Channel of eight bits, from 1.")]
-BitNumber = Annotated[int, Path(ge=0, le=BITS[-1], description="Bit of the channel, 0-7.")]
-VariableNumber = Annotated[int, Path(ge=0, le=LAST_VARIABLE, description="Number of the variable, 0-99.")]
+FirstChannel = Annotated[ChannelNumber, Query(description="The first channel.")]
+ChannelCount = Annotated[ChannelNumber, Query(description="How many.")]
+FirstVariable = Annotated[Variable, Query(description="The first variable.")]
 
 
 class Channel(BaseModel):
@@ -61,30 +66,18 @@ class VariableSetting(RequestModel):
 
 @router.get("/robots/{robot_id}/inputs", name="read_inputs", response_model=Channels, responses=DECLARED)
 async def read_inputs(
-    request: Request,
-    robot_id: RobotId,
-    first: FirstChannel = 1,
-    count: Annotated[int, Query(ge=1, le=LAST_CHANNEL)] = 1,
+    request: Request, robot_id: RobotId, first: FirstChannel = 1, count: ChannelCount = 1
 ) -> Response:
     """Ask the robot for inputs, channel by channel (IDI)."""
-    robot = plant_of(request).robot(robot_id)
-    wanted = _range("channels", first, count, LAST_CHANNEL)
-    replies = [await robot.read(GetInputChannel(channel=number)) for number in wanted]
-    return json_response(_channels(robot, wanted, replies))
+    return await _read(plant_of(request).robot(robot_id), GetInputChannel, first, count)
 
 
 @router.get("/robots/{robot_id}/outputs", name="read_outputs", response_model=Channels, responses=DECLARED)
 async def read_outputs(
-    request: Request,
-    robot_id: RobotId,
-    first: FirstChannel = 1,
-    count: Annotated[int, Query(ge=1, le=LAST_CHANNEL)] = 1,
+    request: Request, robot_id: RobotId, first: FirstChannel = 1, count: ChannelCount = 1
 ) -> Response:
     """Ask the robot for outputs, channel by channel (IDO)."""
-    robot = plant_of(request).robot(robot_id)
-    wanted = _range("channels", first, count, LAST_CHANNEL)
-    replies = [await robot.read(GetOutputChannel(channel=number)) for number in wanted]
-    return json_response(_channels(robot, wanted, replies))
+    return await _read(plant_of(request).robot(robot_id), GetOutputChannel, first, count)
 
 
 @router.put(
@@ -94,13 +87,16 @@ async def read_outputs(
     responses=DECLARED,
 )
 async def switch_output(
-    request: Request, robot_id: RobotId, channel: ChannelNumber, bit: BitNumber, output: OutputState
+    request: Request,
+    robot_id: RobotId,
+    channel: Annotated[ChannelNumber, Path(description="Channel of eight bits, from 1.")],
+    bit: Annotated[Bit, Path(description="Bit of the channel, 0-7.")],
+    output: OutputState,
 ) -> Response:
     """Switch an output on or off (IOT), and read its channel back."""
     robot = plant_of(request).robot(robot_id)
     await robot.ask(SwitchOutput(channel=channel, bit=bit, on=output.on))
-    reply = await robot.read(GetOutputChannel(channel=channel))
-    return json_response(_channels(robot, range(channel, channel + 1), [reply]))
+    return await _read(robot, GetOutputChannel, channel, 1)
 
 
 @router.get(
@@ -110,7 +106,7 @@ async def read_variables(
     request: Request,
     robot_id: RobotId,
     first: FirstVariable = 0,
-    count: Annotated[int, Query(ge=1, le=LAST_VARIABLE + 1)] = 1,
+    count: Annotated[int, Within(1, LAST_VARIABLE + 1), Query(description="How many.")] = 1,
 ) -> Response:
     """Ask the robot for variables, one by one (VAR)."""
     robot = plant_of(request).robot(robot_id)
@@ -126,7 +122,10 @@ async def read_variables(
     responses=DECLARED,
 )
 async def set_variable(
-    request: Request, robot_id: RobotId, number: VariableNumber, variable: VariableSetting
+    request: Request,
+    robot_id: RobotId,
+    number: Annotated[Variable, Path(description=NUMBER)],
+    variable: VariableSetting,
 ) -> Response:
     """Set a variable (VAR), and read it back."""
     robot = plant_of(request).robot(robot_id)
@@ -140,9 +139,13 @@ def _range(what: str, first: int, count: int, last: int) -> range:
     return range(first, first + count)
 
 
-def _channels(robot: Robot, numbers: range, replies: list[ChannelBits]) -> Channels:
+async def _read(
+    robot: Robot, row: type[GetInputChannel | GetOutputChannel], first: int, count: int
+) -> Response:
+    wanted = _range("channels", first, count, LAST_CHANNEL)
+    replies: list[ChannelBits] = [await robot.read(row(channel=number)) for number in wanted]
     channels = [
         Channel(channel=number, bits=[bool(reply.bits >> bit & 1) for bit in BITS])
-        for number, reply in zip(numbers, replies, strict=True)
+        for number, reply in zip(wanted, replies, strict=True)
     ]
-    return Channels(robot_id=robot.id, channels=channels)
+    return json_response(Channels(robot_id=robot.id, channels=channels))

@@ -12,7 +12,7 @@ from protocols.fics.axis_settings import (
     CoordinateSetting,
     SetCoordinates,
 )
-from protocols.fics.notation import AXES, Cut, ListLength, PerAxis, Whole
+from protocols.fics.notation import AXES, Cut, ListLength, PerAxis, Whole, Within
 from protocols.fics.row import Deed, Query
 from protocols.table import Reply, Retry
 
@@ -40,7 +40,7 @@ TYPES = (
     "0 encoder Z phase, 1 no Z phase, 2 and 3 the same without turning back at the sensor, "
     "4 and 5 the same with the limit sensor for the origin sensor, 6 fast with Z phase."
 )
-TypeNumber = Annotated[int, Field(ge=0, le=6)]
+TypeNumber = Annotated[int, Within(0, 6)]
 
 
 class HomeRobot(

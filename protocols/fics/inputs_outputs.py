@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from protocols.fics.notation import Channel, Hex, Switch, Whole
+from protocols.fics.notation import Bit, Channel, Hex, Switch
 from protocols.fics.row import Deed, Query
 from protocols.table import Reply, Retry
 
@@ -39,5 +39,5 @@ class SwitchOutput(
     """DO出力の制御: switch an output on or off."""
 
     channel: Channel = Field(description=CHANNEL)
-    bit: Annotated[int, Field(ge=0, le=7), Whole()] = Field(description="Bit of the channel, 0-7.")
+    bit: Bit = Field(description="Bit of the channel, 0-7.")
     on: Annotated[bool, Switch()]

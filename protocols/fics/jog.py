@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from protocols.fics.notation import AxisName, Direction, Whole
+from protocols.fics.notation import AxisName, Direction, Whole, expected
 from protocols.fics.row import Answered, Deed
 from protocols.table import Retry
 
@@ -48,8 +48,17 @@ class StopJog(
 def not_zero(value: int) -> int:
     """Refuse a step that is none."""
     if value == 0:
-        raise ValueError("a step is 1-255 in either direction")
+        raise ValueError("no step at all")
     return value
+
+
+Steps = Annotated[
+    int,
+    Field(ge=-255, le=255),
+    AfterValidator(not_zero),
+    expected("a whole number from -255 to 255, but not 0"),
+    Whole(),
+]
 
 
 class StepAxis(
@@ -67,6 +76,4 @@ class StepAxis(
     """
 
     axis: AxisName = Field(description=AXIS)
-    steps: Annotated[int, Field(ge=-255, le=255), AfterValidator(not_zero), Whole()] = Field(
-        description="In the smallest amounts the axis displays; 1-255 in either direction."
-    )
+    steps: Steps = Field(description="In the smallest amounts the axis displays; 1-255 in either direction.")

@@ -4,7 +4,7 @@ from typing import Annotated, Final
 
 from pydantic import AfterValidator, Field
 
-from protocols.fics.notation import Cut, Decimal, Number, PerAxis, Token
+from protocols.fics.notation import Cut, Decimal, Number, PerAxis, Token, expected
 from protocols.fics.row import Deed
 from protocols.table import Retry
 
@@ -28,7 +28,11 @@ def not_a_command(name: str) -> str:
 
 
 MacroName = Annotated[
-    str, Field(pattern="^[A-Z0-9]{3}$"), AfterValidator(not_a_command), Token("[A-Z0-9]{3}")
+    str,
+    Field(pattern="^[A-Z0-9]{3}$"),
+    expected("three capital letters or digits"),
+    AfterValidator(not_a_command),
+    Token("[A-Z0-9]{3}"),
 ]
 Arguments = Annotated[
     list[Number | None],

@@ -5,7 +5,15 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import (
+    AfterValidator,
+    Field,
+    GetCoreSchemaHandler,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from protocols.table import Wire
 
@@ -178,17 +186,42 @@ UNKNOWN = "#####"
 """Stands for a position that is not known (C-HOST manual 2-9)."""
 
 
+def expected(what: str) -> WrapValidator:
+    """Say the whole of what a field can hold, whichever part of it is not kept to."""
+
+    def parse(value: Any, parse_further: ValidatorFunctionWrapHandler) -> Any:
+        try:
+            return parse_further(value)
+        except ValidationError:
+            raise PydanticCustomError("not_possible", "must be {what}", {"what": what}) from None
+
+    return WrapValidator(parse)
+
+
+@dataclass(frozen=True)
+class Within:
+    """The range of whole numbers; it stands before other validators of the field."""
+
+    ge: int
+    le: int
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Bound the numbers, and tell both bounds."""
+        what = expected(f"a whole number from {self.ge} to {self.le}")
+        return handler.generate_schema(Annotated[source, Field(ge=self.ge, le=self.le), what])
+
+
 def few_decimals(value: float) -> float:
     """Refuse what would be rounded on the way."""
     if round(value, DECIMALS) != value:
-        raise ValueError(f"at most {DECIMALS} decimals")
+        raise ValueError("too many decimals")
     return value + 0.0  # never minus zero
 
 
 def fits_percent(value: float) -> float:
     """Refuse what the controller has no room for."""
     if len(Decimal().encode(value)) > PERCENT_WIDTH:
-        raise ValueError(f"at most {PERCENT_WIDTH} characters, the point included")
+        raise ValueError("too many characters")
     return value
 
 
@@ -203,11 +236,26 @@ def without_trailing_holes(values: list[Any]) -> list[Any]:
 ListLength = Field(min_length=1, max_length=MOST_AXES)
 Cut = AfterValidator(without_trailing_holes)
 
-Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), AfterValidator(few_decimals)]
-SpeedNumber = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False), AfterValidator(few_decimals)]
-PercentNumber = Annotated[float, Field(ge=0.1, le=100, allow_inf_nan=False), AfterValidator(fits_percent)]
-Milliseconds = Annotated[int, Field(ge=1, le=9999)]
-FourDigits = Annotated[int, Field(ge=0, le=9999)]
+Number = Annotated[
+    float,
+    Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False),
+    AfterValidator(few_decimals),
+    expected(f"a number from {-LARGEST} to {LARGEST} with at most {DECIMALS} decimals"),
+]
+SpeedNumber = Annotated[
+    float,
+    Field(gt=0, le=LARGEST, allow_inf_nan=False),
+    AfterValidator(few_decimals),
+    expected(f"a number above 0, up to {LARGEST}, with at most {DECIMALS} decimals"),
+]
+PercentNumber = Annotated[
+    float,
+    Field(ge=0.1, le=100, allow_inf_nan=False),
+    AfterValidator(fits_percent),
+    expected(f"a number from 0.1 to 100 of at most {PERCENT_WIDTH} characters, the point included"),
+]
+Milliseconds = Annotated[int, Within(1, 9999)]
+FourDigits = Annotated[int, Within(0, 9999)]
 
 # What a command gives its axes: null leaves an axis as it is.
 Coordinates = Annotated[list[Number | None], ListLength, Cut, PerAxis(Decimal()), Quantity.POSITION]
@@ -228,10 +276,13 @@ KnownPercents = Annotated[list[Finite], ListLength, PerAxis(Decimal(least=1), ho
 StoredCoordinates = Annotated[list[Finite | None], ListLength, Cut, PerAxis(Decimal()), Quantity.POSITION]
 KnownNumbers = Annotated[list[FourDigits], ListLength, PerAxis(Whole(), hole=None)]
 
-AxisName = Annotated[str, Field(pattern="^[A-Z@]$"), Token("[A-Z@]")]
+AxisName = Annotated[
+    str, Field(pattern="^[A-Z@]$"), expected("one capital letter, or @ for theta"), Token("[A-Z@]")
+]
 """X Y Z .. for user axes, A B C .. for motor axes, @ for theta (C-HOST manual 2-2)."""
-Unit = Annotated[int, Field(ge=1, le=LAST_UNIT), Whole()]
-Channel = Annotated[int, Field(ge=1, le=LAST_CHANNEL), Whole()]
-PositionNumber = Annotated[int, Field(ge=1, le=1999), Whole()]
-Flag = Annotated[int, Field(ge=0, le=1), Whole()]
+Unit = Annotated[int, Within(1, LAST_UNIT), Whole()]
+Channel = Annotated[int, Within(1, LAST_CHANNEL), Whole()]
+Bit = Annotated[int, Within(0, 7), Whole()]
+PositionNumber = Annotated[int, Within(1, 1999), Whole()]
+Flag = Annotated[int, Within(0, 1), Whole()]
 Direction = Annotated[Literal["+", "-"], Token("[+-]")]

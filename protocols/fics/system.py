@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from protocols.fics.notation import Digits, Token, Unit, Whole
+from protocols.fics.notation import Digits, Token, Unit, Whole, Within
 from protocols.fics.row import Deed, Query
 from protocols.table import Reply, Retry, Wire
 
@@ -33,7 +33,7 @@ class SelectUnit(
     unit: Unit = Field(description="Number of the unit, from 1.")
 
 
-Mode = Annotated[int, Field(ge=2, le=3), Whole()]
+Mode = Annotated[int, Within(2, 3), Whole()]
 
 
 class CommunicationMode(Reply, args="{mode}"):

@@ -4,11 +4,12 @@ from typing import Annotated
 
 from pydantic import Field
 
-from protocols.fics.notation import Decimal, Finite, Number
+from protocols.fics.notation import Decimal, Finite, Number, Within
 from protocols.fics.row import Deed, Query
 from protocols.table import Reply, Retry, Wire
 
-NUMBER = "Number of the variable, 0-99."
+LAST_VARIABLE = 99
+NUMBER = f"Number of the variable, 0-{LAST_VARIABLE}."
 
 
 class VariableNumber(Wire):
@@ -25,7 +26,7 @@ class VariableNumber(Wire):
         return int(text)
 
 
-Variable = Annotated[int, Field(ge=0, le=99), VariableNumber()]
+Variable = Annotated[int, Within(0, LAST_VARIABLE), VariableNumber()]
 
 
 class VariableValue(Reply, args="V{number}={value}"):

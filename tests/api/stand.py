@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequenc
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import httpx2
 from fastapi import FastAPI
@@ -127,6 +127,13 @@ def on_stand(
     return as_test
 
 
+class Served(Protocol):
+    """Something with a gateway's app."""
+
+    @property
+    def app(self) -> FastAPI: ...
+
+
 class Socket:
     """A WebSocket client that speaks ASGI straight to the app."""
 
@@ -168,13 +175,13 @@ class Socket:
 
 @asynccontextmanager
 async def socket(
-    stand: Stand,
+    served: Served,
     target: str,
     subprotocols: Sequence[str] = (),
     headers: Mapping[str, str] | None = None,
 ) -> AsyncIterator[Socket]:
     """Shake hands; the story reads what was answered to it."""
-    client = Socket(stand.app, target, subprotocols, {"Host": HOST, **(headers or {})})
+    client = Socket(served.app, target, subprotocols, {"Host": HOST, **(headers or {})})
     await client.say({"type": "websocket.connect"})
     try:
         yield client

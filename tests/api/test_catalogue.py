@@ -39,3 +39,12 @@ async def test_a_robots_row_says_when_it_is_answered_and_what_blocks_it(stand: S
     assert (unit["answered"], unit["blocked_by"]) == ("on_completion", ["a", "b", "d"])
     position = next(command for command in commands if command["name"] == "upload-position")
     assert (position["addressed_to"], position["during_upload"]) == ("unit", True)
+
+
+@on_stand()
+async def test_one_family_can_be_asked_for(stand: Stand) -> None:
+    for family, count in (("fics", len(ROWS)), ("rorze", len(COMMANDS))):
+        commands = (await stand.get(f"/commands?family={family}")).json()["commands"]
+        assert {command["family"] for command in commands} == {family}
+        assert len(commands) == count
+    assert (await stand.get("/commands?family=other")).status_code == 422

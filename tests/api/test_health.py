@@ -1,11 +1,13 @@
 """Liveness, readiness, figures and version."""
 
+import asyncio
 import tomllib
 from pathlib import Path
 
 from prometheus_client.parser import text_string_to_metric_families
 
 from api.version import VERSION
+from tests.api.robots.cell import HOME, UNIT, Cell, in_cell
 from tests.api.stand import RELATIVE, Stand, on_stand
 
 
@@ -24,21 +26,56 @@ async def test_a_gateway_without_its_line_lives_but_is_not_ready(stand: Stand) -
     assert (ready.status_code, ready.json()["ready"]) == (503, False)
 
 
+Figures = dict[tuple[str, str | None, str | None], float]
+
+
+async def figures_of(source: Stand | Cell) -> Figures:
+    """All samples, which have no other labels than line and kind."""
+    text = (await source.get("/metrics")).text
+    samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
+    assert {label for sample in samples for label in sample.labels} == {"line", "kind"}
+    return {(it.name, it.labels.get("line"), it.labels.get("kind")): it.value for it in samples}
+
+
 @on_stand()
 async def test_the_figures_are_prometheus_text_by_line_and_kind(stand: Stand) -> None:
     await stand.teach_speeds("3F")
     await stand.post("/bodies/3F/moves", RELATIVE)
 
-    text = (await stand.get("/metrics")).text
-    samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
-    figures = {(it.name, it.labels.get("line"), it.labels.get("kind")): it.value for it in samples}
+    figures = await figures_of(stand)
 
     assert figures["motion_gateway_line_total", "arm", "frames_sent"] == len(stand.frames())
     assert figures["motion_gateway_bodies", "arm", "configured"] == 3
     assert figures["motion_gateway_bodies", "arm", "moving"] == 1
     assert figures["motion_gateway_line_ready", "arm", None] == 1
     assert figures["motion_gateway_events_total", None, None] == stand.plant.events.last
-    assert {label for sample in samples for label in sample.labels} == {"line", "kind"}
+
+
+@in_cell()
+async def test_the_line_of_a_robot_has_the_same_figures(cell: Cell) -> None:
+    await cell.post(f"{UNIT}/moves", HOME)
+    figures = await figures_of(cell)
+    counters = (await cell.get("/lines/cell")).json()["counters"]
+    assert figures["motion_gateway_line_total", "cell", "frames_sent"] == counters["frames_sent"] > 0
+    assert figures["motion_gateway_line_ready", "cell", None] == 1
+    for lane in ("stop", "command", "read"):
+        assert figures["motion_gateway_waiting", "cell", lane] == 0
+    assert figures["motion_gateway_robots", "cell", "configured"] == 1
+    assert figures["motion_gateway_robots", "cell", "offline"] == 0
+    assert figures["motion_gateway_robots", "cell", "moving"] == 1
+
+
+@in_cell()
+async def test_a_gateway_whose_robot_is_away_or_silent_is_not_ready(cell: Cell) -> None:
+    assert (await cell.get("/readyz")).json() == {"ready": True, "lines": {"cell": "ready"}}
+    cell.rig.cable.unplug()
+    ready = await cell.get("/readyz")
+    assert (ready.status_code, ready.json()) == (503, {"ready": False, "lines": {"cell": "down"}})
+    cell.rig.lose_replies(frames=1_000)
+    cell.rig.cable.plugged_in = True
+    await asyncio.sleep(30)
+    ready = await cell.get("/readyz")
+    assert (ready.status_code, ready.json()["lines"]) == (503, {"cell": "setting_up"})
 
 
 @on_stand()

@@ -1,12 +1,17 @@
 """Lines over HTTP: what state they are in, who is there, and what was said on them."""
 
+from gateway.config import Config
+from gateway.plant import Plant
+from tests.api.robots.cell import UNIT, Cell, in_cell
 from tests.api.stand import BODIES, Stand, on_stand
+from tests.api.test_moves import refused
 
 
 @on_stand({"arm": BODIES, "rail": [{"id": "10"}]})
 async def test_lines_say_what_they_can_do(stand: Stand) -> None:
     lines = (await stand.get("/lines")).json()["lines"]
     assert [(line["line_id"], line["state"]) for line in lines] == [("arm", "ready"), ("rail", "ready")]
+    assert {line["protocol"] for line in lines} == {"rorze"}
     assert lines[0]["bodies"] == ["arm.00", "arm.01", "arm.3F"]
     assert lines[0]["controllers"] == "00,01,3F"
     assert lines[0]["stop_mode"] == "interject"
@@ -63,3 +68,46 @@ async def test_the_trace_holds_every_byte_with_its_direction(stand: Stand) -> No
 async def test_a_trace_asked_for_oddly_is_422(stand: Stand) -> None:
     for query in ("last=0", "last=99999999", "last=x", "since=yesterday", "since=2026-01-01T00:00:00"):
         assert (await stand.get(f"/lines/arm/trace?{query}")).status_code == 422
+
+
+@in_cell()
+async def test_the_line_of_a_robot_says_whose_it_is(cell: Cell) -> None:
+    (line,) = (await cell.get("/lines")).json()["lines"]
+    assert line == (await cell.get("/lines/cell")).json()
+    assert (line["line_id"], line["protocol"], line["state"]) == ("cell", "fics", "ready")
+    assert (line["robot_id"], line["mode"], line["online"]) == ("r1", 3, True)
+    assert line["waiting"] == {"stop": 0, "command": 0, "read": 0}
+    assert line["counters"]["frames_sent"] > 0
+
+
+@in_cell()
+async def test_a_line_with_a_robot_has_no_bodies_to_scan_or_command(cell: Cell) -> None:
+    before = cell.rig.cable.frames()
+    for answer in (
+        await cell.post("/lines/cell/scans"),
+        await cell.get("/lines/cell/scans/none"),
+        await cell.post("/lines/cell/commands/identify-controllers"),
+    ):
+        refused(answer, 422)
+        assert "leads to a robot" in answer.json()["detail"]
+    assert cell.rig.cable.frames() == before
+
+
+@in_cell()
+async def test_the_trace_of_a_robots_line_holds_every_byte(cell: Cell) -> None:
+    await cell.get(f"{UNIT}/position")
+    entries = (await cell.get("/lines/cell/trace")).json()["entries"]
+    assert ("tx", "APS\\r") in [(entry["kind"], entry["data"]) for entry in entries]
+    unknown = await cell.get("/lines/leg/trace")
+    refused(unknown, 404)
+    assert "there are cell" in unknown.json()["detail"]
+
+
+def test_lines_of_both_protocols_come_in_the_order_of_the_configuration() -> None:
+    robot = {"id": "r1", "units": [{"number": 1, "axes": ["X"]}]}
+    cell = {"id": "cell", "address": "tcp://127.0.0.1:1", "protocol": "fics", "robot": robot}
+    arm, rail = (
+        {"id": name, "address": f"tcp://127.0.0.1:{port}"} for name, port in (("arm", 2), ("rail", 3))
+    )
+    plant = Plant(Config.model_validate({"lines": [arm, cell, rail]}))
+    assert list(plant.ports()) == ["arm", "cell", "rail"]

@@ -2,9 +2,12 @@
 
 import asyncio
 import json
+from urllib.parse import quote
 
 from gateway.events import MAX_BACKLOG
-from tests.api.stand import RELATIVE, Stand, on_stand, socket
+from tests.api.robots.cell import HOME, UNIT, Cell, in_cell
+from tests.api.stand import RELATIVE, Served, Stand, on_stand, socket
+from tests.api.test_moves import refused
 
 
 async def move(stand: Stand) -> dict[str, object]:
@@ -128,7 +131,7 @@ async def test_a_list_asked_for_oddly_is_422(stand: Stand) -> None:
         assert answer.json()["type"].endswith(":invalid-request")
 
 
-async def read_sent(stand: Stand, count: int, path: str, **headers: str) -> list[dict[str, str]]:
+async def read_sent(served: Served, count: int, path: str, **headers: str) -> list[dict[str, str]]:
     """Read a few frames of server-sent events, straight from the app, and hang up."""
     gone, received = asyncio.Event(), bytearray()
 
@@ -157,7 +160,7 @@ async def read_sent(stand: Stand, count: int, path: str, **headers: str) -> list
         "query_string": query.encode(),
         "headers": raw,
     }
-    await stand.app(scope, receive, send)  # type: ignore[arg-type]  # plain dictionaries are messages
+    await served.app(scope, receive, send)  # type: ignore[arg-type]  # plain dictionaries are messages
     frames = [frame for frame in received.decode().split("\n\n") if frame.startswith("id: ")]
     return [dict(line.split(": ", 1) for line in frame.splitlines()) for frame in frames]
 
@@ -175,3 +178,57 @@ async def test_server_sent_events_carry_the_cursor_as_their_id(stand: Stand) -> 
 @on_stand()
 async def test_a_malformed_cursor_is_422_for_server_sent_events(stand: Stand) -> None:
     assert (await stand.get("/events/stream?after=x")).status_code == 422
+
+
+@in_cell()
+async def test_a_websocket_client_sees_a_robots_move_start_and_end(cell: Cell) -> None:
+    async with socket(cell, "/events?bodies=r1/units/1") as client:
+        assert (await client.message())["type"] == "websocket.accept"
+        moved = await cell.move(HOME)
+        await cell.move(HOME, unit=2)
+        events = [await client.event() for _ in range(4)]
+    assert [(event["type"], event["data"]["status"]) for event in events] == [
+        ("robot.move.queued", "queued"),
+        ("robot.move.sent", "sent"),
+        ("robot.move.started", "moving"),
+        ("robot.move.succeeded", "succeeded"),
+    ]
+    assert {(event["subject"], event["correlationid"]) for event in events} == {(UNIT, moved["id"])}
+
+
+@in_cell()
+async def test_a_robots_address_finds_all_its_events_and_a_units_those_of_the_unit(cell: Cell) -> None:
+    await cell.move(HOME, unit=2)
+    await cell.post("/robots/r1/jogs", {"unit": 2, "axis": "X", "direction": "+"})
+    await asyncio.sleep(2)  # without a heartbeat
+    await cell.post("/robots/r1/stop", {"mode": "immediate"})
+    await cell.post("/robots/r1/errors/reset")
+    cell.rig.power_cycle()
+    await asyncio.sleep(10)
+    await cell.post("/robots/r1/power-cycle/acknowledge")
+
+    everything = (await cell.get("/events?limit=1000")).json()["events"]
+    of_the_robot = (await cell.get("/events?limit=1000&bodies=R1")).json()["events"]
+    of_the_unit = (await cell.get("/events?limit=1000&bodies=r1/units/2")).json()["events"]
+
+    assert of_the_robot == [event for event in everything if event["type"].startswith("robot.")]
+    assert {"robot.move.succeeded", "robot.jog.lost", "robot.stop.confirmed", "robot.error"} < {
+        event["type"] for event in of_the_robot
+    }
+    assert of_the_unit == [event for event in everything if event["type"].startswith("robot.move.")]
+    sent = await read_sent(cell, 2, f"/events/stream?bodies=r1/units/2&after={everything[0]['cursor']}")
+    assert [frame["event"] for frame in sent[:2]] == ["robot.move.queued", "robot.move.sent"]
+
+
+@in_cell()
+async def test_who_is_not_in_the_configuration_is_told_instead_of_never_heard(cell: Cell) -> None:
+    for address in ("r2", "r1/units/3", "3F", "arm.3F", "ロボット"):
+        for path in ("/events", "/events/stream"):
+            answer = await cell.get(f"{path}?bodies=r1,{address}")
+            refused(answer, 422)
+            assert address in answer.json()["detail"]
+        async with socket(cell, f"/events?bodies=r1,{quote(address * 20)}") as client:
+            await client.message()
+            closed = await client.message()
+        assert (closed["type"], closed["code"]) == ("websocket.close", 4400)
+        assert 0 < len(closed["reason"].encode()) <= 123

@@ -151,3 +151,17 @@ def test_every_number_that_is_read_is_finite() -> None:
     assert all(math.isfinite(number) for number in value)
     with pytest.raises(NotStrict):
         parse(b"[1e309]")
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ('{"axes": {"X": {"value": NaN}}}', "axes.X.value"),
+        ('{"positions": [{}, {"number": 1e999}]}', "positions.1.number"),
+        ("[1, -Infinity]", "1"),
+        ("NaN", "it"),
+    ],
+)
+def test_what_is_no_finite_number_is_told_with_its_place(text: str, place: str) -> None:
+    with pytest.raises(NotStrict, match=f"^{place} is not a number"):
+        parse(text.encode())

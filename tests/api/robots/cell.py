@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import httpx2
+from fastapi import FastAPI
 from httpx2 import ASGITransport, AsyncClient
 
 from api.app import create_app
@@ -26,6 +27,7 @@ class Cell:
     """All that a story needs."""
 
     rig: FicsRig
+    app: FastAPI
     client: AsyncClient
 
     async def post(self, path: str, content: object = None, **headers: str) -> httpx2.Response:
@@ -60,9 +62,10 @@ def in_cell(units: int = 2, mode: int = 3) -> Callable[[Story], Callable[[], Non
         def test() -> None:
             async def run() -> None:
                 async with fics_rig(units=units, mode=mode) as rig:
-                    transport = ASGITransport(create_app(rig.plant), raise_app_exceptions=False)
+                    app = create_app(rig.plant)
+                    transport = ASGITransport(app, raise_app_exceptions=False)
                     async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
-                        await story(Cell(rig, client))
+                        await story(Cell(rig, app, client))
 
             run_virtual(run())
 

@@ -4,7 +4,7 @@ import pytest
 
 from api.robots.axes import Amount, AxisSpeed, build, by_name, in_order, numbers, system_of
 from gateway.errors import InvalidRequest
-from gateway.fics.robot import RobotUnit
+from gateway.fics.units import RobotUnit
 from protocols.fics.moves import MoveAbsolute
 from protocols.fics.notation import AxisSystem
 from tests.api.robots.cell import Cell, in_cell
@@ -12,17 +12,14 @@ from tests.api.robots.cell import Cell, in_cell
 
 def pulses(cell: Cell) -> RobotUnit:
     """A unit that counts pulses and has a theta."""
-    return RobotUnit(cell.rig.robot, 3, ["X", "W", "@"], ["X", "W", "@"], AxisSystem.PULSE)
+    systems = {"X": AxisSystem.PULSE, "W": AxisSystem.PULSE, "@": AxisSystem.DEGREE}
+    return RobotUnit(cell.rig.robot, 3, ["X", "W", "@"], ["X", "W", "@"], systems)
 
 
 @in_cell()
-async def test_theta_and_motors_behind_converted_axes_turn_by_degrees(cell: Cell) -> None:
+async def test_each_axis_is_counted_in_its_own_system(cell: Cell) -> None:
     unit = pulses(cell)
-    assert [system_of(unit, axis) for axis in "XW@"] == [
-        AxisSystem.PULSE,
-        AxisSystem.PULSE,
-        AxisSystem.DEGREE,
-    ]
+    assert [system_of(unit, axis).value for axis in "XW@"] == ["pulse", "pulse", "degree"]
     scara = cell.rig.robot.unit(1)
     assert [system_of(scara, axis).value for axis in "XABZ"] == ["mm", "degree", "degree", "mm"]
 

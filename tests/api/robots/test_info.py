@@ -72,7 +72,7 @@ async def test_a_stop_is_confirmed_by_standstill_and_ends_the_move(cell: Cell) -
     assert stopped == {
         "confirmed": True,
         "bodies": [],
-        "robots": [{"robot_id": "r1", "state": "confirmed", "detail": None}],
+        "robots": [{"robot_id": "r1", "state": "confirmed", "detail": None, "units_unknown": []}],
     }
     assert (await cell.get(started.headers["location"])).json()["status"] == "stopped"
     assert "ASS" in cell.commands()
@@ -123,11 +123,3 @@ async def test_a_refusal_and_a_failure_are_told_with_their_codes_in_both_languag
     assert "soft limit" in english.json()["detail"]
     assert "ソフトリミット" in japanese.json()["detail"]
     assert japanese.headers["content-language"] == "ja"
-
-
-@in_cell()
-async def test_readiness_metrics_and_trace_know_the_robots_line(cell: Cell) -> None:
-    assert (await cell.get("/readyz")).json() == {"ready": True, "lines": {"cell": "ready"}}
-    assert 'motion_gateway_robots{kind="configured",line="cell"} 1.0' in (await cell.get("/metrics")).text
-    trace = (await cell.get("/lines/cell/trace")).json()["entries"]
-    assert any(entry["data"] == "MOD 3\\r" for entry in trace)

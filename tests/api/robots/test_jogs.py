@@ -35,9 +35,12 @@ async def test_without_a_heartbeat_the_axis_is_stopped_and_the_next_one_is_told_
 @in_cell()
 async def test_an_axis_or_direction_that_does_not_exist_is_not_sent(cell: Cell) -> None:
     before = cell.commands()
-    refused(await cell.post("/robots/r1/jogs", JOG | {"axis": "W"}), 404)
+    answer = await cell.post("/robots/r1/jogs", JOG | {"axis": "W"})
+    refused(answer, 422)
+    assert "axis: r1/units/2 has the axes X, Y, Z; " in answer.json()["detail"]
     refused(await cell.post("/robots/r1/jogs", JOG | {"direction": "up"}), 422, "direction")
     refused(await cell.post("/robots/r1/jogs", JOG | {"unit": 3}), 404)
+    refused(await cell.post("/robots/r1/jogs", JOG | {"unit": 10}), 422, "unit")
     refused(await cell.post("/robots/r1/jogs/nobody/heartbeat"), 404)
     assert cell.commands() == before
 

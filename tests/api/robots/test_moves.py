@@ -47,12 +47,34 @@ async def test_in_the_silent_mode_the_end_is_marked_as_inferred(cell: Cell) -> N
 def test_validate_only_answers_the_exact_bytes_and_moves_nothing(move: dict[str, object], frame: str) -> None:
     @in_cell()
     async def story(cell: Cell) -> None:
-        before = cell.commands()
         answer = await cell.post(f"{UNIT}/moves", move | {"validate_only": True})
-        assert (answer.status_code, answer.json()) == (200, {"body_id": "r1/units/1", "frame": frame + "\\r"})
-        assert cell.commands() == before
+        planned = answer.json()
+        assert (answer.status_code, planned["body_id"], planned["frame"]) == (
+            200,
+            "r1/units/1",
+            frame + "\\r",
+        )
+        assert not cell.rig.machine.truth.of("motion_start")
 
     story()
+
+
+@in_cell()
+async def test_validate_only_tells_where_a_move_goes_and_how_long_it_takes_as_far_as_that_is_known(
+    cell: Cell,
+) -> None:
+    await cell.move(HOME, unit=2)
+    planned = (await cell.post("/robots/r1/units/2/moves", ABSOLUTE | {"validate_only": True})).json()
+    assert planned["start_position"] == {"X": 0.0, "Y": 0.0, "Z": 0.0}
+    assert planned["target_position"] == {"X": 100.0, "Z": -5.5}
+    assert planned["units"] == {"X": "mm", "Y": "mm", "Z": "mm"}
+    assert (planned["duration_s"], planned["note"]) == (
+        None,
+        "How the robot times several axes together is not known.",
+    )
+    single = {"kind": "relative", "axes": mm(X=100), "validate_only": True}
+    assert (await cell.post("/robots/r1/units/2/moves", single)).json()["duration_s"] == 0.4
+    assert (await cell.get("/robots/r1/units/2/moves")).json()["moves"][0]["kind"] == "home"
 
 
 @pytest.mark.parametrize(
@@ -64,13 +86,14 @@ def test_validate_only_answers_the_exact_bytes_and_moves_nothing(move: dict[str,
         ({"axes": {"X": {"value": 5, "unit": "inch"}}}, "axes.X.unit", "'mm', 'pulse' or 'degree'"),
         ({"axes": mm(X=1e8)}, "axes.X.value", "99999999"),
         ({"axes": mm(X=0.0001)}, "axes.X.value", "at most 3 decimals"),
-        ({"axes": {"X": {"value": "5", "unit": "mm"}}}, "axes.X.value", "valid number"),
-        ({"axes": {"X": {"value": True, "unit": "mm"}}}, "axes.X.value", "valid number"),
+        ({"axes": {"X": {"value": "5", "unit": "mm"}}}, "axes.X.value", "must be a number from"),
+        ({"axes": {"X": {"value": True, "unit": "mm"}}}, "axes.X.value", "must be a number from"),
         ({"coordinates": "world"}, "coordinates", "'user' or 'motor'"),
-        ({"kind": "position", "position": 0}, "position", "greater than or equal to 1"),
-        ({"kind": "position", "position": 2000}, "position", "less than or equal to 1999"),
-        ({"kind": "step", "axis": "X", "steps": 256}, "steps", "less than or equal to 255"),
-        ({"kind": "step", "axis": "XY", "steps": 1}, "axis", "pattern"),
+        ({"kind": "position", "position": 0}, "position", "from 1 to 1999"),
+        ({"kind": "position", "position": 2000}, "position", "from 1 to 1999"),
+        ({"kind": "step", "axis": "X", "steps": 256}, "steps", "from -255 to 255, but not 0"),
+        ({"kind": "step", "axis": "X", "steps": 0}, "steps", "from -255 to 255, but not 0"),
+        ({"kind": "step", "axis": "XY", "steps": 1}, "axis", "one capital letter"),
         ({"kind": "fly"}, "", "'absolute'"),
         ({"more": 1}, "more", "not permitted"),
     ],
@@ -96,8 +119,7 @@ def test_an_odd_move_is_422_with_field_and_range_and_is_not_sent(
         ({"kind": "absolute", "axes": mm(W=5)}, "axes.W: r1/units/1 has the axes X, Y, Z"),
         ({"kind": "absolute", "axes": {"X": {"value": 5, "unit": "degree"}}}, "axes.X.unit: axis X"),
         ({"kind": "relative", "coordinates": "motor", "axes": mm(A=5)}, "is set up for degree, not for mm"),
-        ({"kind": "step", "axis": "X", "steps": 0}, "steps: a step is 1-255"),
-        ({"kind": "step", "axis": "W", "steps": 1}, "has no axis W"),
+        ({"kind": "step", "axis": "W", "steps": 1}, "axis: r1/units/1 has the axes X, Y, Z, A, B"),
     ],
 )
 def test_what_the_unit_cannot_do_is_422_and_not_sent(move: dict[str, object], says: str) -> None:
@@ -152,7 +174,9 @@ async def test_a_macro_that_cannot_be_is_refused(cell: Cell) -> None:
     assert unknown.json()["code"] == "E12"
     before = cell.commands()
     reserved = await cell.post("/robots/r1/macros/LMA/runs")
-    refused(reserved, 422)
+    refused(reserved, 422, "name")
     assert "name: LMA is a command" in reserved.json()["detail"]
+    refused(await cell.post("/robots/r1/macros/pck/runs"), 422, "name")
+    refused(await cell.post("/robots/r1/macros/PCK/runs", {"unit": 10}), 422, "unit")
     refused(await cell.post("/robots/r1/macros/PCK/runs", {"arguments": [1, 2, 3, 4, 5]}), 422, "arguments")
     assert cell.commands() == before

@@ -1,5 +1,6 @@
 """Settings of a unit over HTTP: all of them, by axis, written as bytes and read back."""
 
+import asyncio
 from typing import Any
 
 import pytest
@@ -73,16 +74,16 @@ def test_a_setting_is_written_and_read_back(name: str, value: Any, frame: str) -
 @pytest.mark.parametrize(
     ("change", "field", "says"),
     [
-        ({"speed_percent": {"X": 0}}, "speed_percent.X", "greater than or equal to 0.1"),
-        ({"speed_percent": {"X": 100.5}}, "speed_percent.X", "less than or equal to 100"),
+        ({"speed_percent": {"X": 0}}, "speed_percent.X", "from 0.1 to 100"),
+        ({"speed_percent": {"X": 100.5}}, "speed_percent.X", "from 0.1 to 100"),
         ({"speed_percent": {"X": 12.3456}}, "speed_percent.X", "at most 5 characters"),
-        ({"acceleration_time_ms": {"X": 10_000}}, "acceleration_time_ms.X", "less than or equal to 9999"),
-        ({"acceleration_time_ms": {"X": 1.5}}, "acceleration_time_ms.X", "valid integer"),
+        ({"acceleration_time_ms": {"X": 10_000}}, "acceleration_time_ms.X", "from 1 to 9999"),
+        ({"acceleration_time_ms": {"X": 1.5}}, "acceleration_time_ms.X", "from 1 to 9999"),
         ({"maximum_speed": {"X": 5}}, "maximum_speed.X", "valid dictionary"),
-        ({"maximum_speed": {"X": {"value": 0, "unit": "mm/s"}}}, "maximum_speed.X.value", "greater than 0"),
+        ({"maximum_speed": {"X": {"value": 0, "unit": "mm/s"}}}, "maximum_speed.X.value", "above 0, up to"),
         ({"maximum_speed": {"X": {"value": 5, "unit": "mm"}}}, "maximum_speed.X.unit", "'mm/s'"),
-        ({"start_speed_pps": {"A": -1}}, "start_speed_pps.A", "greater than or equal to 0"),
-        ({"homing_type": {"A": 7}}, "homing_type.A", "less than or equal to 6"),
+        ({"start_speed_pps": {"A": -1}}, "start_speed_pps.A", "from 0 to 9999"),
+        ({"homing_type": {"A": 7}}, "homing_type.A", "from 0 to 6"),
         ({"smooth_acceleration": 1}, "smooth_acceleration", "valid boolean"),
         ({"speed": 1}, "speed", "not permitted"),
     ],
@@ -130,3 +131,14 @@ async def test_settings_are_refused_while_the_robot_moves(cell: Cell) -> None:
     refused(await cell.get(f"{UNIT}/settings"), 409)
     refused(await cell.client.patch(f"{UNIT}/settings", json={"speed_percent": {"X": 5}}), 409)
     assert not cell.rig.heard("VAO")
+
+
+@in_cell()
+async def test_a_change_that_is_refused_midway_tells_what_was_changed_before(cell: Cell) -> None:
+    change = {"speed_percent": {"X": 10}, "acceleration_time_ms": {"X": 200}}
+    under_way = asyncio.create_task(cell.client.patch(f"{UNIT}/settings", json=change))
+    await cell.rig.cable.written_from("VST 200")
+    cell.rig.edit(on=True)
+    answer = await under_way
+    refused(answer, 409)
+    assert "VAO was changed before it" in answer.json()["detail"]

@@ -7,6 +7,8 @@ from pydantic import ValidationError
 
 from protocols.fics.commands import Row
 from protocols.fics.homing import SetHomingTypes
+from protocols.fics.jog import StepAxis
+from protocols.fics.macros import RunMacro
 from protocols.fics.moves import MoveAbsolute
 from protocols.fics.notation import LARGEST, AxisSystem, Decimal, Quantity
 from protocols.fics.speeds import (
@@ -185,3 +187,33 @@ def test_only_positions_in_pulses_have_to_be_whole() -> None:
 def test_fields_say_what_they_measure() -> None:
     assert Quantity.POSITION in MoveAbsolute.model_fields["coordinates"].metadata
     assert Quantity.SPEED in SetMaximumSpeeds.model_fields["speeds"].metadata
+
+
+# what is said about what cannot be
+
+
+@pytest.mark.parametrize(
+    ("row", "parameters", "says"),
+    [
+        (SetAccelerationTimes, {"times_ms": [0]}, "must be a whole number from 1 to 9999"),
+        (SetAccelerationTimes, {"times_ms": [10_000]}, "must be a whole number from 1 to 9999"),
+        (SetAccelerationTimes, {"times_ms": ["1"]}, "must be a whole number from 1 to 9999"),
+        (SetSpeedPercent, {"percents": [10.125]}, "must be a number from 0.1 to 100 of at most 5 characters"),
+        (SetMaximumSpeeds, {"speeds": [0]}, f"must be a number above 0, up to {LARGEST}, with at most 3"),
+        (MoveAbsolute, {"coordinates": [float("nan")]}, f"must be a number from {-LARGEST} to {LARGEST}"),
+        (StepAxis, {"axis": "X", "steps": 0}, "must be a whole number from -255 to 255, but not 0"),
+        (StepAxis, {"axis": "xy", "steps": 1}, "must be one capital letter, or @ for theta"),
+        (RunMacro, {"macro": "pck"}, "must be three capital letters or digits"),
+    ],
+)
+def test_both_ends_of_a_range_are_told_whatever_is_wrong(
+    row: Row, parameters: dict[str, object], says: str
+) -> None:
+    with pytest.raises(ValidationError) as refusal:
+        row.model_validate(parameters)
+    assert refusal.value.errors()[0]["msg"].startswith(says)
+
+
+def test_a_range_stands_in_the_schema_as_well() -> None:
+    times = SetAccelerationTimes.model_json_schema()["properties"]["times_ms"]
+    assert times["items"]["anyOf"][0] == {"type": "integer", "minimum": 1, "maximum": 9999}

@@ -1,0 +1,96 @@
+"""Changes of soft limits that a robot will take: the limits of an axis never cross (C-HOST manual 2-33)."""
+
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple
+
+from api.robots.axes import by_name
+from gateway.errors import InvalidRequest
+from gateway.fics.units import Coordinates, RobotUnit
+from protocols.fics.axis_settings import CoordinateSetting
+from protocols.fics.motor_axes import (
+    GetMotorLowerSoftLimits,
+    GetMotorUpperSoftLimits,
+    SetMotorLowerSoftLimits,
+    SetMotorUpperSoftLimits,
+)
+from protocols.fics.row import FicsCommand
+from protocols.fics.soft_limits import (
+    GetLowerSoftLimits,
+    GetUpperSoftLimits,
+    SetLowerSoftLimits,
+    SetUpperSoftLimits,
+)
+
+Row = type[FicsCommand[Any]]
+
+
+class _Limits(NamedTuple):
+    coordinates: Coordinates
+    get_lower: Row
+    get_upper: Row
+    set_lower: type[CoordinateSetting]
+    set_upper: type[CoordinateSetting]
+
+
+_LIMITS: Final = (
+    _Limits("user", GetLowerSoftLimits, GetUpperSoftLimits, SetLowerSoftLimits, SetUpperSoftLimits),
+    _Limits(
+        "motor",
+        GetMotorLowerSoftLimits,
+        GetMotorUpperSoftLimits,
+        SetMotorLowerSoftLimits,
+        SetMotorUpperSoftLimits,
+    ),
+)
+
+
+async def uncrossed(unit: RobotUnit, changes: Mapping[str, FicsCommand[Any]]) -> list[FicsCommand[Any]]:
+    """Put changes, given with their fields, into an order in which no limits cross on the way.
+
+    :raises InvalidRequest: in the end an upper limit would be below the lower one.
+    :raises GatewayError: the present limits could not be read.
+    """
+    ordered = list(changes.values())
+    for limits in _LIMITS:
+        concerned = {
+            field: change
+            for field, change in changes.items()
+            if isinstance(change, limits.set_lower | limits.set_upper)
+        }
+        if concerned:
+            ordered = [change for change in ordered if change not in concerned.values()]
+            ordered += await _sequence(unit, limits, concerned)
+    return ordered
+
+
+async def _sequence(
+    unit: RobotUnit, limits: _Limits, changes: Mapping[str, FicsCommand[Any]]
+) -> list[FicsCommand[Any]]:
+    """Raise upper limits first, then set the lower ones, then let the other upper ones come down."""
+    lower, upper = [await _read(unit, limits, row) for row in (limits.get_lower, limits.get_upper)]
+    names = unit.names(limits.coordinates)
+    new_lower, new_upper = [_given(names, changes, row) for row in (limits.set_lower, limits.set_upper)]
+    for axis in names:
+        low, high = (lower | new_lower)[axis], (upper | new_upper)[axis]
+        if high < low:
+            raise InvalidRequest(
+                f"{', '.join(changes)}: axis {axis} of {unit.address} would have soft limits from {low:g} to "
+                f"{high:g}; nothing was changed."
+            )
+    early = {axis: value for axis, value in new_upper.items() if value >= lower[axis]}
+    late = {axis: value for axis, value in new_upper.items() if axis not in early}
+    steps = ((limits.set_upper, early), (limits.set_lower, new_lower), (limits.set_upper, late))
+    return [row(coordinates=[values.get(name) for name in names]) for row, values in steps if values]
+
+
+async def _read(unit: RobotUnit, limits: _Limits, row: Row) -> dict[str, float]:
+    reply = await unit.robot.read(row(), unit.number)
+    return by_name(unit, unit.names(limits.coordinates), reply.coordinates)
+
+
+def _given(
+    names: list[str], changes: Mapping[str, FicsCommand[Any]], row: type[CoordinateSetting]
+) -> dict[str, float]:
+    coordinates = next((it.coordinates for it in changes.values() if isinstance(it, row)), [])
+    named = zip(names, coordinates, strict=False)
+    return {axis: value for axis, value in named if value is not None}
