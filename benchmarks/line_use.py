@@ -44,8 +44,8 @@ async def _line_use(baud: int, share: float, seconds: float) -> list[Figure]:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "line"
         async with simulated_line(BODIES, "--pty", str(path), "--baud", str(baud)):
-            bare = _rates(await asyncio.to_thread(_read_barely, path, seconds))
             ours = _rates(await _read_flat_out(f"serial://{path}?baud={baud}", seconds))
+            bare = _rates(await asyncio.to_thread(_read_barely, path, seconds))
     wire_allows = [baud / BITS_PER_BYTE / _exchange_bytes()] * WINDOWS
     name, target = f"line use at {baud} baud", Target("ratio", ">=", share)
     return [

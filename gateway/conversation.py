@@ -10,6 +10,7 @@ No clock and no port: times are given, frames are taken and handed out.
 import random
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
+from functools import partial
 from itertools import cycle
 from typing import Any
 
@@ -181,13 +182,12 @@ class Conversation:
     def heard(self, frame: ReplyFrame, now: float) -> Callable[[], None] | None:
         """Credit a reply. What it gives back tells those who wait; it can be called after the next write."""
         self._fenced_in_silence = 0
-        for exchange in self._under_way():
-            outcome = exchange.credit(frame, now)
-            if outcome is not None:
+        for exchange in (self._awaiting, *self._stops):
+            if exchange is not None and (outcome := exchange.credit(frame, now)) is not None:
                 self._last_reply = frame
                 self.counters["replies"] += 1
                 self._answered(exchange)
-                return lambda: exchange.settle(outcome)
+                return partial(exchange.settle, outcome)
         if not self._is_late(frame, now):
             self.counters["duplicates" if frame == self._last_reply else "strays"] += 1
             self.noise("the reply to another command", now)

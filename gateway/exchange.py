@@ -88,13 +88,13 @@ class Exchange:
         if isinstance(frame, Refusal):
             return None if self.self_identifying else frame  # a refusal does not carry the number
         try:
-            return Answered(self._replies(frame), now)
+            if isinstance(frame, GroupAnswer):
+                return Answered(self._member_replies(frame), now)
+            return Answered({frame.body: self.command.read_reply(frame.payload)}, now)
         except WireFault:
             return None
 
-    def _replies(self, frame: Answer | GroupAnswer) -> dict[int, Reply | Refusal]:
-        if isinstance(frame, Answer):
-            return {frame.body: self.command.read_reply(frame.payload)}
+    def _member_replies(self, frame: GroupAnswer) -> dict[int, Reply | Refusal]:
         return {
             member: self.command.read_reply(answer.payload) if isinstance(answer, Answer) else answer
             for member, answer in frame.members.items()

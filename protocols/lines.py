@@ -13,8 +13,10 @@ class Lines:
 
     def feed(self, data: bytes) -> list[bytes]:
         """Take bytes, give the lines that are complete now, without their CR."""
-        *ends, self._begun = (self._begun + data).split(CR)
-        lines = [end[: self._longest + 1] for end in ends]
+        text = self._begun + data
+        *lines, self._begun = text.split(CR)
+        if len(text) > self._longest:
+            lines = [line[: self._longest + 1] for line in lines]
         if lines and self._cut:
             del lines[0]  # the tail of a line that was given before
             self._cut = False

@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import chain
 from types import MappingProxyType
 from typing import Any
 
@@ -143,7 +144,7 @@ class LinkReader:
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes, give the frames that are complete now."""
-        return [found for line in self._lines.feed(data) for found in _split(line)]
+        return list(chain.from_iterable(map(_split, self._lines.feed(data))))
 
     def pending(self) -> int:
         """Bytes of a frame that has begun and not ended."""
