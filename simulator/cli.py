@@ -28,7 +28,7 @@ from simulator.fics.macros import MACROS, read_macros
 from simulator.ports import Machine, Port, PtyPort, serve_pty, serve_tcp
 from simulator.rorze.control import create_control
 from simulator.rorze.line import build_line
-from simulator.rorze.truth import TruthLog
+from simulator.truth import TruthLog
 
 KEPT_FACTS = 100_000
 """Facts of the truth log that stay in memory; a file keeps them all."""

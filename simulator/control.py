@@ -7,8 +7,8 @@ from typing import Annotated, Any, Protocol, TypeVar
 from fastapi import FastAPI, Query
 from pydantic import BaseModel, ConfigDict, Field
 
-from simulator.rorze.faults import Direction, Fault, Faults, Switch
-from simulator.rorze.truth import TruthLog
+from simulator.faults import Direction, Fault, Faults, Switch
+from simulator.truth import TruthLog
 
 T = TypeVar("T")
 

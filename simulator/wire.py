@@ -7,8 +7,8 @@ from math import inf
 from typing import NamedTuple
 
 from protocols.lines import CR
-from simulator.rorze.faults import Direction, Fault, Faults
-from simulator.rorze.truth import TruthLog
+from simulator.faults import Direction, Fault, Faults
+from simulator.truth import TruthLog
 
 
 class _Due(NamedTuple):

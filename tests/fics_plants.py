@@ -13,11 +13,11 @@ from gateway.fics.robot import Robot
 from gateway.plant import Plant
 from protocols.fics.row import FicsCommand
 from protocols.table import Ack
+from simulator.faults import Direction, Fault, Switch
 from simulator.fics.layout import Layout
 from simulator.fics.line import FicsLine, LineSettings, build_line
 from simulator.fics.robot import Robot as SimulatedRobot
-from simulator.rorze.faults import Direction, Fault, Switch
-from simulator.rorze.truth import Fact
+from simulator.truth import Fact
 from tests.simulated_line import SimulatedCable
 
 SET_UP_S = 1.0

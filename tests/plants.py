@@ -15,7 +15,7 @@ from gateway.plant import Plant
 from simulator.rorze.controller import Rc420
 from simulator.rorze.line import Rc400Line, build_line
 from simulator.rorze.rc400 import LinkSettings
-from simulator.rorze.truth import Fact, TruthLog
+from simulator.truth import Fact, TruthLog
 from tests.simulated_line import SimulatedLine
 from tests.virtual_time import run_virtual
 

@@ -9,7 +9,7 @@ from simulator.fics.axes import DEGREE, MILLIMETRE, PULSE, Axis, Measure, Motor,
 from simulator.fics.geometry import Cartesian, MiniScara
 from simulator.fics.macros import MACROS, Macro
 from simulator.fics.units import Unit
-from simulator.rorze.truth import TruthLog
+from simulator.truth import TruthLog
 
 MEASURES: Mapping[str, Measure] = {
     "X": MILLIMETRE,

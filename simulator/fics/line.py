@@ -7,11 +7,11 @@ from math import inf
 from random import Random
 
 from protocols.fics.link import LONGEST_LINE, TERMINATORS, Request, RequestReader, Terminator
+from simulator.faults import Faults
 from simulator.fics import acts as acts
 from simulator.fics.layout import Layout
 from simulator.fics.robot import SYSTEM, Message, Robot
-from simulator.rorze.faults import Faults
-from simulator.rorze.truth import TruthLog
+from simulator.truth import TruthLog
 from simulator.wire import Wire
 
 

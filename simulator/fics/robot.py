@@ -40,7 +40,7 @@ from simulator.fics.course import Course, Overrun
 from simulator.fics.homing import NotFound
 from simulator.fics.layout import Layout
 from simulator.fics.units import Unit
-from simulator.rorze.truth import TruthLog
+from simulator.truth import TruthLog
 
 VER_2, VER_3 = 2, 3
 

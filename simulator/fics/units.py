@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from simulator.fics.axes import Axis, Motor
 from simulator.fics.course import PATH_CHECKS, Course, Span
 from simulator.fics.geometry import Geometry, OutOfReach, Places
-from simulator.rorze.truth import TruthLog
+from simulator.truth import TruthLog
 
 Position = tuple[float | None, ...]
 """Values for the first axes of a unit; None leaves an axis where it is."""

@@ -20,8 +20,8 @@ from simulator.rorze.motor import (
     Task,
 )
 from simulator.rorze.settings import FARTHEST, Flash, Settings
-from simulator.rorze.truth import TruthLog
 from simulator.rorze.world import CW, EMS, STALL, World
+from simulator.truth import TruthLog
 
 PULSES_RUNNING, LIMIT_ERROR, EMS_ERROR, COMMAND_ERROR, INITIALISATION_ERROR, RANGE_ERROR, STALL_ERROR = (
     1 << bit for bit in range(7)

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from random import Random
 
+from simulator.faults import Faults
 from simulator.rorze.controller import Rc420
-from simulator.rorze.faults import Faults
 from simulator.rorze.rc400 import LinkSettings, Rc400
-from simulator.rorze.truth import TruthLog
+from simulator.truth import TruthLog
 
 Rc400Line = Rc400[Rc420]
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from protocols.rorze.profile import Profile, SpeedParameters
 from simulator.rorze.motion import Direction, PulseTrain
-from simulator.rorze.truth import TruthLog
 from simulator.rorze.world import CCW_LIMIT, CW, CW_LIMIT
+from simulator.truth import TruthLog
 
 STALL_CAUSE, CW_LIMIT_CAUSE, CCW_LIMIT_CAUSE, EMS_CAUSE, STOP_CAUSE = (1 << bit for bit in range(5))
 """The end causes as 9MD tells them (RC-420 manual 13.8.3); 0 is a normal end."""

@@ -13,10 +13,10 @@ from protocols.rorze.link import CR, MoveEnded, Request, RequestReader, StatusCh
 from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
 from protocols.rorze.row import EVENT, LINK_MASTER, MOVE_ENDED
 from protocols.table import WireFault
+from simulator.faults import Direction, Fault, Faults
 from simulator.rorze.actions import BAD_PARAMETER, CODE_LENGTH, UNKNOWN_CODE
 from simulator.rorze.controller import Message, Response
-from simulator.rorze.faults import Direction, Fault, Faults
-from simulator.rorze.truth import TruthLog
+from simulator.truth import TruthLog
 
 TOO_LONG, BUSY = 0x23, 0x4C
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from simulator.rorze.faults import Direction, Fault, Switch
+from simulator.faults import Direction, Fault, Switch
 from tests.api.stand import BODIES, RELATIVE, Stand, on_stand
 
 

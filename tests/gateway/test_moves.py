@@ -15,8 +15,8 @@ from protocols.rorze.position import GetPosition, SetPosition
 from protocols.rorze.position_table import SetPositionEntry
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack
+from simulator.faults import Direction, Fault, Switch
 from simulator.rorze.controller import Rc420, Response
-from simulator.rorze.faults import Direction, Fault, Switch
 from simulator.rorze.world import EMS, Span
 from tests.plants import Rig, in_virtual_time, rig
 

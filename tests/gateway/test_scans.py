@@ -6,7 +6,7 @@ import pytest
 
 from gateway.errors import BodyBusy, LineDown, NotFound
 from protocols.rorze.position import GetPosition
-from simulator.rorze.faults import Direction, Fault, Switch
+from simulator.faults import Direction, Fault, Switch
 from tests.plants import in_virtual_time, rig
 
 

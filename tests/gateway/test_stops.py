@@ -12,8 +12,8 @@ from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetEncoderPosition, GetPosition
 from protocols.rorze.status import GetControllerStatus, GetEndCause
+from simulator.faults import Direction, Fault, Switch
 from simulator.rorze.controller import Response
-from simulator.rorze.faults import Direction, Fault, Switch
 from simulator.rorze.rc400 import LinkSettings
 from tests.plants import Rig, in_virtual_time, rig
 

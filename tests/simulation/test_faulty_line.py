@@ -24,10 +24,10 @@ from protocols.rorze.position import GetPosition
 from protocols.rorze.position_table import GetPositionEntry, SetPositionEntry
 from protocols.rorze.row import MAX_COMMAND_LENGTH, RorzeCommand
 from protocols.rorze.status import GetControllerStatus, GetEndCause
+from simulator.faults import Direction, Fault, Faults, Flight, Switch
 from simulator.rorze.controller import Rc420
-from simulator.rorze.faults import Direction, Fault, Faults, Flight, Switch
 from simulator.rorze.rc400 import LinkSettings, Rc400
-from simulator.rorze.truth import Fact, TruthLog
+from simulator.truth import Fact, TruthLog
 from tests.plants import Wire
 from tests.virtual_time import run_virtual
 

@@ -27,8 +27,8 @@ from protocols.fics.positions import LAST_POSITION
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
 from protocols.fics.variables import GetVariable, SetVariable
 from protocols.table import Reply
+from simulator.faults import Direction, Fault, Switch
 from simulator.fics.line import FicsLine
-from simulator.rorze.faults import Direction, Fault, Switch
 from simulator.wire import Wire
 from tests.fics_plants import Cable, FicsRig, fics_rig
 from tests.simulation.test_faulty_line import InOrder

@@ -11,7 +11,7 @@ from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StopJog
 from protocols.fics.moves import MoveRelative
 from protocols.fics.variables import GetVariable, SetVariable
-from simulator.rorze.faults import Direction, Fault
+from simulator.faults import Direction, Fault
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 

@@ -18,9 +18,9 @@ from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.speeds import SetSpeedPercent
 from protocols.fics.status import AxisStatus
 from protocols.fics.variables import GetVariable, SetVariable, VariableValue
+from simulator.faults import Direction, Fault
 from simulator.fics.alarms import system_error
 from simulator.fics.line import FicsLine
-from simulator.rorze.faults import Direction, Fault
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 

@@ -7,7 +7,7 @@ import pytest
 from gateway.errors import NotFound
 from gateway.fics.errors import JogOver, RobotBusy, RobotRefused
 from protocols.fics.homing import HomeRobot
-from simulator.rorze.faults import Direction, Fault
+from simulator.faults import Direction, Fault
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 

@@ -9,7 +9,7 @@ from gateway.moves import MoveStatus
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.speeds import SetSpeedPercent
-from simulator.rorze.faults import Direction, Fault
+from simulator.faults import Direction, Fault
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 

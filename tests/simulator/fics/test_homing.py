@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simulator.fics.axes import Sensor
-from simulator.rorze.truth import Fact
+from simulator.truth import Fact
 from tests.simulator.fics.bench import Bench, cartesian
 
 DOG, DOG_END, MINUS_LIMIT, Z_PERIOD = -20.0, -25.0, -130.0, 5.0

@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocols.fics.commands import COMMANDS
+from simulator.faults import Direction, Fault, Switch
 from simulator.fics.layout import Layout
 from simulator.fics.line import LineSettings, build_line
 from simulator.fics.macros import MACROS
-from simulator.rorze.faults import Direction, Fault, Switch
 from tests.simulator.fics.bench import Bench
 
 # Bytes in

@@ -6,8 +6,8 @@ from typing import Any
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.row import RorzeCommand
 from simulator.rorze.controller import Rc420
-from simulator.rorze.truth import TruthLog
 from simulator.rorze.world import Span
+from simulator.truth import TruthLog
 
 BODY = 0x3F
 FOREVER_S = 1e7

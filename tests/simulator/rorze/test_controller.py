@@ -10,8 +10,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from protocols.rorze.link import MoveEnded
 from simulator.rorze.actions import codes_acted_out
 from simulator.rorze.controller import Rc420
-from simulator.rorze.truth import TruthLog
 from simulator.rorze.world import CCW_LIMIT, CW_LIMIT, EMS, ORIGIN, Span
+from simulator.truth import TruthLog
 from tests.simulator.rorze.bench import BODY, Bench
 
 

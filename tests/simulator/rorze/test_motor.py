@@ -5,8 +5,8 @@ import pytest
 from protocols.rorze.profile import SpeedParameters, steady
 from simulator.rorze.motion import Direction
 from simulator.rorze.motor import Edge, Halted, Leg, Motor, Task
-from simulator.rorze.truth import TruthLog
 from simulator.rorze.world import CCW, CW, CW_LIMIT, ORIGIN
+from simulator.truth import TruthLog
 
 PARAMETERS = SpeedParameters(100, 1_000, 10_000, 50, 50)
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from protocols.rorze.link import POISON, LinkReader, StatusChanged
 from protocols.rorze.row import MAX_COMMAND_LENGTH
-from simulator.rorze.faults import Direction, Fault, Faults, Switch
+from simulator.faults import Direction, Fault, Faults, Switch
 from simulator.rorze.rc400 import LinkSettings, Rc400
-from simulator.rorze.truth import TruthLog
+from simulator.truth import TruthLog
 from tests.simulator.rorze.fake_axis import FLASH_TIME_S, FakeAxis
 
 FakeLine = Rc400[FakeAxis]

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.rorze.faults import MOST_NOISE, Direction, Fault, Faults, Flight, Switch
+from simulator.faults import MOST_NOISE, Direction, Fault, Faults, Flight, Switch
 
 FRAME = b"&3F1+M500\r"
 

@@ -3,7 +3,7 @@
 import io
 import json
 
-from simulator.rorze.truth import Fact, TruthLog
+from simulator.truth import Fact, TruthLog
 
 
 def test_facts_are_found_by_kind_and_body() -> None:
