@@ -84,4 +84,4 @@ def longest_s(start: "Places", target: "Places | None", paces: Paces) -> float |
         if wanted is None or place is None or pace is None:
             return None
         longest = max(longest, pace.seconds(abs(wanted - place)))
-    return longest if target else None
+    return round(longest, 3) if target else None
