@@ -5,28 +5,16 @@ import secrets
 from collections import OrderedDict
 from contextlib import suppress
 from datetime import datetime
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 from gateway.errors import NotFound
+from gateway.move_record import MoveRecord
 
 HISTORY = 1000
 """Finished moves that are kept, for all bodies or all robots together."""
 
 
-class _Status(Protocol):
-    @property
-    def final(self) -> bool: ...
-
-
-class _Kept(Protocol):
-    id: str
-    body_id: str
-
-    @property
-    def status(self) -> _Status: ...
-
-
-M = TypeVar("M", bound=_Kept)
+M = TypeVar("M", bound=MoveRecord)
 
 
 class MoveLog(Generic[M]):

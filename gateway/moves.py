@@ -4,7 +4,6 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from enum import StrEnum
 from typing import Any, Literal, NamedTuple
 
 from pydantic import Field
@@ -14,7 +13,6 @@ from gateway.errors import (
     BodyBusy,
     ControllerRefused,
     GatewayError,
-    Moved,
     MoveFailed,
     NoReply,
     NotExecuted,
@@ -23,7 +21,7 @@ from gateway.errors import (
     StoppedFirst,
 )
 from gateway.move_log import MoveLog, new_id
-from gateway.records import Record
+from gateway.move_record import MoveError, MoveRecord, MoveStatus
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.notation import PositionReference
@@ -50,54 +48,16 @@ MISSING_END_FRAME_S = 0.5
 MoveKind = Literal["relative", "absolute", "home", "continuous", "interpolated"]
 
 
-class MoveStatus(StrEnum):
-    """Where a move is in its life."""
+class Move(MoveRecord):
+    """One move of one body."""
 
-    QUEUED = "queued"
-    SENT = "sent"
-    MOVING = "moving"
-    SUCCEEDED = "succeeded"
-    FAILED = "failed"
-    STOPPED = "stopped"
-    REJECTED = "rejected"
-    CANCELLED = "cancelled"
-    LOST = "lost"
-    UNKNOWN = "unknown"
-
-    @property
-    def final(self) -> bool:
-        """Whether nothing more will become of it."""
-        return self not in (MoveStatus.QUEUED, MoveStatus.SENT, MoveStatus.MOVING)
-
-
-class MoveError(Record):
-    """Why a move did not succeed, in the words of a problem detail."""
-
-    type: str = Field(description="The kind of error; stable.")
-    title: str
-    detail: str
-    moved: Moved = Field(description="Whether the motor did anything because of this move.")
-    remedy: str
-    controller_error: str | None = Field(
-        default=None, description="The controller's error code, such as 0x51."
-    )
-
-
-class Move(Record):
-    """One move of one body, from the request to its end."""
-
-    id: str
-    body_id: str = Field(description="Address of the body, LINE.3F.")
     group_id: str | None = Field(default=None, description="The group it was sent to, if it was.")
     kind: MoveKind
-    status: MoveStatus = MoveStatus.QUEUED
     end_cause: str | None = Field(
         default=None,
         description="normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the "
         "controller says; not_executed or position_mismatch as the gateway found.",
     )
-    command: str = Field(description="The three characters of the controller's command.")
-    frame: str = Field(description="The exact bytes, CR as \\r.")
     start_position: int | None = Field(default=None, description="In pulses, before the move.")
     target_position: int | None = Field(
         default=None, description="In pulses, where it can be known beforehand."
@@ -105,15 +65,6 @@ class Move(Record):
     position: int | None = Field(default=None, description="In pulses, as last read.")
     completion: Literal["frame", "polling"] | None = Field(
         default=None, description="Whether the end was announced by the link master or found by polling."
-    )
-    evidence: list[str] = Field(default_factory=list, description="How the gateway knows what it says.")
-    error: MoveError | None = None
-    created_at: datetime
-    sent_at: datetime | None = None
-    acknowledged_at: datetime | None = None
-    ended_at: datetime | None = None
-    event_cursor: str = Field(
-        default="", description="Events after this cursor include all later news of the move."
     )
 
 

@@ -15,7 +15,8 @@ from gateway.fics.pace import PATIENCE, PATIENCE_S, longest_s, paces_of
 from gateway.fics.robot import Accepted, Robot
 from gateway.fics.targets import TOLERANCE, furthest_miss, require_known, target_of
 from gateway.fics.units import RobotUnit, at_rest, in_trouble
-from gateway.moves import LOST_AFTER_S, MoveStatus
+from gateway.move_record import MoveStatus
+from gateway.moves import LOST_AFTER_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.macros import RunMacro

@@ -1,6 +1,5 @@
 """What is told of a robot's move."""
 
-from datetime import datetime
 from typing import Any, Final, Literal
 
 from pydantic import Field
@@ -8,8 +7,7 @@ from pydantic import Field
 from gateway.errors import GatewayError
 from gateway.fics.errors import RobotFailed, RobotRefused
 from gateway.fics.units import Coordinates
-from gateway.moves import MoveError, MoveStatus
-from gateway.records import Record
+from gateway.move_record import MoveError, MoveRecord
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis
 from protocols.fics.macros import RunMacro
@@ -32,24 +30,19 @@ KINDS: Final[dict[type[FicsCommand[Any]], RobotMoveKind]] = {
 """What each command that starts a move is called."""
 
 
-class RobotMove(Record):
-    """One move of one unit, from the request to its end; positions are in the units of the axes."""
+class RobotMove(MoveRecord):
+    """One move of one unit; positions are in the units of the axes."""
 
-    id: str
     robot_id: str
     unit: int
-    body_id: str = Field(description="Address of the unit, ROBOT/units/1.")
     kind: RobotMoveKind
     coordinates: Coordinates = Field(description="Which axes positions are told of.")
     units: dict[str, str] = Field(description="What positions are counted in, by axis: mm, pulse or degree.")
-    status: MoveStatus = MoveStatus.QUEUED
     end_cause: str | None = Field(
         default=None,
         description="normal, stop_command or error_nnn as the robot says; not_executed, power_cycled or "
         "position_mismatch as the gateway found.",
     )
-    command: str = Field(description="The three characters of the robot's command.")
-    frame: str = Field(description="The exact bytes, CR as \\r.")
     start_position: dict[str, float | None] | None = Field(
         default=None, description="By axis, before the move."
     )
@@ -64,15 +57,6 @@ class RobotMove(Record):
     )
     completion: Literal["reply", "inferred"] | None = Field(
         default=None, description="Whether the robot has answered the move or was seen to have come to rest."
-    )
-    evidence: list[str] = Field(default_factory=list, description="How the gateway knows what it says.")
-    error: MoveError | None = None
-    created_at: datetime
-    sent_at: datetime | None = None
-    acknowledged_at: datetime | None = None
-    ended_at: datetime | None = None
-    event_cursor: str = Field(
-        default="", description="Events after this cursor include all later news of the move."
     )
 
 

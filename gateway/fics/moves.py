@@ -11,7 +11,7 @@ from gateway.fics.move_record import KINDS, RobotMove, describe
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit, coordinates_of
 from gateway.move_log import MoveLog, new_id
-from gateway.moves import MoveStatus
+from gateway.move_record import MoveStatus
 from protocols.fics.jog import StepAxis
 from protocols.fics.moves import AxesMove
 from protocols.fics.notation import Quantity

@@ -6,7 +6,8 @@ from collections.abc import Callable
 import pytest
 
 from gateway.errors import BodyBusy, BodyOffline, Cancelled, ControllerRefused, Expired, LineDown
-from gateway.moves import LOST_AFTER_S, Move, MoveStatus
+from gateway.move_record import MoveStatus
+from gateway.moves import LOST_AFTER_S, Move
 from gateway.stops import StopMode
 from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
 from protocols.rorze.notation import PositionReference

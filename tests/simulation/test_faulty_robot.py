@@ -18,7 +18,7 @@ from gateway.fics.conversation import Conversation
 from gateway.fics.exchange import Exchange, Outcome
 from gateway.fics.move_record import RobotMove
 from gateway.fics.units import RobotUnit
-from gateway.moves import MoveStatus
+from gateway.move_record import MoveStatus
 from gateway.port import LineState
 from protocols.fics.homing import HomeRobot
 from protocols.fics.link import Frame, Refusal

@@ -13,7 +13,7 @@ from gateway.config import parse
 from gateway.errors import NotSent
 from gateway.fics.errors import RobotBusy
 from gateway.fics.robot import Robot
-from gateway.moves import MoveStatus
+from gateway.move_record import MoveStatus
 from gateway.plant import Plant
 from gateway.port import LineState
 from protocols.fics.homing import HomeRobot

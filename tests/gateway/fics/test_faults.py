@@ -8,7 +8,7 @@ import pytest
 from gateway.errors import NoReply, NotSent, StoppedFirst
 from gateway.exchange import Lane
 from gateway.fics.errors import NotHomed, PowerCycled, RobotRefused, UnitNotSelected
-from gateway.moves import MoveStatus
+from gateway.move_record import MoveStatus
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.homing import HomeRobot
 from protocols.fics.inputs_outputs import SwitchOutput

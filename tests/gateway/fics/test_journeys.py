@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.errors import Expired
-from gateway.moves import MoveStatus
+from gateway.move_record import MoveStatus
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.speeds import SetSpeedPercent

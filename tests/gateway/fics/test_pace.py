@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.fics.pace import AxisPace, longest_s
-from gateway.moves import MoveStatus
+from gateway.move_record import MoveStatus
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
 from protocols.fics.speeds import SetSpeedPercent

@@ -6,7 +6,7 @@ import pytest
 
 from gateway.errors import NoReply
 from gateway.fics.errors import PowerCycled, RobotRefused, SpeedsNotRestored
-from gateway.moves import MoveStatus
+from gateway.move_record import MoveStatus
 from protocols.fics.homing import HomeRobot
 from protocols.fics.motor_axes import GetMotorSpeedPercent, SetMotorSpeedPercent
 from protocols.fics.moves import MoveRelative

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.fics.errors import RobotBusy
-from gateway.moves import MoveStatus
+from gateway.move_record import MoveStatus
 from gateway.stops import CONFIRM_WITHIN_S, GIVE_UP_AFTER_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative

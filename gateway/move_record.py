@@ -1,0 +1,61 @@
+"""What is told of every move, of a body or of a robot's unit: its life from the request to the end."""
+
+from datetime import datetime
+from enum import StrEnum
+
+from pydantic import Field
+
+from gateway.errors import Moved
+from gateway.records import Record
+
+
+class MoveStatus(StrEnum):
+    """Where a move is in its life."""
+
+    QUEUED = "queued"
+    SENT = "sent"
+    MOVING = "moving"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    STOPPED = "stopped"
+    REJECTED = "rejected"
+    CANCELLED = "cancelled"
+    LOST = "lost"
+    UNKNOWN = "unknown"
+
+    @property
+    def final(self) -> bool:
+        """Whether nothing more will become of it."""
+        return self not in (MoveStatus.QUEUED, MoveStatus.SENT, MoveStatus.MOVING)
+
+
+class MoveError(Record):
+    """Why a move did not succeed, in the words of a problem detail."""
+
+    type: str = Field(description="The kind of error; stable.")
+    title: str
+    detail: str
+    moved: Moved = Field(description="Whether the motor did anything because of this move.")
+    remedy: str
+    controller_error: str | None = Field(
+        default=None, description="The controller's error code, such as 0x51."
+    )
+
+
+class MoveRecord(Record):
+    """One move, from the request to its end."""
+
+    id: str
+    body_id: str = Field(description="Address of what moves: a body, LINE.3F, or a unit, ROBOT/units/1.")
+    status: MoveStatus = MoveStatus.QUEUED
+    command: str = Field(description="The three characters of the controller's command.")
+    frame: str = Field(description="The exact bytes, CR as \\r.")
+    evidence: list[str] = Field(default_factory=list, description="How the gateway knows what it says.")
+    error: MoveError | None = None
+    created_at: datetime
+    sent_at: datetime | None = None
+    acknowledged_at: datetime | None = None
+    ended_at: datetime | None = None
+    event_cursor: str = Field(
+        default="", description="Events after this cursor include all later news of the move."
+    )
