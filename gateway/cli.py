@@ -24,7 +24,7 @@ EXIT_REFUSED = 1
 """The controller refused, or the move failed: the gateway's answer says why."""
 EXIT_USAGE = 2
 EXIT_NOT_SENT = 3
-"""The gateway could not be reached, or sent nothing."""
+"""The gateway could not be reached or could not start, or it sent nothing."""
 EXIT_UNKNOWN = 4
 """It was sent, and nobody knows what became of it."""
 EXIT_CONFIG = 78
@@ -32,6 +32,8 @@ EXIT_CONFIG = 78
 DEMO_BODIES = (0x00, 0x01, 0x3F)
 app = typer.Typer(
     help="A network gateway for RORZE and DYNAX motion controllers. It is not a safety function.",
+    epilog="Exit codes: 0 done; 1 refused, or the move did not succeed; 2 wrong arguments; 3 nothing was "
+    "sent; 4 sent, and nobody knows what became of it; 78 wrong configuration.",
     no_args_is_help=True,
     add_completion=False,
 )
@@ -146,8 +148,14 @@ def _ask(method: str, url: str, wait_s: float, content: object) -> dict[str, Any
         headers = {"Prefer": f"wait={wait_s:g}"} if wait_s else {}
         answer = httpx.request(method, url, json=content, headers=headers, timeout=wait_s + 10)
         data = answer.json()
-    except (httpx.HTTPError, ValueError) as error:
+    except (httpx.ConnectError, httpx.ConnectTimeout, httpx.UnsupportedProtocol, httpx.InvalidURL) as error:
         _fail(f"No gateway answers at {url}: {error}. Nothing was sent.", EXIT_NOT_SENT)
+    except (httpx.HTTPError, ValueError) as error:
+        _fail(
+            f"The gateway at {url} was asked, and its answer was lost: {str(error).rstrip('.')}. The command "
+            "may have been carried out: read status and position before anything else.",
+            EXIT_UNKNOWN,
+        )
     if not answer.is_success:
         sentence = f"{data.get('detail', answer.text)} {data.get('remedy', '')}".strip()
         _fail(sentence, _exit_code(answer.status_code, data))

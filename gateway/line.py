@@ -1,6 +1,7 @@
 """One port with its RC-400: keeps it open and set up, and carries the conversation over it in time."""
 
 import asyncio
+import logging
 import random
 from collections.abc import Callable, Coroutine, Iterable
 from typing import Any
@@ -26,6 +27,8 @@ from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyF
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.table import Retry
 from transports.base import Transport
+
+log = logging.getLogger(__name__)
 
 REPLIES = Answer, Refusal, GroupAnswer
 
@@ -117,6 +120,7 @@ class Line(PortLoop):
         if not self._open:
             return
         self._ready = True
+        log.info("line %s is up", self.id)
         self.on_change("line.up", {"controllers": self.controllers})
         self._pump()
 

@@ -20,6 +20,8 @@ STUCK_S = 1.0
 REOPEN_S = (0.2, 5.0)
 """First and longest pause before a lost port is tried again; it doubles in between."""
 
+REMEDY = "Mend that, or check the cable; the port is tried again by itself."
+
 
 class LineState(StrEnum):
     """What a line can do for its users now."""
@@ -117,26 +119,30 @@ class PortLoop(ABC):
             except TransportError as error:
                 self._went_down(str(error))
             else:
-                pause_s = REOPEN_S[0]
                 self.counters["openings"] += 1
                 self._open = True
-                await self._serve_until_lost()
+                if await self._serve_until_lost():
+                    pause_s = REOPEN_S[0]
                 await self.transport.close()
             await asyncio.sleep(pause_s)
             pause_s = min(2 * pause_s, REOPEN_S[1])
 
-    async def _serve_until_lost(self) -> None:
+    async def _serve_until_lost(self) -> bool:
+        """Whether the line ever was ready: a port that is lost at once is tried less and less often."""
+        was_ready = False
         self._set_up_due = fresh = True
         while self._open:
             if self._set_up_due:
                 self._set_up_due = False
                 await self._set_up(fresh=fresh)
-                fresh = False
+                was_ready, fresh = was_ready or self._ready, False
             else:
                 self._attention.clear()
                 await self._attention.wait()
+        return was_ready
 
-    def _went_down(self, reason: str) -> None:
+    def _went_down(self, why: str) -> None:
+        reason = why.removesuffix("Nothing was sent.").rstrip(" .")  # sentences say so themselves
         was_open, self._open, self._ready = self._open, False, False
         self._heard_out = False
         changed = was_open or reason != self.down_reason
@@ -144,11 +150,12 @@ class PortLoop(ABC):
         self._stuck_since = None
         self._break_off(reason)
         if changed:
+            log.warning("line %s is down: %s", self.id, reason)
             self.on_change("line.down", {"reason": reason})
         self._attention.set()
 
     def _down(self) -> LineDown:
-        return LineDown(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", "Check the cable.")
+        return LineDown(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", REMEDY)
 
     def set_up_again(self, reason: str) -> None:
         """The far end shows signs of a restart: tell it everything again."""

@@ -42,7 +42,7 @@ DEMO_SETTINGS = (
 
 SLOWEST, FASTEST = 300, 4_000_000
 
-app = typer.Typer(help="Run simulated controllers.", no_args_is_help=True)
+app = typer.Typer(help="Run simulated controllers.", no_args_is_help=True, add_completion=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -235,12 +235,13 @@ class PtyPort(Port):
 def serve_pty(machine: Machine, path: Path, baud: int | None = None) -> PtyPort:
     """Put a machine behind a new pseudo-terminal and a symbolic link to it at `path`.
 
-    :raises FileExistsError: something other than a symbolic link is there.
+    :raises FileExistsError: something is there, other than a link that leads nowhere any more.
     :raises OSError: the link cannot be made.
     """
-    if path.exists() and not path.is_symlink():
+    if path.exists():
+        what = f"leads to {path.resolve()}, which is in use" if path.is_symlink() else "is no symbolic link"
         raise FileExistsError(
-            f"{path} exists and is not a symbolic link; nothing was changed. Choose another path"
+            f"{path} exists and {what}; nothing was changed. Remove it, or choose another path"
         )
     master, device = os.openpty()
     try:

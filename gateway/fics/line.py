@@ -1,6 +1,7 @@
 """One port with its Fics: keeps it open and in its mode, and carries the conversation over it in time."""
 
 import asyncio
+import logging
 import random
 from typing import Any
 
@@ -21,6 +22,8 @@ from protocols.fics.system import (
     SystemVersion,
 )
 from transports.base import Transport, TransportRefused
+
+log = logging.getLogger(__name__)
 
 SILENT = 2
 """The mode of power-on, in which most commands are not answered."""
@@ -130,6 +133,7 @@ class FicsLine(PortLoop):
         self._known, self._ready, self._was_away = True, self._open, False
         if not self._ready:
             return
+        log.info("line %s is up", self.id)
         self.on_change("line.up", {"mode": self.mode})
         if self._missing:
             self._missing = False

@@ -1,7 +1,9 @@
 """The command line as scripts use it: exit codes, one clear sentence, and plain words of help."""
 
+import socket
 import subprocess
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
@@ -70,6 +72,17 @@ def test_send_without_a_gateway_says_that_nothing_was_sent() -> None:
     said = run("send", "3F", "6PD")
     assert said.returncode == 3
     assert "Nothing was sent" in said.stderr
+
+
+def test_an_answer_that_is_lost_on_its_way_is_not_called_unsent() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        hangs_up = Thread(target=lambda: server.accept()[0].close())
+        hangs_up.start()
+        said = run("send", "3F", "1+M500", url=f"http://127.0.0.1:{server.getsockname()[1]}")
+        hangs_up.join()
+    assert said.returncode == 4
+    assert "may have been carried out" in said.stderr
+    assert "Nothing was sent" not in said.stderr
 
 
 def test_scan_prints_who_answers(tmp_path: Path) -> None:

@@ -838,6 +838,38 @@ async def test_a_missing_port_is_tried_again_with_longer_and_longer_pauses() -> 
 
 
 @virtual
+async def test_a_port_that_drops_as_soon_as_it_is_open_is_tried_less_and_less_often() -> None:
+    far = FarEnd()
+    line = Line("line1", far, [2])
+    line.start()
+
+    async def opened(times: int) -> None:
+        await until(lambda: len(far.openings) == times)
+        await asyncio.sleep(0)
+
+    for times in range(1, 6):
+        await opened(times)
+        far.unplug()
+        far.plugged_in = True
+    pauses = [later - earlier for earlier, later in pairwise(far.openings)]
+    first, _ = REOPEN_S
+    assert pauses == pytest.approx([first, 2 * first, 4 * first, 8 * first], abs=SILENCE_S + 0.01)
+    await line.close()
+
+
+@virtual
+async def test_a_line_that_goes_and_comes_is_told_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    far = FarEnd()
+    async with running_line(far) as line:
+        far.unplug()
+        far.plugged_in = True
+        await until(lambda: line.state is LineState.READY)
+    told = [record.getMessage() for record in caplog.records]
+    assert told[:3] == ["line line1 is up", "line line1 is down: the cable was pulled", "line line1 is up"]
+
+
+@virtual
 async def test_a_port_that_takes_no_bytes_is_opened_anew() -> None:
     far = FarEnd()
     async with running_line(far) as line:

@@ -95,9 +95,20 @@ async def test_the_link_replaces_a_stale_one_and_goes_at_the_end(tmp_path: Path)
 
 
 @pytest.mark.anyio
+async def test_the_link_of_a_living_terminal_is_left_alone(tmp_path: Path) -> None:
+    link = tmp_path / "line"
+    port = serve_pty(Parrot(), link)
+    with pytest.raises(FileExistsError, match="which is in use"):
+        serve_pty(Parrot(), link)
+    assert link.is_symlink()
+    await port.aclose()
+
+
+@pytest.mark.anyio
 async def test_a_link_that_has_become_anothers_stays(tmp_path: Path) -> None:
     link = tmp_path / "line"
     first = serve_pty(Parrot(), link)
+    link.unlink()
     second = serve_pty(Parrot(), link)
     await first.aclose()
     assert link.is_symlink()
@@ -108,7 +119,7 @@ async def test_a_link_that_has_become_anothers_stays(tmp_path: Path) -> None:
 @pytest.mark.anyio
 async def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "line").write_text("precious")
-    with pytest.raises(FileExistsError, match="not a symbolic link"):
+    with pytest.raises(FileExistsError, match="is no symbolic link"):
         serve_pty(Parrot(), tmp_path / "line")
     assert (tmp_path / "line").read_text() == "precious"
 
