@@ -1,6 +1,6 @@
 """What can go wrong with a robot besides what can go wrong with anything."""
 
-from gateway.errors import BodyBusy, ControllerRefused, GatewayError, NotSent
+from gateway.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from protocols.fics.errors import lookup
 
 
@@ -89,6 +89,22 @@ class UnitNotSelected(NotSent):
 
     kind = "unit-not-selected"
     title = "The unit is not certain"
+
+
+class UploadBrokenOff(GatewayError):
+    """Some of the positions of an upload are stored, the rest are not."""
+
+    kind = "upload-broken-off"
+    title = "The upload of positions was broken off"
+
+    def __init__(self, robot_id: str, last_stored: int, cause: GatewayError) -> None:
+        stored = f"up to {last_stored} are stored" if last_stored else "are not stored"
+        why = "a stop came" if isinstance(cause, StoppedFirst) else cause.detail.rstrip(".")
+        maybe = " The next one may be stored as well." if isinstance(cause, NoReply) else ""
+        super().__init__(
+            f"Positions of {robot_id} {stored}, then the upload was broken off: {why}.{maybe}",
+            "Read the positions, and upload the rest.",
+        )
 
 
 class JogOver(GatewayError):

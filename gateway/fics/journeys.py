@@ -180,7 +180,7 @@ class Journey:
 
     def _lost(self, cause: str | None, error: GatewayError) -> None:
         if not self.move.status.final:
-            self.move.end_cause = cause
+            self.move.end_cause, self.move.position = cause, None
             self._advance(MoveStatus.LOST, error)
 
     # the end
@@ -209,8 +209,8 @@ class Journey:
             self.move.evidence.append("The answer of the robot stayed away.")
         try:
             await self.robot.see_power()
-        except PowerCycled as gone:
-            self._lost("power_cycled", gone)
+        except PowerCycled:
+            self._lost("power_cycled", _without_power(self.robot))
             return
         except GatewayError as unseen:
             self.move.evidence.append(unseen.detail)

@@ -41,7 +41,7 @@ class Power:
         self.cycled = False
         """Whether the robot has lost its power, and nobody has acknowledged that yet."""
         self._speeds: dict[int, Speeds] = {}
-        """By unit, as last set or read; an axis nobody spoke of is missing."""
+        """By unit, as last set, or as read before; an axis nobody spoke of is missing."""
         self._due: set[int] = set()
         """The units whose speeds have to be set again before any move."""
 
@@ -101,14 +101,17 @@ class Power:
     # speeds
 
     def note(self, unit: "RobotUnit", command: FicsCommand[Any], outcome: "Outcome") -> None:
-        """Keep the speed percentages that were set or read; forget those nobody can be sure of."""
+        """Keep the speed percentages that were set, or read first; forget those nobody can be sure of."""
         if isinstance(command, SetSpeedPercent | SetMotorSpeedPercent):
             self._note_set(unit, command, outcome)
         elif isinstance(outcome, Answered) and unit.number not in self._due:
             for reply in outcome.replies:
                 if isinstance(reply, SpeedPercents):
                     names = unit.names(_coordinates(command))
-                    self._speeds.setdefault(unit.number, {}).update(zip(names, reply.percents, strict=False))
+                    known = self._speeds.setdefault(unit.number, {})
+                    for axis, percent in zip(names, reply.percents, strict=False):
+                        # What was set counts: a robot tells 100 % after a loss of power nobody has seen yet.
+                        known.setdefault(axis, percent)
 
     def _note_set(
         self, unit: "RobotUnit", command: SetSpeedPercent | SetMotorSpeedPercent, outcome: "Outcome"

@@ -1,11 +1,13 @@
 """Positions to be stored: a robot numbers them by itself from a first one on, and takes no stop meanwhile."""
 
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from gateway.errors import InvalidRequest
+from gateway.errors import GatewayError, InvalidRequest, StoppedFirst
+from gateway.fics.errors import UploadBrokenOff
 from protocols.fics.positions import LAST_POSITION, BeginPositionUpload, EndPositionUpload, UploadPosition
 
 if TYPE_CHECKING:
@@ -20,19 +22,32 @@ Run = tuple[int, list[UploadPosition]]
 async def upload(robot: "Robot", runs: list[Run], epoch: int) -> None:
     """Store runs of positions, unless there is a stop after `epoch`; call it with the floor held.
 
-    :raises GatewayError: it was broken off; positions before the one that failed may be stored.
+    :raises UploadBrokenOff: positions were stored before the one that failed, or before a stop.
+    :raises GatewayError: nothing was stored.
     """
+    dialogue = robot.dialogue
+    stored = 0
     for first, commands in runs:
-        await _upload_run(robot, first, commands, epoch)
+        begun = False
+        try:
+            async with _open(robot, first, epoch):
+                begun = True
+                for number, command in enumerate(commands, first):
+                    dialogue.answered(command, await dialogue.say(command, epoch))
+                    stored = number
+        except GatewayError as error:
+            if stored or (begun and isinstance(error, StoppedFirst)):
+                raise UploadBrokenOff(robot.id, stored, error) from error
+            raise
 
 
-async def _upload_run(robot: "Robot", first: int, commands: list[UploadPosition], epoch: int) -> None:
-    """One upload from its beginning to its end, which is sent whatever has happened in between."""
+@asynccontextmanager
+async def _open(robot: "Robot", first: int, epoch: int) -> AsyncIterator[None]:
+    """Open an upload, and end it whatever has happened in between."""
     dialogue, line = robot.dialogue, robot.line
     try:
         dialogue.answered(UPLOAD, await dialogue.say(BeginPositionUpload(first=first), epoch))
-        for command in commands:
-            dialogue.answered(command, await dialogue.say(command, epoch))
+        yield
     finally:
         if line.uploading:
             await dialogue.say(EndPositionUpload(), line.stop_epoch)

@@ -144,3 +144,26 @@ async def test_an_axis_of_both_kinds_has_one_speed_the_last_that_was_set() -> No
         await cycle(rig)
         await rig.move(HomeRobot())
         assert (await rig.robot.read(GetSpeedPercent(), 1)).percents == [100.0, 100.0, 20.0]
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("read_meanwhile", [False, True])
+def test_a_read_after_a_loss_of_power_does_not_count_as_the_speed_that_was_set(
+    mode: int, read_meanwhile: bool
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await rig.move(HomeRobot())
+            await rig.robot.ask(SetSpeedPercent(percents=[1.0, 1.0, 1.0]), 1)
+            rig.power_cycle()
+            if read_meanwhile:
+                await rig.robot.ask(GetSpeedPercent(), 1)
+            with pytest.raises(PowerCycled):
+                await rig.move(DOWN)
+            await asyncio.sleep(LIMIT_S)
+            await rig.robot.acknowledge_power_cycle()
+            await rig.move(HomeRobot())
+            assert percents(rig) == [1.0, 1.0, 1.0]
+
+    story()
