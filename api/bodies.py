@@ -39,7 +39,7 @@ class BodyInfo(BaseModel):
     line_id: str
     name: str
     online: bool = Field(description="Whether it can be asked now, as far as is known.")
-    moving: bool
+    moving: bool | None = Field(description="Null while out of reach, until its status has been read.")
     move_id: str | None = Field(description="The move that is not over yet.")
     unit: str | None = Field(description="The unit of its scale; null without one.")
     pulses_per_unit: float | None

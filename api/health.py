@@ -113,7 +113,7 @@ class PlantCollector(Collector):
             own = [body for body in self._plant.bodies() if body.line is line]
             bodies.add_metric((line.id, "configured"), len(own))
             bodies.add_metric((line.id, "offline"), sum(not body.online for body in own))
-            bodies.add_metric((line.id, "moving"), sum(body.moving for body in own))
+            bodies.add_metric((line.id, "moving"), sum(body.moving is True for body in own))
         for robot in self._plant.robots():
             robots.add_metric((robot.line.id, "configured"), 1)
             robots.add_metric((robot.line.id, "offline"), not robot.online)

@@ -32,7 +32,10 @@ class Body:
     """Pulses by which the final position may miss the target of a successful move."""
     poll_interval_s: float = 0.2
     """While it has a move, its state is asked for this often."""
-    moving: bool = False
+    moving: bool | None = None
+    """None until its status has been read since it was out of reach."""
+    look_due: asyncio.Event = field(default_factory=asyncio.Event)
+    """Its state is to be read now, not at the next poll."""
     rest_position: int | None = None
     """The position at which the motor is known to stand still; None while it may move."""
     status_bits: int | None = None
@@ -82,6 +85,11 @@ class Body:
         answered = answer_or_raise(self.address, command, outcome)
         reply = reply_of(self.number, command, answered, self.address)
         return cast("R", reply), answered
+
+    def forget_state(self) -> None:
+        """It is out of reach: what was moving counts as moving, what stood still may move."""
+        self.moving = self.moving or None
+        self.rest_position = None
 
     def forget_position_after(self, command: RorzeCommand[Any]) -> None:
         """Whatever is not a mere read may have moved the motor, or renamed where it stands."""

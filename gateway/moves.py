@@ -25,7 +25,7 @@ from gateway.move_record import MoveError, MoveRecord, MoveStatus
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.notation import PositionReference
-from protocols.rorze.origin import CentreStallDog, OriginSearch
+from protocols.rorze.origin import CentreStallDog, GetHomingDistance, OriginSearch
 from protocols.rorze.position import GetPosition
 from protocols.rorze.position_table import GetPositionEntry
 from protocols.rorze.row import RorzeCommand
@@ -37,7 +37,10 @@ LOST_AFTER_S = 30.0
 RECENT_ERROR_S = 10.0
 """After a garbled or missing reply, what decides the end of a move is read twice for so long."""
 POWER_ON_POSITION = 0
-"""An assumption: what a controller calls its position when it has been switched on."""
+"""An assumption: what a controller calls its position, and the distance of its last homing (0PD), when it
+has been switched on; a loss of power of 10 ms may switch it on again (RC-420 manual 5.4.2)."""
+BELIEVED_S = 0.5
+"""Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
 PULSES_RUNNING, MOTION_ERRORS = 0x01, 0x66
 """Bits of the controller status: a limit, EMS, the movement range or STALL can end a move (9CD)."""
 STILL_MOVING = 0x50
@@ -255,14 +258,14 @@ class Moves:
                 body.move_ended.clear()
             if move.status is MoveStatus.SENT:
                 self._advance(body, move, MoveStatus.MOVING)
-            await _wait_for(body.move_ended, body.poll_interval_s)
+            await wait_for(body.move_ended, body.poll_interval_s)
         move.completion = "frame" if body.move_ended.is_set() else "polling"
         self._at_rest(body, move.position)
-        self._conclude(body, move, state)
+        await self._conclude(body, move, state)
         if move.completion == "polling" and move.status is not MoveStatus.LOST:
             await self._expect_end_frame(body)
 
-    def _conclude(self, body: Body, move: Move, state: "_State") -> None:
+    async def _conclude(self, body: Body, move: Move, state: "_State") -> None:
         causes = names_of(state.cause, END_CAUSE_BITS)
         move.end_cause = "+".join(causes) or "normal"
         if causes == ["stop_command"]:
@@ -275,6 +278,9 @@ class Moves:
         elif move.target_position is not None and not _on_target(body, move):
             move.end_cause = "position_mismatch"
             self._advance(body, move, MoveStatus.FAILED, _missed(body, move))
+        elif not await _kept_its_power(body, move):
+            move.end_cause = None
+            self._advance(body, move, MoveStatus.UNKNOWN, _perhaps_without_power(body))
         else:
             self._advance(body, move, MoveStatus.SUCCEEDED)
 
@@ -308,7 +314,7 @@ class Moves:
 
     async def _expect_end_frame(self, body: Body) -> None:
         """A move that ended unannounced is a sign that the link master has restarted."""
-        if not await _wait_for(body.move_ended, MISSING_END_FRAME_S) and body.move is None:
+        if not await wait_for(body.move_ended, MISSING_END_FRAME_S) and body.move is None:
             body.line.set_up_again(f"the end of a move of {body.short} was not announced")
 
     def ended(self, body: Body, frame: MoveEnded) -> None:
@@ -347,15 +353,20 @@ class _Flight:
 async def _know_the_start(body: Body, move: Move, command: RorzeCommand[Any]) -> None:
     """Know where the motor stands and where it should come to: the evidence if the reply should be lost."""
     try:
-        if body.rest_position is None:
-            reply, _ = await body.ask(GetPosition())
-            body.rest_position = reply.pulses
+        if body.rest_position is None or _read_long_ago(body):
+            reply, answer = await body.ask(GetPosition())
+            body.rest_position = body.position = reply.pulses
+            body.position_at = answer.at
         move.start_position = move.position = body.rest_position
         move.target_position = await target_of(body, command, body.rest_position)
     except NoReply as error:
         raise NotSent(
             f"{body.address} did not tell its position before the move; the move was not sent.", error.remedy
         ) from None
+
+
+def _read_long_ago(body: Body) -> bool:
+    return body.position_at is None or asyncio.get_running_loop().time() - body.position_at > BELIEVED_S
 
 
 async def target_of(body: Body, command: RorzeCommand[Any], start: int) -> int | None:
@@ -440,7 +451,37 @@ def _power_was_lost(body: Body, move: Move) -> bool:
     return body.went_silent or (fell_back and not _on_target(body, move))
 
 
-async def _wait_for(event: asyncio.Event, timeout_s: float) -> bool:
+async def _kept_its_power(body: Body, move: Move) -> bool:
+    """Whether a normal end is proved: a controller that was switched off and on again looks the same at 0.
+
+    It announces no end then, and has forgotten how far its last homing went.
+    """
+    if move.position != POWER_ON_POSITION or move.completion == "frame":
+        return True
+    if await wait_for(body.move_ended, MISSING_END_FRAME_S):
+        move.completion = "frame"
+        return True
+    move.evidence.append(
+        f"The motor stands at {POWER_ON_POSITION}, as after a loss of power, and no end was announced."
+    )
+    if not await _remembers_homing(body):
+        return False
+    move.evidence.append("The controller remembers its last homing, so it has kept its power.")
+    return True
+
+
+async def _remembers_homing(body: Body) -> bool:
+    """Asked twice: one garbled digit must not prove anything."""
+    try:
+        first, _ = await body.ask(GetHomingDistance())
+        second, _ = await body.ask(GetHomingDistance())
+    except GatewayError:
+        return False
+    return first == second and first.pulses != POWER_ON_POSITION
+
+
+async def wait_for(event: asyncio.Event, timeout_s: float) -> bool:
+    """Whether it happens in time."""
     try:
         async with asyncio.timeout(timeout_s):
             return await event.wait()
@@ -491,6 +532,21 @@ def _without_power(body: Body) -> MoveFailed:
     )
 
 
+class _Unproved(GatewayError):
+    """A move whose end nothing proves, nor that it was begun."""
+
+    kind, title = MoveFailed.kind, "The end of the move is not known"
+    moved = "unknown"
+
+
+def _perhaps_without_power(body: Body) -> _Unproved:
+    return _Unproved(
+        f"{body.address} stands at {POWER_ON_POSITION} and the end of the move was not announced: it has "
+        "arrived there, or has lost its power in the middle of the move.",
+        "Home it again, unless its position is proved otherwise.",
+    )
+
+
 def _lost_on_its_way(body: Body, move: Move) -> NotExecuted:
     return NotExecuted(
         f"{move.command} was sent to {body.address} and no reply came; the motor has not moved.",
@@ -501,5 +557,6 @@ def _lost_on_its_way(body: Body, move: Move) -> NotExecuted:
 def _missed(body: Body, move: Move) -> MoveFailed:
     return MoveFailed(
         f"{body.address} stands at {move.position} pulses, not at {move.target_position} as was asked.",
-        "The command may have been garbled on the line: check the position before the next move.",
+        "The command may have been garbled on the line, or the controller has lost its power: "
+        "check the position before the next move.",
     )

@@ -26,7 +26,7 @@ from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
 from gateway.fics.watch import watch
 from gateway.line import Line
-from gateway.moves import Move, Moves
+from gateway.moves import Move, Moves, wait_for
 from gateway.scans import Scans
 from gateway.stops import Stops
 from gateway.units import Scale
@@ -239,7 +239,8 @@ class Plant:
 
         :raises GatewayError: the members are not on one line, or one moves, or the link master refused.
         """
-        bodies = [self.body(member) for member in members]
+        home = address.rpartition(".")[0]
+        bodies = [self.body(f"{home}.{it}" if home and "." not in it else it) for it in members]
         if len(bodies) < 2 or len(set(bodies)) < len(bodies):
             raise InvalidRequest("A group has at least two members, each once; nothing was sent.")
         line = bodies[0].line
@@ -284,26 +285,45 @@ class Plant:
     def _on_change(self, line: Line, what: str, facts: dict[str, object]) -> None:
         number = facts.pop("body", None)
         if number is None:
+            self._line_changed(line, what)
             self.events.publish(what, f"/lines/{line.id}", facts)
             return
         address = f"{line.id}.{number:02X}"
         if what == "body.offline" and address in self._bodies:
-            self._bodies[address].rest_position = None
+            self._bodies[address].forget_state()
             self._bodies[address].went_silent = True
+        if what == "body.online" and address in self._bodies:
+            self._bodies[address].look_due.set()
         self.events.publish(what, f"/bodies/{address}", facts)
+
+    def _bodies_of(self, line: Line) -> list[Body]:
+        return [body for body in self.bodies() if body.line is line]
+
+    def _line_changed(self, line: Line, what: str) -> None:
+        """What happens while a line is down is known only when its bodies have been asked."""
+        for body in self._bodies_of(line):
+            if what == "line.down":
+                body.forget_state()
+            elif what == "line.up" and body.moving is None:
+                body.look_due.set()
 
     # rules and watching
 
     def _flash_while_moving(self, line: Line, exchange: Exchange) -> GatewayError | None:
-        """A flash command holds up the line for 1.5 s: not while anything moves there."""
+        """A flash command holds up the line for 1.5 s: not while anything moves there, or may move."""
         if not exchange.command.takes_s:
             return None
-        moving = [body.address for body in self.bodies() if body.line is line and body.moving]
-        if not moving:
-            return None
-        return BodyBusy(
-            f"{', '.join(moving)} moves; {exchange.command.code} was not sent.", "Wait for standstill."
-        )
+        code, bodies = exchange.command.code, self._bodies_of(line)
+        moving = [body.address for body in bodies if body.moving]
+        if moving:
+            return BodyBusy(f"{', '.join(moving)} moves; {code} was not sent.", "Wait for standstill.")
+        unread = [body.address for body in bodies if body.moving is None and body.online]
+        if unread:
+            return BodyBusy(
+                f"Whether {', '.join(unread)} moves is not known yet; {code} was not sent.",
+                "Try again when the status has been read.",
+            )
+        return None
 
     def _motion_while_stopping(self, line: Line, exchange: Exchange) -> GatewayError | None:
         """Until a stop is confirmed nothing is sent that could move the motor again."""
@@ -340,6 +360,7 @@ class Plant:
     async def _watch(self, body: Body) -> None:
         """Notice what happens to a body without us: status bits, motion that nobody here asked for."""
         while True:
+            body.look_due.clear()
             if body.line.state == "ready" and body.online and body.move is None:
                 try:
                     await self._look_at(body)
@@ -347,7 +368,7 @@ class Plant:
                     self.events.publish(
                         "body.unreadable", f"/bodies/{body.address}", {"detail": error.detail}
                     )
-            await asyncio.sleep(HEALTH_POLL_S)
+            await wait_for(body.look_due, HEALTH_POLL_S)
 
     async def _look_at(self, body: Body) -> None:
         status, _ = await body.ask(GetControllerStatus())

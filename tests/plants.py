@@ -178,6 +178,8 @@ async def rig(
     await plant.start()
     try:
         await asyncio.sleep(SET_UP_S)
+        while any(body.moving is None and body.online for body in plant.bodies()):  # noqa: ASYNC110  # no event
+            await asyncio.sleep(SET_UP_S)
         assert all(line.state == "ready" for line in plant.lines.values())
         yield running
     finally:

@@ -89,6 +89,8 @@ async def build_stand(lines: Mapping[str, Bodies], server: Mapping[str, object])
     await plant.start()
     for _ in lines:
         await anext(ups)
+    while any(body.position is None and body.online for body in plant.bodies()):  # noqa: ASYNC110  # no event tells it
+        await asyncio.sleep(0.01)
     app = create_app(plant)
     transport = ASGITransport(app, raise_app_exceptions=False)
     async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:

@@ -1,5 +1,7 @@
 """Bodies over HTTP: what is read is said with its age, and what is set is set at the controller."""
 
+import asyncio
+
 import pytest
 
 from simulator.faults import Direction, Fault, Switch
@@ -72,6 +74,17 @@ async def test_a_body_is_described_without_asking_it(stand: Stand) -> None:
         "arm.3F",
     ]
     assert len(stand.frames()) == sent
+
+
+@on_stand()
+async def test_whether_a_body_moves_is_null_while_nobody_can_know(stand: Stand) -> None:
+    stand.port.unplug()
+    assert (await stand.get("/bodies/3F")).json()["moving"] is None
+    stand.port.plugged_in = True
+    await anext(stand.plant.events.subscribe(types=["line.up"]))
+    assert (await stand.get("/bodies/3F")).json()["moving"] is None
+    await asyncio.sleep(0.1)
+    assert (await stand.get("/bodies/3F")).json()["moving"] is False
 
 
 @on_stand()

@@ -7,10 +7,10 @@ from tests.api.stand import Stand, on_stand
 
 @on_stand()
 async def test_text_is_403_unless_configured(stand: Stand) -> None:
-    answer = await stand.post("/bodies/3F/raw", {"text": "6PD"})
+    answer = await stand.post("/bodies/3F/raw", {"text": "0PD"})
     assert answer.status_code == 403
     assert "raw_commands" in answer.json()["remedy"]
-    assert "&3F6PD" not in stand.frames()
+    assert "&3F0PD" not in stand.frames()
 
 
 @on_stand(raw_commands=True)

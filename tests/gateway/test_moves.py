@@ -11,7 +11,7 @@ from gateway.moves import LOST_AFTER_S, Move
 from gateway.stops import StopMode
 from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
 from protocols.rorze.notation import PositionReference
-from protocols.rorze.origin import Home
+from protocols.rorze.origin import Home, HomeFastThenStop
 from protocols.rorze.position import GetPosition, SetPosition
 from protocols.rorze.position_table import SetPositionEntry
 from protocols.rorze.row import RorzeCommand
@@ -306,7 +306,8 @@ async def test_nothing_is_sent_while_the_line_is_down() -> None:
 
 @in_virtual_time
 async def test_a_move_that_cannot_start_in_time_never_starts() -> None:
-    async with rig(bodies=(0x00, 0x3F), present=(0x3F,), groups={}) as it:
+    async with rig(bodies=(0x00, 0x3F), groups={}) as it:
+        it.machine.switch_body(0x00, on=False, now=asyncio.get_running_loop().time())
         blocking = [asyncio.create_task(it.body("00").ask(GetPosition()))]
         await asyncio.sleep(0)
         with pytest.raises(Expired):
@@ -370,7 +371,7 @@ async def test_a_lost_reply_of_homing_stays_unknown_when_the_motor_stands_still(
         await it.body().ask(GetPosition())
         it.touch(0x3F, lambda axis: axis.world.forced.update({EMS: True}))
         lose(it, Direction.REPLIES)
-        it.body().rest_position = 0
+        it.body().position_at = asyncio.get_running_loop().time()
         move = await finished(it, Home())
         assert move.status is MoveStatus.UNKNOWN
         assert "proves nothing" in move.evidence[0]
@@ -480,6 +481,140 @@ async def test_a_search_in_which_the_power_was_lost_has_not_found_the_origin() -
         assert move.status is MoveStatus.LOST
 
 
+def cut_power(rig: Rig) -> None:
+    """Take the power away."""
+    rig.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
+
+
+async def brown_out(rig: Rig) -> None:
+    """Leave the controller without power for 50 ms."""
+    cut_power(rig)
+    await asyncio.sleep(0.05)
+    rig.machine.switch_body(0x3F, on=True, now=asyncio.get_running_loop().time())
+
+
+def far_from_home(axis: Rc420) -> None:
+    """Put the origin where a search takes seconds."""
+    axis.world.origin = Span(-90_000, -80_000)
+
+
+HOME = HomeFastThenStop()
+TO_0 = MoveTo(position=0)
+BACK_TO_0 = MoveCounterclockwise(distance=50_000)
+
+
+@pytest.mark.parametrize("command", [HOME, TO_0, BACK_TO_0])
+@in_virtual_time
+async def test_a_move_to_0_in_which_the_power_was_lost_for_a_moment_is_not_taken_for_done(
+    command: RorzeCommand[Ack],
+) -> None:
+    async with rig() as it:
+        it.touch(0x3F, far_from_home)
+        await finished(it, LONG)
+        move = await start(it, command)
+        await asyncio.sleep(0.5)
+        await brown_out(it)
+        await ended(it, move)
+        assert (move.status, move.end_cause, move.position) == (MoveStatus.UNKNOWN, None, 0)
+        assert "as after a loss of power" in move.evidence[-1]
+        assert move.error is not None
+        assert "lost its power" in move.error.detail
+        assert move.error.moved == "unknown"
+
+
+@in_virtual_time
+async def test_a_search_after_a_search_in_which_the_power_was_lost_is_not_taken_for_done() -> None:
+    async with rig() as it:
+        it.touch(0x3F, far_from_home)
+        await finished(it, HOME)
+        await finished(it, LONG)
+        move = await start(it, HOME)
+        await asyncio.sleep(0.5)
+        await brown_out(it)
+        await ended(it, move)
+        assert move.status is MoveStatus.UNKNOWN
+
+
+@pytest.mark.parametrize("command", [HOME, TO_0, BACK_TO_0])
+@in_virtual_time
+async def test_a_move_to_0_whose_end_is_announced_has_succeeded(command: RorzeCommand[Ack]) -> None:
+    async with rig() as it:
+        await finished(it, LONG)
+        move = await finished(it, command)
+        assert (move.status, move.end_cause, move.position) == (MoveStatus.SUCCEEDED, "normal", 0)
+        assert (move.completion, move.evidence) == ("frame", [])
+
+
+def forget_set_up(rig: Rig) -> None:
+    """Restart the link master: it announces no end from now on."""
+    rig.machine.power_off(asyncio.get_running_loop().time())
+    rig.machine.power_on(asyncio.get_running_loop().time())
+
+
+@pytest.mark.parametrize("command", [TO_0, BACK_TO_0])
+@in_virtual_time
+async def test_an_end_at_0_that_nobody_announces_proves_nothing_to_who_was_never_homed(
+    command: RorzeCommand[Ack],
+) -> None:
+    async with rig() as it:
+        await finished(it, LONG)
+        forget_set_up(it)
+        move = await finished(it, command)
+        assert (move.status, move.completion) == (MoveStatus.UNKNOWN, "polling")
+        assert it.axis().position(asyncio.get_running_loop().time()) == 0
+
+
+@pytest.mark.parametrize("command", [HOME, TO_0, BACK_TO_0])
+@in_virtual_time
+async def test_an_end_at_0_that_nobody_announces_is_proved_by_a_homing_that_is_remembered(
+    command: RorzeCommand[Ack],
+) -> None:
+    async with rig() as it:
+        it.touch(0x3F, far_from_home)
+        await finished(it, HOME)
+        await finished(it, LONG)
+        forget_set_up(it)
+        move = await finished(it, command)
+        assert (move.status, move.completion, move.position) == (MoveStatus.SUCCEEDED, "polling", 0)
+        assert "has kept its power" in move.evidence[-1]
+
+
+@in_virtual_time
+async def test_an_end_that_is_announced_late_is_waited_for_at_0() -> None:
+    async with rig() as it:
+        await finished(it, LONG)
+        forget_set_up(it)
+        move = await start(it, TO_0)
+        await asyncio.sleep(2.3)
+        assert not it.axis().motor.moving
+        assert not move.status.final
+        it.body().move_ended.set()
+        await ended(it, move)
+        assert (move.status, move.completion) == (MoveStatus.SUCCEEDED, "frame")
+
+
+@in_virtual_time
+async def test_a_move_after_a_loss_of_power_at_rest_starts_where_the_controller_says() -> None:
+    async with rig() as it:
+        await finished(it, SHORT)
+        await asyncio.sleep(1.0)
+        await brown_out(it)
+        move = await finished(it, SHORT)
+        assert (move.start_position, move.target_position) == (0, 5_000)
+        assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 5_000)
+
+
+@in_virtual_time
+async def test_a_loss_of_power_just_before_a_move_is_named_as_a_cause_of_its_wrong_end() -> None:
+    async with rig() as it:
+        await finished(it, SHORT)
+        await brown_out(it)
+        move = await finished(it, SHORT)
+        assert (move.status, move.end_cause) == (MoveStatus.FAILED, "position_mismatch")
+        assert move.error is not None
+        assert "lost its power" in move.error.remedy
+
+
 @in_virtual_time
 async def test_a_cable_pulled_in_the_middle_and_put_back_costs_nothing() -> None:
     async with rig() as it:
@@ -535,8 +670,8 @@ async def test_a_member_that_the_reply_leaves_out_is_asked_itself() -> None:
 @in_virtual_time
 async def test_a_lost_group_command_is_resolved_for_each_member() -> None:
     async with rig() as it:
-        for address in ("00", "01"):
-            await finished(it, SHORT, address)
+        for move in [await start(it, SHORT, address) for address in ("00", "01")]:
+            await ended(it, move)
         lose(it, Direction.REQUESTS)
         moves = await it.plant.moves.start(it.plant.group("80"), LONG)
         for move in moves:

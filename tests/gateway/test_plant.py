@@ -8,9 +8,9 @@ from gateway.errors import Ambiguous, BodyBusy, ControllerRefused, InvalidReques
 from gateway.plant import HEALTH_POLL_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.moves import MoveClockwise
-from protocols.rorze.position import GetPosition
+from protocols.rorze.origin import GetHomingDistance
 from simulator.rorze.world import EMS
-from tests.plants import in_virtual_time, rig
+from tests.plants import Rig, in_virtual_time, rig
 
 FAR = MoveClockwise(distance=50_000)
 
@@ -18,6 +18,11 @@ FAR = MoveClockwise(distance=50_000)
 def now() -> float:
     """The time of the running loop."""
     return asyncio.get_running_loop().time()
+
+
+async def up(rig: Rig) -> None:
+    """Wait until the line has just been set up again."""
+    await anext(rig.plant.events.subscribe(types=["line.up"]))
 
 
 # addresses
@@ -39,9 +44,9 @@ async def test_a_body_on_two_lines_needs_its_long_address() -> None:
                 find("3F" if find == it.plant.body else "80")
         body = it.plant.body("right.3f")
         assert body.address == "right.3F"
-        await body.ask(GetPosition())
-        assert "&3F6PD" in it.wires["right"].frames()
-        assert "&3F6PD" not in it.wires["left"].frames()
+        await body.ask(GetHomingDistance())
+        assert "&3F0PD" in it.wires["right"].frames()
+        assert "&3F0PD" not in it.wires["left"].frames()
 
 
 @pytest.mark.parametrize(
@@ -109,6 +114,13 @@ async def test_a_group_spans_one_line_only() -> None:
 
 
 @in_virtual_time
+async def test_the_members_of_a_group_are_looked_for_on_its_line() -> None:
+    async with rig(lines=("left", "right")) as it:
+        group = await it.plant.define_group("right.81", ["00", "01"])
+        assert [member.address for member in group.members] == ["right.00", "right.01"]
+
+
+@in_virtual_time
 async def test_a_group_is_not_changed_under_a_moving_member() -> None:
     async with rig() as it:
         [move] = await it.plant.moves.start(it.body("01"), FAR)
@@ -141,7 +153,43 @@ async def test_flash_on_one_line_does_not_mind_a_move_on_another() -> None:
         await it.plant.moves.wait(move.id, 10.0)
 
 
+@in_virtual_time
+async def test_flash_waits_until_it_is_known_that_nothing_moves() -> None:
+    async with rig() as it:
+        it.wire.unplug()
+        await asyncio.sleep(1.0)
+        it.wire.plugged_in = True
+        await up(it)
+        with pytest.raises(BodyBusy, match=r"Whether .*line1\.3F moves is not known yet; FIS was not sent"):
+            await it.body("00").ask(SaveSettings())
+        await asyncio.sleep(0.5)
+        await it.body("00").ask(SaveSettings())
+        assert it.wire.frames().count("&00FIS") == 1
+
+
+@in_virtual_time
+async def test_a_body_that_is_not_there_does_not_keep_the_others_from_their_flash() -> None:
+    async with rig(present=(0x00, 0x01)) as it:
+        assert it.body().moving is None
+        await it.body("00").ask(SaveSettings())
+        assert "&00FIS" in it.wire.frames()
+
+
 # what it notices by itself
+
+
+@in_virtual_time
+async def test_a_motor_that_ran_before_the_gateway_is_known_to_run_as_soon_as_the_line_is_up() -> None:
+    async with rig() as it:
+        it.wire.unplug()
+        assert [body.moving for body in it.plant.bodies()] == [None, None, None]
+        it.axis().execute("1+MZ", now())
+        it.wire.plugged_in = True
+        await up(it)
+        assert it.body().moving is None
+        await asyncio.sleep(0.1)
+        assert [body.moving for body in it.plant.bodies()] == [False, False, True]
+        assert it.types("body.motion") == ["body.motion.foreign"]
 
 
 @in_virtual_time
@@ -179,6 +227,7 @@ async def test_a_body_that_loses_its_power_goes_offline_and_comes_back() -> None
         it.machine.switch_body(0x3F, on=False, now=now())
         await asyncio.sleep(3 * HEALTH_POLL_S)
         assert not it.body().online
+        assert it.body().moving is None
         assert it.body("00").online
         it.machine.switch_body(0x3F, on=True, now=now())
         await asyncio.sleep(3 * HEALTH_POLL_S)

@@ -176,7 +176,8 @@ async def test_a_stop_leaves_at_the_next_frame_boundary_while_16_clients_read_fl
 
 @in_virtual_time
 async def test_a_stop_does_not_wait_for_a_body_that_does_not_answer() -> None:
-    async with rig(bodies=(0x00, 0x3F), present=(0x3F,), groups={}) as it:
+    async with rig(bodies=(0x00, 0x3F), groups={}) as it:
+        it.machine.switch_body(0x00, on=False, now=now())
         await moving(it, "3F")
         reading = asyncio.gather(it.body("00").ask(GetPosition()), return_exceptions=True)
         await asyncio.sleep(0)
