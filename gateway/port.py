@@ -15,8 +15,6 @@ log = logging.getLogger(__name__)
 
 SILENCE_S = 0.05
 """The line must be quiet this long after the first bytes of an opening."""
-STUCK_S = 1.0
-"""The port must take our bytes within this time, or it is opened anew."""
 REOPEN_S = (0.2, 5.0)
 """First and longest pause before a lost port is tried again; it doubles in between."""
 
@@ -201,7 +199,7 @@ class PortLoop(ABC):
             return True
         if self._stuck_since is None:
             self._stuck_since = now
-        if now - self._stuck_since > STUCK_S:
+        if now - self._stuck_since > self.transport.stuck_s:
             self._went_down(f"{self.transport.address} takes no bytes")
         else:
             self._wake_at(now + 0.001)

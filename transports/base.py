@@ -3,6 +3,9 @@
 from abc import ABC, abstractmethod
 from typing import Protocol
 
+STUCK_S = 1.0
+"""A port that takes no bytes for longer than this is of no use, unless its address says otherwise."""
+
 
 class TransportError(OSError):
     """A port could not be used; the message says which and why."""
@@ -41,6 +44,11 @@ class Transport(ABC):
         """Seconds one byte takes on the wire at this port's speed; 0.0 where the wire does not pace us."""
         return 0.0
 
+    @property
+    def stuck_s(self) -> float:
+        """Seconds this port may take no bytes before it is to be opened anew."""
+        return STUCK_S
+
     @abstractmethod
     async def open(self, receiver: Receiver) -> None:
         """Open the port exclusively, without ever blocking the event loop.
@@ -64,4 +72,7 @@ class Transport(ABC):
 
     @abstractmethod
     async def close(self) -> None:
-        """Close at once; unsent bytes are dropped. Closing twice is harmless."""
+        """Close at once. Unsent bytes are dropped and not sent by a later opening; closing twice is harmless.
+
+        What the far end is taking at this very moment may still arrive: nobody may call it not sent.
+        """

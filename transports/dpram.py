@@ -70,11 +70,16 @@ class DpramPort(Transport):
         self._stuck_s = address.integer("stuck_ms", STUCK_MS, 1, 60_000) / 1000
         self._session: _Session | None = None
 
+    @property
+    def stuck_s(self) -> float:
+        """`stuck_ms` of the address."""
+        return self._stuck_s
+
     async def open(self, receiver: Receiver) -> None:
-        """Map the memory, empty its receiving side and begin to poll; an open port is refused.
+        """Map the memory, empty both its sides and begin to poll; an open port is refused.
 
         A reply that lies there is an answer to somebody else's question: it is thrown away. A message to Fics
-        that lies there was the last program's, and Fics may still take it.
+        that lies there is the last program's, and is taken back as `close` does.
         """
         if self._live_session() is not None:
             raise TransportUnavailable(f"{self.address} is open already; nothing was sent.")
@@ -103,7 +108,11 @@ class DpramPort(Transport):
         return 0 if session is None else session.unsent()
 
     async def close(self) -> None:
-        """Stop polling and let go of the memory; a message in the RAM stays there."""
+        """Stop polling, take back a message that Fics has not taken, and let go of the memory.
+
+        Fics is told by its flag alone. If it has begun to read the message, it carries it out all the same,
+        and nothing in the RAM tells.
+        """
         session, self._session = self._session, None
         if session is not None:
             session.end()
@@ -133,6 +142,7 @@ class _Memory:
             self._pipe_out, self._pipe_in = os.pipe()
             stack.callback(os.close, self._pipe_out)
             stack.callback(os.close, self._pipe_in)
+            self.take_back()  # before anything that may make Fics look
             self.store(HOST_MODE, bytes([0]))
             self.store(FROM_FICS_FLAG, bytes([FREE]))
             self._resources = stack.pop_all()
@@ -147,10 +157,23 @@ class _Memory:
     def store(self, start: int, data: bytes) -> None:
         """Copy bytes into the RAM.
 
-        :raises OSError: it is not there any more; the copies after this one are void.
+        :raises OSError: it is not there any more.
         """
         os.write(self._pipe_in, data)
-        os.readv(self._pipe_out, [self._view[start : start + len(data)]])
+        try:
+            os.readv(self._pipe_out, [self._view[start : start + len(data)]])
+        except OSError:
+            os.read(self._pipe_out, len(data))  # or the next copy would begin with it
+            raise
+
+    def take_back(self) -> None:
+        """Tell Fics that no message lies there.
+
+        The data stays as it is: a Fics that has begun to read must not find half a command.
+
+        :raises OSError: it is not there any more.
+        """
+        self.store(TO_FICS_FLAG, bytes([FREE]))
 
     def check_presence(self) -> None:
         """Make sure that the name still leads here.
@@ -263,11 +286,15 @@ class _Session:
         return waiting
 
     def end(self) -> None:
-        """Let go of the RAM and tell the receiver nothing more."""
+        """Take back what Fics has not taken, let go of the RAM, and tell the receiver nothing more."""
         self._timer.cancel()
-        if not self.ended:
-            self.ended = True
-            self._memory.close()
+        if self.ended:
+            return
+        self.ended = True
+        if self._in_ram:
+            with contextlib.suppress(OSError):
+                self._memory.take_back()
+        self._memory.close()
 
     def _turn(self) -> None:
         now = self._loop.time()

@@ -66,6 +66,11 @@ class Recorded(Transport):
         """The recorded port's."""
         return self._transport.byte_time_s
 
+    @property
+    def stuck_s(self) -> float:
+        """The recorded port's."""
+        return self._transport.stuck_s
+
     async def open(self, receiver: Receiver) -> None:
         """Open the recorded port."""
         await self._transport.open(self)

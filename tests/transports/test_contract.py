@@ -139,6 +139,22 @@ class TestTransport:
             await transport.close()
         assert ear.losses == []
 
+    async def test_what_is_unsent_at_closing_never_arrives(
+        self, transport: Transport, far: FarEnd, ear: Ear
+    ) -> None:
+        await self.connect(transport, far, ear)
+        transport.write(LARGE)
+        unsent = transport.unsent()
+        await transport.close()
+        await self.connect(transport, far, ear)
+        transport.write(b"&3F1+M\r")
+        heard = b""
+        while not heard.endswith(b"&3F1+M\r"):
+            heard += await far.read(1)
+        assert unsent > 0
+        assert len(heard) <= len(LARGE) - unsent + 7
+        await transport.close()
+
     async def test_closing_a_port_that_was_never_opened_is_harmless(self, transport: Transport) -> None:
         await transport.close()
         assert transport.unsent() == 0

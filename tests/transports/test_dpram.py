@@ -15,6 +15,7 @@ from tests.transports.far_ends import DpramFarEnd, Ear
 from tests.virtual_time import run_virtual
 from transports import TransportLost, TransportRefused, TransportUnavailable, create, dpram
 from transports.addresses import Address
+from transports.recorder import Recorded, Recorder
 
 HOST_MODE, TO_FICS_FLAG, TO_FICS, FROM_FICS_FLAG, FROM_FICS = 256, 257, 258, 512, 513
 """C-HOST manual 1-4, as offsets."""
@@ -155,10 +156,10 @@ class TestSending:
     ) -> None:
         async def story() -> None:
             loop = asyncio.get_running_loop()
-            far.poke(TO_FICS_FLAG, b"\1")
-            far.poke(TO_FICS, b"the last program's")
             port, ear = port_at(far, "&stuck_ms=300"), Ear()
             await port.open(ear)
+            far.poke(TO_FICS, b"somebody else's")
+            far.poke(TO_FICS_FLAG, b"\1")
             await asyncio.sleep(10)
             assert ear.losses == []  # it stands in nobody's way
 
@@ -167,7 +168,7 @@ class TestSending:
             loss = await ear.loses()
             assert loop.time() - began_at == pytest.approx(0.3, abs=0.01)
             assert "Fics has taken no message: the flag at 257 was not 0 for 0.3 s" in str(loss)
-            assert far.peek(TO_FICS, 18) == b"the last program's"
+            assert far.peek(TO_FICS, 15) == b"somebody else's"
             with pytest.raises(TransportLost, match="nothing was sent"):
                 port.write(b"AES\r")
             assert port.unsent() == 0
@@ -217,6 +218,95 @@ class TestSending:
             assert far.peek(TO_FICS_FLAG) == b"\0"
 
         play(story())
+
+
+class TestTakingBack:
+    """A message that Fics has not taken must not be carried out once nobody waits for its answer."""
+
+    def test_closing_takes_it_back_by_its_flag_and_leaves_the_data_whole(self, far: DpramFarEnd) -> None:
+        async def story() -> None:
+            port = port_at(far)
+            await port.open(Ear())
+            port.write(b"LMI ,,-5\rLMI ,,-6\r")
+            assert far.peek(TO_FICS_FLAG) == b"\1"
+            await port.close()
+            assert far.peek(TO_FICS_FLAG, 10) == b"\0LMI ,,-5\r"
+
+            await port.open(Ear())
+            await looks()
+            assert (far.peek(TO_FICS_FLAG), port.unsent()) == (b"\0", 0)
+            await port.close()
+
+        play(story())
+
+    def test_a_loss_takes_it_back_before_it_is_told(self, far: DpramFarEnd) -> None:
+        class Witness(Ear):
+            def connection_lost(self, error: TransportLost) -> None:
+                flags.append(far.peek(TO_FICS_FLAG))
+                super().connection_lost(error)
+
+        flags: list[bytes] = []
+
+        async def story() -> None:
+            port, ear = port_at(far), Witness()
+            await port.open(ear)
+            port.write(b"LMI ,,-5\r")
+            assert "Fics has taken no message" in str(await ear.loses())
+            assert flags == [b"\0"]
+
+        play(story())
+
+    def test_opening_takes_back_what_a_program_that_died_has_left(self, far: DpramFarEnd) -> None:
+        async def story() -> None:
+            far.poke(TO_FICS, b"LMI ,,-5\r")
+            far.poke(TO_FICS_FLAG, b"\1")
+            port = port_at(far)
+            await port.open(Ear())
+            assert far.peek(TO_FICS_FLAG, 10) == b"\0LMI ,,-5\r"
+            await port.close()
+
+        play(story())
+
+    def test_opening_takes_back_before_it_sets_the_host_mode(
+        self, far: DpramFarEnd, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        mode_and_flag: list[bytes] = []
+        store = dpram._Memory.store
+
+        def watched(memory: dpram._Memory, start: int, data: bytes) -> None:
+            store(memory, start, data)
+            mode_and_flag.append(far.peek(HOST_MODE, 2))
+
+        async def story() -> None:
+            far.poke(HOST_MODE, b"\1\1")
+            monkeypatch.setattr(dpram._Memory, "store", watched)
+            port = port_at(far)
+            await port.open(Ear())
+            assert mode_and_flag[:2] == [b"\1\0", b"\0\0"]
+            await port.close()
+
+        play(story())
+
+    def test_a_flag_that_the_port_has_not_set_is_left_alone_at_closing(self, far: DpramFarEnd) -> None:
+        async def story() -> None:
+            port = port_at(far)
+            await port.open(Ear())
+            far.poke(TO_FICS_FLAG, b"\1")
+            port.write(b"AES\r")
+            await port.close()
+            assert far.peek(TO_FICS_FLAG) == b"\1"
+
+        play(story())
+
+    def test_a_copy_that_failed_leaves_nothing_for_the_next_one(self, far: DpramFarEnd) -> None:
+        memory = dpram._Memory(str(far.name), 1024)
+        os.truncate(far.fd, 0)
+        with pytest.raises(OSError, match="Bad address"):
+            memory.store(TO_FICS_FLAG, b"\1")
+        os.truncate(far.fd, 1024)
+        memory.take_back()
+        assert far.peek(TO_FICS_FLAG) == b"\0"
+        memory.close()
 
 
 class TestReceiving:
@@ -532,10 +622,11 @@ class TestOpening:
         async def story() -> None:
             first, second = port_at(far), port_at(far)
             await first.open(Ear())
+            first.write(b"ACD\r")
             far.poke(FROM_FICS_FLAG, b"\1")
             with pytest.raises(TransportUnavailable, match="another program is using it"):
                 await second.open(Ear())
-            assert far.peek(FROM_FICS_FLAG) == b"\1"
+            assert (far.peek(TO_FICS_FLAG), far.peek(FROM_FICS_FLAG)) == (b"\1", b"\1")
             await first.close()
             await second.open(Ear())
             await second.close()
@@ -610,6 +701,13 @@ class TestOpening:
         with pytest.raises(ValueError, match=r"^address ") as refusal:
             create(address)
         assert reason in str(refusal.value)
+
+    @pytest.mark.parametrize(
+        ("options", "stuck_s"), [("", 1.0), ("?stuck_ms=1", 0.001), ("?stuck_ms=60000", 60.0)]
+    )
+    def test_its_patience_is_that_of_its_address(self, options: str, stuck_s: float) -> None:
+        port = create(f"dpram:///dev/uio0{options}")
+        assert (port.stuck_s, Recorded(port, Recorder()).stuck_s) == (stuck_s, stuck_s)
 
     def test_a_pci_resource_is_named_by_its_path(self) -> None:
         port = create("dpram:///sys/bus/pci/devices/0000:03:00.0/resource0?size=4096")

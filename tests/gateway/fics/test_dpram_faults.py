@@ -10,7 +10,7 @@ from random import Random
 import pytest
 
 from gateway.config import parse
-from gateway.errors import NotSent
+from gateway.errors import NoReply, NotSent
 from gateway.fics.errors import RobotBusy
 from gateway.fics.robot import Robot
 from gateway.move_record import MoveStatus
@@ -65,12 +65,14 @@ class Cell:
 
 
 @asynccontextmanager
-async def cell(tmp_path: Path, prepare: Callable[[Board], object] = lambda _: None) -> AsyncIterator[Cell]:
-    """Start a plant over a real file; `prepare` may touch the RAM before."""
+async def cell(
+    tmp_path: Path, prepare: Callable[[Board], object] = lambda _: None, options: str = ""
+) -> AsyncIterator[Cell]:
+    """Start a plant over a real file; `prepare` may touch the RAM before, `options` end the address."""
     board = Board(tmp_path / "ram", build_line(Layout()))
     prepare(board)
     config = parse(
-        f'[[lines]]\nid = "cell"\naddress = "dpram://{board.path}"\nprotocol = "fics"\n'
+        f'[[lines]]\nid = "cell"\naddress = "dpram://{board.path}{options}"\nprotocol = "fics"\n'
         f'robot = {{id = "r1", units = [{SCARA}]}}\n',
         "test.toml",
     )
@@ -112,7 +114,7 @@ def test_h14_a_flag_that_stays_at_1_takes_the_line_down_and_a_stop_is_not_called
             assert report.state == "not_sent"
             assert not it.is_ready()
             assert "line.down" in it.types("line")
-            assert it.board.ram[FROM_HOST].startswith(b"UNT 1\r")
+            assert not it.board.ram[FROM_HOST].startswith((b"AES", b"APS"))
             await asyncio.wait({question})
             assert question.exception() is not None
             with pytest.raises((NotSent, RobotBusy)):
@@ -122,6 +124,82 @@ def test_h14_a_flag_that_stays_at_1_takes_the_line_down_and_a_stop_is_not_called
             assert it.is_ready()
             assert it.types("robot.stop")[-1] == "robot.stop.confirmed"
             assert it.heard("AES") != []
+
+    run_virtual(story())
+
+
+def stall_at(name: bytes, board: Board, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let Fics stand still just before the next message of this name comes into the RAM."""
+    names, store = [name], dpram._Memory.store
+
+    def stalling(memory: dpram._Memory, start: int, data: bytes) -> None:
+        if start == FROM_HOST.start and data.startswith(tuple(names)):
+            names.clear()
+            board.stalled = True
+        store(memory, start, data)
+
+    monkeypatch.setattr(dpram._Memory, "store", stalling)
+
+
+def test_h14_a_move_that_fics_has_not_taken_is_not_carried_out_after_a_stop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def story() -> None:
+        async with cell(tmp_path) as it:
+            assert await it.move(HomeRobot()) is MoveStatus.SUCCEEDED
+            stall_at(b"LMI", it.board, monkeypatch)
+            move = asyncio.create_task(it.move(DOWN))
+            await asyncio.sleep(0.1)
+            assert it.board.ram[HOST_FLAG] == 1
+            assert it.board.ram[FROM_HOST].startswith(b"LMI ,,-5\r")
+            await asyncio.sleep(2)
+            assert (await it.robot.stop("immediate")).state == "not_sent"
+            it.board.stalled = False
+            assert await move is MoveStatus.UNKNOWN  # Fics could have taken it just before it was taken back
+            await asyncio.sleep(REOPENED_S)
+            assert it.types("robot.stop")[-1] == "robot.stop.confirmed"
+            assert it.heard("AES") != []
+            assert it.heard("LMI") == []
+
+    run_virtual(story())
+
+
+def test_h14_a_stop_that_fics_has_not_taken_is_said_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def story() -> None:
+        async with cell(tmp_path) as it:
+            started = await it.plant.robot_moves.start(it.robot, 1, HomeRobot())
+            await asyncio.sleep(0.5)
+            stall_at(b"AES", it.board, monkeypatch)
+            it.robot.stop("immediate")
+            await asyncio.sleep(1.5)
+            assert "line.down" in it.types("line")
+            assert it.heard("AES") == []
+            it.board.stalled = False
+            await asyncio.sleep(REOPENED_S)
+            assert it.heard("AES") != []
+            assert it.types("robot.stop")[-1] == "robot.stop.confirmed"
+            assert (await it.plant.robot_moves.wait(started.id, 60.0)).status is not MoveStatus.SUCCEEDED
+
+    run_virtual(story())
+
+
+@pytest.mark.parametrize("stuck_s", [3, 20])
+def test_h14_a_slow_fics_is_waited_for_as_long_as_the_address_says(tmp_path: Path, stuck_s: int) -> None:
+    async def story() -> None:
+        async with cell(tmp_path, options=f"?stuck_ms={stuck_s}000") as it:
+            it.board.stalled = True
+            question = asyncio.create_task(it.robot.unit(1).position())
+            await asyncio.sleep(stuck_s - 0.1)
+            assert "line.down" not in it.types("line")
+            await asyncio.sleep(0.2)
+            assert it.types("line")[-1] == "line.down"
+            it.board.stalled = False
+            await asyncio.sleep(REOPENED_S)
+            assert it.is_ready()
+            await asyncio.wait({question})
+            assert isinstance(question.exception(), NoReply)
 
     run_virtual(story())
 
