@@ -73,6 +73,8 @@ class Exchange:
 
     def shares(self, other: "Exchange") -> bool:
         """Whether one trip on the wire serves both, and neither is told of a deadline that is not its own."""
+        if self.lane is other.lane is Lane.STOP:
+            return self.frame == other.frame and other.on_written is None
         return (
             self.lane is other.lane is Lane.READ
             and self.frame == other.frame

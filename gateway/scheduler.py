@@ -1,7 +1,8 @@
 """Whose turn it is on a line: a pure decision over what waits, without clock or I/O.
 
 Stops go before commands, commands before reads. Within a lane the bodies take turns, so that one busy body
-starves nobody; within a body the order of arrival holds. Equal reads that wait share one exchange.
+starves nobody; within a body the order of arrival holds. Equal reads that wait share one exchange, and so do
+equal stops.
 """
 
 from collections import OrderedDict, deque
@@ -68,7 +69,7 @@ class Scheduler:
         return sum(map(len, self._lanes[lane].values()))
 
     def submit(self, exchange: Exchange) -> Exchange:
-        """Queue an exchange; an equal read that already waits takes over its waiters and is returned instead.
+        """Queue an exchange; an equal one that already waits takes over its waiters and is returned instead.
 
         :raises QueueFull: too many wait for this body already.
         """

@@ -23,7 +23,7 @@ from gateway.fics.robot import Robot
 from gateway.stops import StopMode
 from protocols.fics import alarms, inputs_outputs, stops, system, variables
 from protocols.fics.commands import ROWS, Row
-from protocols.fics.jog import StartJog
+from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.row import Answered, FicsCommand
 from protocols.table import Reply
 
@@ -123,6 +123,8 @@ def _robot_endpoint() -> Endpoint:
 def _unit_endpoint(row: Row) -> Endpoint:
     if row is StartJog:
         return _start_jog
+    if row is StopJog:
+        return _stop_jog
     if row.starts_motion():
 
         async def start(
@@ -144,6 +146,14 @@ def _unit_endpoint(row: Row) -> Endpoint:
 async def _start_jog(request: Request, robot_id: RobotId, unit: UnitNumber, command: Any) -> Response:
     """Jog as `POST /robots/{robot_id}/jogs` does: only as long as heartbeats come."""
     return await begin_jog(unit_of(request, robot_id, unit), command.axis, command.direction)
+
+
+async def _stop_jog(request: Request, robot_id: RobotId, unit: UnitNumber, command: Any) -> Response:
+    """Stop the axis of this unit and of no other, with its session, and answer when it stands still."""
+    axes = unit_of(request, robot_id, unit)
+    require_fit(axes, command)
+    await axes.robot.jogs.stop(unit, command.axis)
+    return json_response(command.reply_type()())
 
 
 async def _send(robot: Robot, command: FicsCommand[Any], unit: int | None) -> Response:

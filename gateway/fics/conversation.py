@@ -14,7 +14,7 @@ from collections.abc import Callable
 from itertools import cycle
 from typing import Any
 
-from gateway.errors import Cancelled, GarbledReply, GatewayError, NoReply, StoppedFirst
+from gateway.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, StoppedFirst
 from gateway.exchange import Lane
 from gateway.fics.errors import RobotOffline
 from gateway.fics.exchange import Answered, Exchange
@@ -23,7 +23,7 @@ from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Frame, Garbage, Refusal, Terminator, encode
 from protocols.fics.positions import BeginPositionUpload, EndPositionUpload
 from protocols.fics.row import FicsCommand
-from protocols.fics.stops import StopAllDecelerating
+from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetSystemVersion, SetCommunicationMode
 from protocols.fics.variables import GetVariable
 from protocols.table import Reply, Retry
@@ -34,6 +34,8 @@ VARIABLES = 100
 """Variables a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 STANDSTILL_S = 10.0
 """A decelerating stop is answered when all axes stand: it may take so long."""
+MOST_ASKED = 1000
+"""So many different questions are remembered; then a fence lets them be forgotten."""
 READ_REPEATS = 2
 """How often a query without a usable answer is repeated, each time after a passed fence."""
 
@@ -110,9 +112,21 @@ class Conversation:
         elif exchange.lane is not Lane.STOP:
             self._queue.append(exchange)
         else:
-            if self.uploading and not self._closing():
-                self._stops.append(self.exchange(EndPositionUpload(), Lane.STOP))
-            self._stops.append(exchange)
+            self._submit_stop(exchange)
+
+    def _submit_stop(self, stop: Exchange) -> None:
+        """Queue a stop: once where an equal one still waits, and an immediate one before all others."""
+        for waiting in self._stops:
+            if waiting.frame == stop.frame:
+                waiting.joined.append(stop)
+                return
+        if self.uploading and not self._closing():
+            self._stops.append(self.exchange(EndPositionUpload(), Lane.STOP))
+        if isinstance(stop.command, StopAllImmediately):
+            first = sum(isinstance(it.command, EndPositionUpload) for it in self._stops)
+            self._stops.insert(first, stop)
+        else:
+            self._stops.append(stop)
 
     def put_first(self, exchange: Exchange) -> None:
         """Queue an exchange of the line's own set-up ahead of everything but stops and fences."""
@@ -133,7 +147,7 @@ class Conversation:
             return True
         return self._awaiting is None and bool(self._urgent or self._queue)
 
-    def next(self, *, ready: bool) -> Exchange | None:
+    def next(self, now: float, *, ready: bool) -> Exchange | None:
         """Take the exchange that is to be written now; None if none may go."""
         if self._stops:
             return self._stops.popleft()
@@ -143,7 +157,23 @@ class Conversation:
             return self._recovery()
         if self._urgent:
             return self._urgent.popleft()
-        return self._interposed() if ready and self._queue else None
+        return self._due(now) if ready else None
+
+    def _due(self, now: float) -> Exchange | None:
+        """What waits longest; what was stopped or has come too late meanwhile is not sent any more."""
+        while self._queue:
+            refusal = self._refuses(self._queue[0], now)
+            if refusal is None:
+                return self._interposed()
+            self._queue.popleft().settle(refusal)
+        return None
+
+    def _refuses(self, exchange: Exchange, now: float) -> GatewayError | None:
+        if exchange.lane is Lane.COMMAND and exchange.epoch != self.stop_epoch:
+            return StoppedFirst()
+        if exchange.expires_at is not None and now >= exchange.expires_at:
+            return Expired("The robot was not free in time; nothing was sent.", "Try again.")
+        return None
 
     def _interposed(self) -> Exchange:
         """Between two commands of one name goes a fence: no copy of the first answer counts for the second.
@@ -158,7 +188,7 @@ class Conversation:
         return self._recovery()
 
     def _may_get_a_copy(self, command: FicsCommand[Any]) -> bool:
-        if command.wire_name() == self._refused:
+        if command.wire_name() == self._refused or len(self._asked) + len(self._outdated) > MOST_ASKED:
             return True
         if command.may_repeat():
             return command.text() in self._outdated
@@ -234,8 +264,7 @@ class Conversation:
         else:
             exchange.deadline = deadline
             self._awaiting = exchange
-        if exchange.on_written is not None:
-            exchange.on_written(now)
+        exchange.tell_written(now)
 
     def _is_silent(self, command: FicsCommand[Any]) -> bool:
         """Whether it gets no answer in this mode; a change of mode is answered as the new mode answers."""

@@ -1,19 +1,35 @@
 """Saying one command and finding out what became of it: in Ver.3 the robot tells, in Ver.2 ERR does."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from typing import Any
 
 from gateway.errors import Cancelled, GatewayError, NoReply, NotSent
 from gateway.exchange import Lane
-from gateway.fics.errors import RobotFailed, RobotRefused
+from gateway.fics.errors import ErrorStands, RobotFailed, RobotRefused
 from gateway.fics.exchange import Answered, Exchange, Outcome
 from gateway.fics.line import SILENT, FicsLine
-from protocols.fics.alarms import CurrentError, ResetErrors, TakeCurrentError
+from protocols.fics.alarms import (
+    CurrentError,
+    ErrorDetail,
+    GetErrorDetail,
+    ResetErrors,
+    TakeCurrentError,
+)
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.row import FicsCommand
 from protocols.table import Reply
+
+ALARM_STANDS = "E02"
+"""The refusal of a motion because an error of the system stands (C-HOST manual 2-12)."""
+STATE_FORBIDS = ("E01", "E03")
+"""The refusals of a command by a state of the system (C-HOST manual 1-7)."""
+
+
+async def _unheeded(_: str) -> None:
+    """Nobody keeps errors of the system."""
 
 
 class Dialogue:
@@ -25,7 +41,11 @@ class Dialogue:
         self._asked_after = 0
         """What `FicsLine.unheard` was when the error was last asked for."""
         self.error_stands: Callable[[], bool] = lambda: False
-        """Whether an error of the system was known to stand before."""
+        """Whether an error of the system is known to stand."""
+        self.on_error: Callable[[str], Awaitable[None]] = _unheeded
+        """Told every error of the system that is read, with the floor held."""
+        self.on_alarm: Callable[[], object] = lambda: None
+        """Told that a motion was refused because an error stands which nobody has read."""
 
     async def say(self, command: FicsCommand[Any], epoch: int) -> Outcome:
         """Send a command that starts no move, unless there was a stop after `epoch`."""
@@ -40,6 +60,10 @@ class Dialogue:
             raise
         if isinstance(outcome, Answered) and not outcome.confirmed:
             outcome = await self._verdict(exchange)
+        elif isinstance(outcome, NoReply) and command.blocked and self._line.mode == SILENT:
+            outcome = await self._why_unanswered(exchange, outcome)
+        if isinstance(outcome, Failure):
+            await self._heed(outcome.error)
         return outcome
 
     async def prepare(self, command: FicsCommand[Any], unanswered: NotSent) -> Reply | None:
@@ -66,8 +90,10 @@ class Dialogue:
 
         It is withdrawn if it cannot be written in time, or if nobody waits for that any more. In Ver.2 only a
         refusal ever comes.
+
+        :raises ErrorStands: the robot has told of an error just now.
         """
-        await self.clear_error()
+        await self._see_no_error(command)
         exchange = self._line.exchange(command, Lane.COMMAND)
         exchange.epoch, exchange.expires_at = epoch, expires_at
         written: asyncio.Future[None] = asyncio.get_running_loop().create_future()
@@ -85,10 +111,13 @@ class Dialogue:
             raise
         if self._line.mode == SILENT and written.done():
             outcome = await self._silent_outcome(exchange)
+        outcome.add_done_callback(self._heed_alarm)
         return exchange, outcome
 
     async def take_error(self) -> str:
         """Ask for the present error, once: the answer clears what it tells (C-HOST manual 2-12).
+
+        An error of the system goes to `on_error` before this returns.
 
         :raises GatewayError: it was not told.
         """
@@ -102,7 +131,23 @@ class Dialogue:
         exchange.on_written = written
         reply = self.answered(exchange.command, await self._line.submit(exchange)).replies[0]
         self._asked_after = asked_after
-        return reply.error if isinstance(reply, CurrentError) else "E00"
+        error = reply.error if isinstance(reply, CurrentError) else "E00"
+        await self._heed(error)
+        return error
+
+    async def _heed(self, error: str) -> None:
+        if lookup(error).kind is ErrorKind.FICS:
+            await self.on_error(error)
+
+    async def take_detail(self) -> ErrorDetail | None:
+        """Ask for the details of the latest error (C-HOST manual 2-13).
+
+        :raises GatewayError: they were not told.
+        """
+        query = GetErrorDetail()
+        outcome = await self._line.submit(self._line.exchange(query, Lane.READ))
+        reply = self.answered(query, outcome).replies[0]
+        return reply if isinstance(reply, ErrorDetail) else None
 
     async def clear_error(self) -> None:
         """In Ver.2: see that no refusal of an earlier command is taken for that of the next.
@@ -110,14 +155,27 @@ class Dialogue:
         :raises NotSent: the robot did not tell its error, so the next command must not be sent.
         """
         if self._line.mode == SILENT and self._line.unheard != self._asked_after:
-            try:
-                await self.take_error()
-            except NoReply:
-                raise NotSent(
-                    f"Robot {self._robot_id} did not tell its last error, so nobody could tell whether it "
-                    "refuses the command; nothing was sent.",
-                    "Try again.",
-                ) from None
+            await self._must_take_error()
+
+    async def _see_no_error(self, motion: FicsCommand[Any]) -> None:
+        """See that a motion meets no error; in Ver.2 an error would hide its refusal, so it is asked for."""
+        if self._line.mode == SILENT:
+            await self._must_take_error()
+        if self.error_stands():
+            raise ErrorStands(
+                f"An error of the system stands; {motion.wire_name()} was not sent.",
+                "Read the errors of the robot, remove the cause, then reset them.",
+            )
+
+    async def _must_take_error(self) -> None:
+        try:
+            await self.take_error()
+        except NoReply:
+            raise NotSent(
+                f"Robot {self._robot_id} did not tell its last error, so nobody could tell whether it "
+                "refuses the command; nothing was sent.",
+                "Try again.",
+            ) from None
 
     def answered(self, command: FicsCommand[Any], outcome: Outcome) -> Answered:
         """Turn everything that is no answer into its error."""
@@ -131,21 +189,36 @@ class Dialogue:
 
     async def _verdict(self, exchange: Exchange) -> Outcome:
         """Ask for the error, in Ver.2 the only way to hear of a refusal (C-HOST manual 1-1-1, 2-12)."""
-        had_error = self.error_stands() and not isinstance(exchange.command, ResetErrors)
+        command = exchange.command
         try:
             error = await self.take_error()
         except GatewayError:
-            return _nobody_knows(exchange.command)
+            return _nobody_knows(command)
         if self._line.stop_epoch != exchange.epoch:
-            return _nobody_knows(exchange.command)  # the error may be that of the stop
+            return _nobody_knows(command)  # the error may be that of the stop
         kind = lookup(error).kind
         if kind is ErrorKind.NONE:
             return Answered()
         if kind is ErrorKind.UNKNOWN or self._asked_after != exchange.unheard:
-            return _nobody_knows(exchange.command)  # it may be that of what was garbled meanwhile
+            return _nobody_knows(command)  # it may be that of what was garbled meanwhile
         if error.startswith("E"):
-            return Refusal(exchange.command.wire_name(), error)
-        return _nobody_knows(exchange.command) if had_error else Failure(exchange.command.wire_name(), error)
+            return Refusal(command.wire_name(), error)
+        if isinstance(command, ResetErrors) or command.starts_motion():
+            return Failure(command.wire_name(), error)
+        return _nobody_knows(command)  # the error stands whatever was said, and hides a refusal
+
+    async def _why_unanswered(self, query: Exchange, unanswered: NoReply) -> Outcome:
+        """In Ver.2 a question is refused by silence, and ERR tells why (C-HOST manual 1-7)."""
+        with suppress(GatewayError):
+            error = await self.take_error()
+            if error in STATE_FORBIDS:
+                return Refusal(query.command.wire_name(), error)
+        return unanswered
+
+    def _heed_alarm(self, motion: "asyncio.Future[Outcome]") -> None:
+        outcome = None if motion.cancelled() else motion.result()
+        if isinstance(outcome, Refusal) and outcome.error == ALARM_STANDS:
+            self.on_alarm()
 
     async def _silent_outcome(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
         future: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()

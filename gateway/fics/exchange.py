@@ -41,6 +41,8 @@ class Exchange:
     """How often it may still be repeated by itself after a passed fence."""
     on_written: Callable[[float], None] | None = None
     future: "asyncio.Future[Outcome] | None" = None
+    joined: "list[Exchange]" = field(default_factory=list)
+    """Equal stops that were asked for before this one was written: it serves them all."""
     number: int = 0
     """The place of its frame among all that were written."""
     unheard: int = 0
@@ -61,10 +63,17 @@ class Exchange:
             return found if self.command.ends_with else Answered(tuple(self._replies))
         return found
 
+    def tell_written(self, now: float) -> None:
+        """Tell whoever wants to know when it was written."""
+        for exchange in (self, *self.joined):
+            if exchange.on_written is not None:
+                exchange.on_written(now)
+
     def settle(self, outcome: Outcome) -> None:
         """Tell whoever waits."""
-        if self.future is not None and not self.future.done():
-            self.future.set_result(outcome)
+        for exchange in (self, *self.joined):
+            if exchange.future is not None and not exchange.future.done():
+                exchange.future.set_result(outcome)
 
     def start_over(self) -> None:
         """Forget the replies of an attempt that was not completed."""

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gateway.errors import GatewayError, NotFound
 from gateway.exchange import Lane
-from gateway.fics.errors import JogOver
+from gateway.fics.errors import JogOver, RobotBusy, RobotRefused, UnitNotSelected
 from gateway.fics.line import SILENT
 from gateway.records import Record
 from protocols.fics.jog import StartJog, StopJog
@@ -22,6 +22,8 @@ HEARTBEAT_S = 0.5
 STILL_WITHIN_S = 1.0
 """An axis that still moves so long after its JOG was ended makes the robot stop as a whole."""
 LOOK_AGAIN_S = 0.1
+STILL_LOOKS = 2
+"""An axis seen to stand still so often in turn jogs no more; a single look may come before it begins."""
 START_WITHIN_S = 2.0
 KEPT = 100
 """Ended sessions that are remembered, to tell why they have ended."""
@@ -35,7 +37,9 @@ class JogSession(Record):
     axis: str
     direction: Literal["+", "-"]
     state: Literal["jogging", "ended", "lost", "stopped"] = Field(
-        "jogging", description="ended by request, lost for want of a heartbeat, or stopped with the robot."
+        "jogging",
+        description="ended by request or because the axis stood still, as at its limit; lost for want of a "
+        "heartbeat; or stopped with the robot.",
     )
     heartbeat_within_ms: int = Field(
         default=int(HEARTBEAT_S * 1000), description="The next heartbeat has to come within this."
@@ -47,6 +51,8 @@ class _Running:
     session: JogSession
     alarm: asyncio.TimerHandle
     """Ends it, unless the next heartbeat comes first."""
+    rest: "asyncio.Task[None]"
+    """Ends it when the axis stands still by itself."""
 
 
 class Jogs:
@@ -55,39 +61,56 @@ class Jogs:
     def __init__(self, robot: "Robot") -> None:
         self._robot = robot
         self._running: dict[str, _Running] = {}
+        self._unsettled: dict[str, JogSession] = {}
+        """From before its start is sent until the axis is seen to stand still."""
         self._over: dict[str, JogSession] = {}
-        self._stopping: set[asyncio.Task[None]] = set()
+        self._stopping: dict[str, asyncio.Task[None]] = {}
 
     async def start(self, unit: int, axis: str, direction: Literal["+", "-"]) -> JogSession:
         """Start to jog an axis (C-HOST manual 2-2).
 
         :raises NotFound: the unit has no such axis; nothing was sent.
+        :raises RobotBusy: the axis was not seen to stand still since its last JOG; nothing was sent.
         :raises RobotRefused: the robot refused; nothing moved.
         :raises NotSent: it was not sent; the error says why.
+        :raises JogOver: it was stopped before it was answered.
         """
         robot = self._robot
-        axes = robot.unit(unit)
-        if axis not in (*axes.axes, *axes.motor_axes):
-            known = ", ".join(dict.fromkeys((*axes.axes, *axes.motor_axes)))
-            raise NotFound(f"Unit {unit} of {robot.id} has no axis {axis}, but {known}; nothing was sent.")
+        self._require_settled(unit, axis)
         loop = asyncio.get_running_loop()
         command = StartJog(axis=axis, direction=direction)
         session = JogSession(id=secrets.token_hex(8), unit=unit, axis=axis, direction=direction)
-
-        def written(_: float) -> None:  # the axis may move from now on, answered or not
-            alarm = loop.call_later(HEARTBEAT_S, self._missed, session)
-            self._running[session.id] = _Running(session, alarm)
-
-        accepted = await robot.begin(
-            command,
-            unit,
-            epoch=robot.line.stop_epoch,
-            expires_at=loop.time() + START_WITHIN_S,
-            on_written=written,
-        )
+        self._unsettled[session.id] = session
+        try:
+            accepted = await robot.begin(
+                command,
+                unit,
+                epoch=robot.line.stop_epoch,
+                expires_at=loop.time() + START_WITHIN_S,
+                on_written=lambda _: self._begun(session),
+            )
+        finally:
+            if not self._was_sent(session):
+                self._settle(session)
         await self._hear(session, command, accepted)
-        robot.publish("robot.jog.started", session.model_dump())
-        return session
+        return self._find(session.id).session
+
+    def _require_settled(self, unit: int, axis: str) -> None:
+        """Refuse to start an axis while the end of another JOG could stop it."""
+        for other in self._unsettled_with(unit, axis):
+            raise RobotBusy(
+                f"The JOG of axis {other.axis} of unit {unit} of {self._robot.id} is not over: the axis was "
+                "not seen to stand still since; nothing was sent.",
+                "Try again when it stands still.",
+            )
+
+    def _begun(self, session: JogSession) -> None:
+        """The axis may move from now on, answered or not."""
+        alarm = asyncio.get_running_loop().call_later(HEARTBEAT_S, self._missed, session)
+        rest = asyncio.create_task(self._rests(session), name=f"JOG of {self._robot.id}")
+        rest.add_done_callback(lambda task: None if task.cancelled() else self._rested(session))
+        self._running[session.id] = _Running(session, alarm, rest)
+        self._robot.publish("robot.jog.started", session.model_dump())
 
     async def _hear(self, session: JogSession, command: StartJog, accepted: "Accepted") -> None:
         """Wait for the answer, which comes at once; in Ver.2 there is only one where it was refused."""
@@ -96,11 +119,12 @@ class Jogs:
         try:
             self._robot.dialogue.answered(command, await accepted.outcome)
         except GatewayError as error:
-            self._end(session, "ended")
-            if error.moved != "no":
-                self._stop_axis(session)
-            elif not self._running:
-                self._robot.end_motion()
+            if session.id in self._running:
+                self._end(session, "ended")
+                if error.moved == "no":
+                    self._settle(session)
+                else:
+                    self._stop_axis(session)
             raise
 
     def heartbeat(self, session_id: str) -> JogSession:
@@ -125,19 +149,69 @@ class Jogs:
         await asyncio.shield(self._stop_axis(session))
         return session
 
+    async def stop(self, unit: int, axis: str) -> None:
+        """Stop an axis, whoever lets it jog, until it stands still or the robot is being stopped.
+
+        :raises NotFound: the unit has no such axis; nothing was sent.
+        :raises UnitNotSelected: the robot would stop the axis of another unit; nothing was stopped.
+        :raises RobotBusy: it was sent, and the axis was not seen to stand still within a second.
+        :raises GatewayError: it was not sent, or not answered; the error says which.
+        """
+        sessions = self._unsettled_with(unit, axis)
+        if not all(map(self._was_sent, sessions)):
+            self._robot.line.begin_stop()  # a start that waits must not follow the stop
+        sent = [session for session in sessions if self._was_sent(session)]
+        for session in sent:
+            if session.id in self._running:
+                self._end(session, "ended")
+        if sent:
+            await asyncio.gather(*(asyncio.shield(self._stop_axis(it)) for it in sent))
+        else:
+            await self._stop_unknown(unit, axis)
+
+    async def _stop_unknown(self, unit: int, axis: str) -> None:
+        """Stop an axis that has no session: the robot may jog it for an earlier life of the gateway."""
+        robot, command = self._robot, StopJog(axis=axis)
+        if robot.selection.unit == unit:
+            outcome = await robot.send_stop(command)
+        else:
+            async with robot.line.floor.held(Lane.STOP):
+                await self._select(unit, axis)
+                outcome = await robot.send_stop(command)
+        robot.dialogue.answered(command, outcome)
+        loop = asyncio.get_running_loop()
+        patient_until = loop.time() + STILL_WITHIN_S
+        while not await self._stands_still(unit, axis):
+            if loop.time() >= patient_until:
+                raise RobotBusy(
+                    f"JOG {axis} was sent to unit {unit} of {robot.id}, but the axis was not seen to stand "
+                    "still.",
+                    "Stop the whole robot if it must not move.",
+                )
+            await asyncio.sleep(LOOK_AGAIN_S)
+
+    async def _select(self, unit: int, axis: str) -> None:
+        try:
+            await self._robot.selection.make(unit, afresh=False)  # in motion it does not tell
+        except (RobotBusy, RobotRefused, UnitNotSelected) as error:
+            raise UnitNotSelected(
+                f"Axis {axis} of unit {unit} was not stopped, for JOG {axis} might stop another unit's: "
+                f"{error.detail}",
+                "Stop the whole robot if it must not move.",
+            ) from None
+
     def robot_stops(self) -> None:
-        """The whole robot is being stopped: no session goes on."""
+        """The whole robot is being stopped, which sees to its standstill: no session goes on."""
         for running in list(self._running.values()):
             self._end(running.session, "stopped")
-        if isinstance(self._robot.motion, StartJog):
-            self._robot.end_motion()
+        self._unsettled.clear()
+        self._end_motion()
 
     async def close(self) -> None:
         """Stop every axis that jogs: nobody will send heartbeats any more."""
         for running in list(self._running.values()):
-            self._end(running.session, "lost")
-            self._stop_axis(running.session)
-        await asyncio.gather(*self._stopping, return_exceptions=True)
+            self._missed(running.session)
+        await asyncio.gather(*self._stopping.values(), return_exceptions=True)
 
     def _find(self, session_id: str) -> _Running:
         if session_id in self._running:
@@ -154,10 +228,23 @@ class Jogs:
         self._end(session, "lost")
         self._stop_axis(session)
 
+    async def _rests(self, session: JogSession) -> None:
+        """Return when the axis stands still though nobody has stopped it."""
+        looks = 0
+        while looks < STILL_LOOKS:
+            await asyncio.sleep(self._robot.poll_interval_s)
+            looks = looks + 1 if await self._stands_still(session.unit, session.axis) else 0
+
+    def _rested(self, session: JogSession) -> None:
+        if session.id in self._running:
+            self._end(session, "ended")
+            self._stop_axis(session)
+
     def _end(self, session: JogSession, state: Literal["ended", "lost", "stopped"]) -> None:
-        running = self._running.pop(session.id, None)
-        if running is not None:
-            running.alarm.cancel()
+        """End a session that runs, which is done once."""
+        running = self._running.pop(session.id)
+        running.alarm.cancel()
+        running.rest.cancel()
         session.state = state
         self._over[session.id] = session
         while len(self._over) > KEPT:
@@ -165,10 +252,13 @@ class Jogs:
         self._robot.publish(f"robot.jog.{state}", session.model_dump())
 
     def _stop_axis(self, session: JogSession) -> "asyncio.Task[None]":
+        """Stop the axis of a session that has ended; a second stop joins the first."""
+        if session.id in self._stopping:
+            return self._stopping[session.id]
         self._send_stop(session)
         task = asyncio.create_task(self._see_still(session), name=f"end of a JOG of {self._robot.id}")
-        self._stopping.add(task)
-        task.add_done_callback(self._stopping.discard)
+        self._stopping[session.id] = task
+        task.add_done_callback(lambda _: self._stopping.pop(session.id))
         return task
 
     def _send_stop(self, session: JogSession) -> None:
@@ -182,21 +272,55 @@ class Jogs:
         """Repeat the end of the JOG until the axis stands still; stop the whole robot if it does not."""
         loop = asyncio.get_running_loop()
         patient_until = loop.time() + STILL_WITHIN_S
-        while not await self._stands_still(session):
+        while not await self._is_settled(session):
             if loop.time() >= patient_until:
                 self._robot.publish("robot.jog.not_stopped", session.model_dump())
                 await self._robot.stop("immediate")
-                break
+                return
             await asyncio.sleep(LOOK_AGAIN_S)
-            self._send_stop(session)
-        if not self._running:
+            if session.id in self._unsettled:
+                self._send_stop(session)
+        self._settle(session)
+
+    async def _is_settled(self, session: JogSession) -> bool:
+        """Whether the axis stands still, or the stop of the whole robot sees to that."""
+        return await self._stands_still(session.unit, session.axis) or session.id not in self._unsettled
+
+    def _settle(self, session: JogSession) -> None:
+        self._unsettled.pop(session.id, None)
+        self._end_motion()
+
+    def _end_motion(self) -> None:
+        """Tell the robot when the last axis stands still."""
+        if not self._unsettled and isinstance(self._robot.motion, StartJog):
             self._robot.end_motion()
 
-    async def _stands_still(self, session: JogSession) -> bool:
+    def _was_sent(self, session: JogSession) -> bool:
+        return session.id in self._running or session.state != "jogging"
+
+    async def _stands_still(self, unit: int, axis: str) -> bool:
         try:
-            axes = await self._robot.unit(session.unit).status()
+            axes = await self._robot.unit(unit).status()
         except GatewayError:
             return False
-        if session.axis in axes:
-            return not axes[session.axis].moving
-        return not any(axis.moving for axis in axes.values())
+        return not any(axes[motor].moving for motor in self._motors(unit, axis))
+
+    def _unsettled_with(self, unit: int, axis: str) -> list[JogSession]:
+        """The sessions that share a motor with an axis."""
+        motors = self._motors(unit, axis)
+        sessions = [it for it in self._unsettled.values() if it.unit == unit]
+        return [it for it in sessions if motors & self._motors(unit, it.axis)]
+
+    def _motors(self, unit: int, axis: str) -> set[str]:
+        """The motors that move an axis; all of them where nobody knows which.
+
+        :raises NotFound: the unit has no such axis.
+        """
+        axes = self._robot.unit(unit)
+        known = dict.fromkeys((*axes.axes, *axes.motor_axes))
+        if axis not in known:
+            raise NotFound(
+                f"Unit {unit} of {self._robot.id} has no axis {axis}, but {', '.join(known)}; nothing was "
+                "sent."
+            )
+        return set(axes.motors_behind(axis) or axes.motor_axes)

@@ -126,6 +126,8 @@ class Journey:
             if at_rest(axes) and await self._rests_without_answer(accepted):
                 await self._infer(axes)
                 return
+            if self.move.status.final:
+                return
             if not accepted.outcome.done():
                 # Commands are taken in their order: with this answer a refusal would have come.
                 self._moves()
@@ -147,7 +149,7 @@ class Journey:
 
     async def _rests_without_answer(self, accepted: Accepted) -> bool:
         """Whether the axes stand still for certain, and the answer, where there is one, stays away."""
-        if self.robot.mode != SILENT:
+        if self.robot.mode != SILENT or self.move.status is MoveStatus.SENT:  # it may begin a little late
             await asyncio.wait({accepted.outcome}, timeout=ANSWER_AFTER_REST_S)
             if accepted.outcome.done():
                 return False
@@ -165,6 +167,7 @@ class Journey:
             try:
                 return list((await self.unit.status()).values())
             except GatewayError:
+                self._tell(None)  # whoever began it need not wait for what nobody knows
                 await asyncio.sleep(self.robot.poll_interval_s)
         self._lost(None, _gone(self.robot))
         return None

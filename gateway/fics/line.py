@@ -252,7 +252,7 @@ class FicsLine(PortLoop):
             now = self._loop.time()
             if not self._port_is_free(now):
                 return
-            exchange = self._talk.next(ready=self._ready)
+            exchange = self._talk.next(now, ready=self._ready)
             if exchange is None:
                 return
             self._write(exchange, now)

@@ -102,6 +102,7 @@ class Robot:
         """Stop what jogs, give up repeating stops, and close the line; moves run on in the robot."""
         await self.jogs.close()
         await self.stops.close()
+        await self.errors_of_system.close()
         await self.line.close()
         for question in self._asking:
             question.cancel()
@@ -291,6 +292,7 @@ class Robot:
                 raise StoppedFirst
             self.require_fit_for_motion(command)
             await self._make_sure(command, self.unit(unit))
+            self.require_fit_for_motion(command)
             if asyncio.get_running_loop().time() >= expires_at:
                 raise Expired("The robot was not free in time; nothing was sent.", "Try again.")
             exchange, outcome = await self.dialogue.start(
@@ -382,7 +384,8 @@ class Robot:
         """Store positions of a unit, undivided (C-HOST manual 2-17, 2-18).
 
         :raises InvalidRequest: a number or a coordinate is not possible; nothing was sent.
-        :raises GatewayError: it was broken off; positions before the one that failed may be stored.
+        :raises UploadBrokenOff: positions were stored before the one that failed, or before a stop.
+        :raises GatewayError: nothing was stored.
         """
         number = self._unit_of(UPLOAD, unit)
         runs = runs_of(positions)

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from gateway.fics.robot import Robot
 
 
+UNIT_OF_POWER_ON = 1
+"""An assumption; a robot that is configured with this unit alone never acts on another."""
+
+
 class Selection:
     """The unit that a robot is known to act on (C-HOST manual 2-1)."""
 
@@ -32,7 +36,8 @@ class Selection:
         :raises RobotRefused: the teaching terminal keeps the robot from it.
         """
         robot = self._robot
-        if self.unit == number and (robot.motion is not None or not afresh):
+        known = self.unit == number or self._only(number)
+        if known and (robot.motion is not None or not afresh):
             return
         if robot.motion is not None and not isinstance(robot.motion, RunMacro):
             raise RobotBusy(
@@ -52,6 +57,10 @@ class Selection:
                 "See who else selects units, then try again.",
             )
         self.unit = number
+
+    def _only(self, number: int) -> bool:
+        """Whether nothing else can be selected."""
+        return number == UNIT_OF_POWER_ON and len(self._robot.units) == 1
 
     async def _found(self) -> int:
         """The unit the robot says it acts on; what it was believed to be no longer counts."""

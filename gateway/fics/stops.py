@@ -53,6 +53,14 @@ class _Stop:
     """Why it was not sent."""
     overdue: bool = False
 
+    def seen(self, unit: int, why_not_still: str | None) -> None:
+        """Note what a unit has told, and tell it."""
+        if why_not_still is None:
+            self.units.pop(unit, None)
+        else:
+            self.units[unit] = why_not_still
+        self.tell()
+
     def tell(self) -> None:
         """Write all reasons into the report."""
         reasons = [self.trouble] if self.trouble else []
@@ -98,6 +106,8 @@ class RobotStops:
     def _begin(self, mode: StopMode) -> None:
         self._robot.stopping = True
         stop = _Stop(mode, RobotStopReport(robot_id=self._robot.id))
+        for unit in self._robot.units:
+            stop.seen(unit.number, f"Unit {unit.number} has not been asked yet.")
         self._submit(stop)
         task = asyncio.create_task(self._see_through(stop), name=f"stop {self._robot.id}")
         self._running[mode] = stop, task
@@ -122,7 +132,6 @@ class RobotStops:
         try:
             async with asyncio.timeout(GIVE_UP_AFTER_S):
                 while not await self._stands_still(stop):
-                    await self._hear_why_not(stop)
                     await asyncio.sleep(REPEAT_S)
                     decelerates = stop.mode == "decelerate" and stop.report.state == "acknowledged"
                     if not (decelerates and loop.time() < patient_until):
@@ -203,12 +212,12 @@ class RobotStops:
             stop.tell()
             self._robot.publish("robot.stop.refused", {**stop.report.model_dump(), "error": error})
 
-    async def _hear_why_not(self, stop: _Stop) -> None:
-        """In Ver.2 a refused stop has to be asked for."""
+    async def _hear_refusal(self, stop: _Stop) -> None:
+        """In Ver.2 a refusal has to be asked for, before anything else is said that could be refused."""
         if self._robot.mode != SILENT:
             return
         try:
-            error = await self._robot.take_error()
+            error = await self._robot.errors_of_system.take(Lane.STOP)
         except GatewayError:
             return
         if lookup(error).kind is ErrorKind.COMMUNICATION:
@@ -220,11 +229,11 @@ class RobotStops:
 
     async def _stands_still(self, stop: _Stop) -> bool:
         """Whether every unit says so, twice; if not, the report says which did not, and why."""
+        await self._hear_refusal(stop)
         for _ in range(2):
-            found = {unit.number: await self._why_not_still(unit) for unit in self._robot.units}
-            stop.units = {number: why for number, why in found.items() if why}
+            for unit in self._robot.units:
+                stop.seen(unit.number, await self._why_not_still(unit))
             if stop.units:
-                stop.tell()
                 return False
         return True
 

@@ -1,5 +1,6 @@
 """The error of the system that stands: asked for by the gateway alone, and kept (C-HOST manual 2-12)."""
 
+import asyncio
 from contextlib import suppress
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ from gateway.errors import GatewayError, NoReply
 from gateway.exchange import Lane
 from gateway.fics.errors import RobotFailed
 from gateway.records import Record
-from protocols.fics.alarms import DetailKind, ErrorDetail, GetErrorDetail, ResetErrors
+from protocols.fics.alarms import DetailKind, ErrorDetail, ResetErrors
 from protocols.fics.errors import ErrorKind, lookup
 
 if TYPE_CHECKING:
@@ -39,15 +40,25 @@ class SystemErrors:
         self._robot = robot
         self.latched: RobotErrorRecord | None = None
         """The error that stands, as far as is known."""
+        self._looking: set[asyncio.Task[None]] = set()
+        robot.dialogue.on_error = self._keep
+        robot.dialogue.on_alarm = self._look_soon
 
-    async def take(self) -> str:
+    async def close(self) -> None:
+        """Look for no more errors."""
+        for task in self._looking:
+            task.cancel()
+        await asyncio.gather(*self._looking, return_exceptions=True)
+
+    async def take(self, lane: Lane = Lane.COMMAND) -> str:
         """Ask for the present error; an error of the system is kept and published.
 
         :raises GatewayError: it was not told.
         """
-        async with self._robot.line.floor.held(Lane.COMMAND):
+        async with self._robot.line.floor.held(lane):
             error = await self._robot.dialogue.take_error()
-        await self._note(error)
+            if self.latched is not None and lookup(error).kind is not ErrorKind.FICS:
+                self._are_reset("elsewhere")
         return error
 
     async def look(self) -> None:
@@ -56,7 +67,8 @@ class SystemErrors:
             await self.take()
         except NoReply:
             with suppress(GatewayError):
-                await self._note(None)
+                async with self._robot.line.floor.held(Lane.COMMAND):
+                    await self._keep(None)
         except GatewayError:
             return
 
@@ -72,29 +84,29 @@ class SystemErrors:
         if lookup(error).kind is ErrorKind.FICS:
             raise RobotFailed(self._robot.id, ResetErrors.code, error)
 
-    async def _note(self, error: str | None) -> None:
-        """Keep an error of the system, or forget one that was reset by somebody else."""
-        if error is not None and lookup(error).kind is not ErrorKind.FICS:
-            if self.latched is not None:
-                self._are_reset("elsewhere")
-            return
+    def _look_soon(self) -> None:
+        task = asyncio.create_task(self.look(), name=f"errors of {self._robot.id}")
+        self._looking.add(task)
+        task.add_done_callback(self._looking.discard)
+
+    async def _keep(self, error: str | None) -> None:
+        """Keep and publish an error, once; None where its answer was lost. Call it with the floor held."""
         known = self.latched
-        if known is not None and error is not None and known.code == error:
+        if known is not None and error in (None, known.code):
             return
         detail = await self._detail()
-        if self.latched is not known:  # somebody else has looked at the same time
-            return
         if error is None and (detail is None or detail.kind is DetailKind.NONE):
             return
         self.latched = _record(error, detail)
         self._robot.publish("robot.error", self.latched.model_dump(mode="json"))
 
     async def _detail(self) -> ErrorDetail | None:
+        if self._robot.line.uploading:
+            return None  # an upload takes positions only
         try:
-            reply = await self._robot.read(GetErrorDetail())
+            return await self._robot.dialogue.take_detail()
         except GatewayError:
             return None
-        return reply if isinstance(reply, ErrorDetail) else None
 
     def _are_reset(self, where: str) -> None:
         self.latched = None

@@ -4,15 +4,15 @@ import asyncio
 from typing import TYPE_CHECKING
 
 from gateway.errors import GatewayError
-from gateway.fics.errors import PowerCycled, RobotRefused
-from gateway.fics.units import at_rest, in_trouble
+from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused
+from gateway.fics.units import at_rest
 from gateway.port import LineState
 
 if TYPE_CHECKING:
     from gateway.fics.robot import Robot
 
 HEALTH_POLL_S = 5.0
-"""A robot that does nothing for us is asked for its mode and status this often."""
+"""A robot that does nothing for us is asked for its mode, errors and status this often."""
 
 BUSY = "E01"
 """The refusal of a selection of units while something moves (C-HOST manual 1-7)."""
@@ -24,8 +24,8 @@ async def watch(robot: "Robot") -> None:
         if robot.line.state is LineState.READY and robot.motion is None and not robot.stopping:
             try:
                 await _look(robot)
-            except PowerCycled:
-                pass  # it has been told
+            except (PowerCycled, RobotBusy):
+                pass  # it has been told, or moves for us by now
             except GatewayError as error:
                 robot.publish("robot.unreadable", {"detail": error.detail})
         await asyncio.sleep(HEALTH_POLL_S)
@@ -33,8 +33,9 @@ async def watch(robot: "Robot") -> None:
 
 async def _look(robot: "Robot") -> None:
     await robot.see_power()
+    await robot.look_for_errors()
     await robot.restore_speeds()
-    moves, troubled = False, False
+    moves = False
     for unit in robot.units:
         try:
             axes = (await unit.status()).values()
@@ -42,11 +43,8 @@ async def _look(robot: "Robot") -> None:
             moves |= refused.fics_error == BUSY
             continue
         moves |= not at_rest(axes)
-        troubled |= any(map(in_trouble, axes))
     if robot.motion is not None:
         return
     if moves and not robot.moves_by_itself:
         robot.publish("robot.motion.foreign", {})
     robot.moves_by_itself = moves
-    if troubled or robot.latched_error is not None:
-        await robot.look_for_errors()

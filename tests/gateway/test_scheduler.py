@@ -12,7 +12,7 @@ from protocols.rorze.moves import MoveTo
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position import GetPosition
 from protocols.rorze.position_table import GetPositionEntry
-from protocols.rorze.stops import StopImmediately
+from protocols.rorze.stops import StopDecelerating, StopImmediately
 from tests.gateway.exchanges import exchange, waiting
 from tests.gateway.far_end import virtual
 
@@ -139,9 +139,19 @@ def test_a_full_queue_refuses_but_for_stops_and_for_reads_that_join_one() -> Non
         scheduler.submit(exchange(GetPosition()))
     scheduler.submit(exchange(GetPositionEntry(entry=PositionReference(position=0))))
     scheduler.submit(move(3))
-    for _ in range(2 * QUEUE_LIMIT):
-        scheduler.submit(exchange(StopImmediately()))
-    assert scheduler.waiting(Lane.STOP) == 2 * QUEUE_LIMIT
+    for body in range(QUEUE_LIMIT):
+        scheduler.submit(exchange(StopImmediately(), body))
+    assert scheduler.waiting(Lane.STOP) == QUEUE_LIMIT
+
+
+def test_equal_stops_that_wait_are_one_unless_somebody_wants_to_know_when_his_is_written() -> None:
+    scheduler = Scheduler()
+    first, again, noted = [exchange(StopImmediately()) for _ in range(3)]
+    noted.on_written = lambda _: None
+    assert scheduler.submit(first) is scheduler.submit(again)
+    assert scheduler.submit(noted) is noted
+    assert scheduler.submit(exchange(StopDecelerating())) is not first
+    assert scheduler.waiting(Lane.STOP) == 3
 
 
 def test_what_is_put_back_goes_first_of_its_body() -> None:

@@ -52,3 +52,20 @@ async def test_the_command_of_the_table_opens_a_session_too(cell: Cell) -> None:
     await asyncio.sleep(3)
     assert "JOG Y" in cell.commands()
     await cell.move(HOME)
+
+
+@in_cell(units=1)
+async def test_a_jog_that_came_to_its_limit_is_over_and_leaves_the_robot_free(cell: Cell) -> None:
+    await cell.move(HOME)
+    jog = {"unit": 1, "axis": "Z", "direction": "+"}
+    place = (await cell.post("/robots/r1/jogs", jog)).headers["location"]
+    busy = await cell.post("/robots/r1/jogs", jog)
+    assert (busy.status_code, busy.json()["type"].rpartition(":")[2]) == (409, "robot-busy")
+    for _ in range(100):
+        await asyncio.sleep(0.4)
+        beat = await cell.post(f"{place}/heartbeat")
+    assert (beat.status_code, beat.json()["type"].rpartition(":")[2]) == (409, "jog-over")
+    assert cell.rig.types("robot.jog") == ["robot.jog.started", "robot.jog.ended"]
+    await asyncio.sleep(1)
+    assert (await cell.get("/robots/r1")).json()["moving"] is False
+    await cell.move(HOME)

@@ -71,6 +71,22 @@ async def test_a_stop_row_makes_the_same_stop_as_stop_does(cell: Cell) -> None:
 
 
 @in_cell()
+async def test_the_row_that_stops_a_jog_ends_the_session_of_its_own_unit_and_of_no_other(cell: Cell) -> None:
+    await cell.move(HOME)
+    jog = {"unit": 1, "axis": "Z", "direction": "-"}
+    place = (await cell.post("/robots/r1/jogs", jog)).headers["location"]
+    other = await cell.post("/robots/r1/units/2/commands/stop-jog", {"axis": "Z"})
+    refused(other, 503)
+    assert other.json()["detail"].startswith("Axis Z of unit 2 was not stopped")
+    assert (await cell.post(f"{place}/heartbeat")).json()["state"] == "jogging"
+    assert "JOG Z" not in cell.commands()
+    own = await cell.post(f"{UNIT}/commands/stop-jog", {"axis": "Z"})
+    assert (own.status_code, own.json()) == (200, {})
+    assert cell.rig.fics.job is None
+    assert (await cell.post(f"{place}/heartbeat")).status_code == 409
+
+
+@in_cell()
 async def test_what_only_the_gateway_may_send_is_refused_with_the_way_to_do_it(cell: Cell) -> None:
     before = cell.commands()
     for name, parameters in (

@@ -1,21 +1,23 @@
 """What goes next on a robot's line, and which answer belongs to what."""
 
+import asyncio
 from random import Random
 
 import pytest
 
 from gateway.errors import Cancelled, Expired, NoReply
 from gateway.exchange import Lane
-from gateway.fics.conversation import Conversation
-from gateway.fics.exchange import Exchange
+from gateway.fics.conversation import MOST_ASKED, Conversation
+from gateway.fics.exchange import Answered, Exchange, Outcome
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.link import Answer, Completion, Refusal
 from protocols.fics.moves import MoveRelative
-from protocols.fics.positions import BeginPositionUpload, UploadPosition
+from protocols.fics.positions import BeginPositionUpload, DownloadPositions, UploadPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import GetAxisStatus
-from protocols.fics.stops import StopAllImmediately
+from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
+from protocols.fics.system import GetSystemVersion
 from protocols.fics.variables import GetVariable
 from protocols.table import Reply
 
@@ -35,7 +37,7 @@ class Talk:
         return exchange
 
     def write(self, now: float = 0.0) -> str:
-        exchange = self.talk.next(ready=True)
+        exchange = self.talk.next(0.0, ready=True)
         assert exchange is not None
         self.talk.written(exchange, now, now + exchange.timeout_s)
         return exchange.frame.decode().rstrip("\r")
@@ -87,7 +89,7 @@ def test_a_question_asked_again_after_a_deed_gets_no_old_answer() -> None:
     it.submit(MoveRelative(coordinates=[1.0]))
     assert it.write() == "LMI 1"
     it.submit(GetAxisStatus(), Lane.READ)
-    assert it.talk.next(ready=True) is not None
+    assert it.talk.next(0.0, ready=True) is not None
     assert it.talk.counters["fences"] == 1
 
 
@@ -164,7 +166,7 @@ def test_what_waits_can_be_taken_back_and_what_is_written_cannot() -> None:
     it.talk.withdraw(first, Expired(""))
     it.talk.withdraw(second, Expired(""))
     assert [type(one.command) for one in it.talk._under_way()] == [MoveRelative]
-    assert it.talk.next(ready=True) is None
+    assert it.talk.next(0.0, ready=True) is None
 
 
 @pytest.mark.parametrize("ready", [True, False])
@@ -172,4 +174,57 @@ def test_after_a_loss_of_power_nothing_that_waited_is_written(ready: bool) -> No
     it = Talk()
     it.submit(MoveRelative(coordinates=[1.0]))
     it.talk.lose_motion(NoReply(""), Cancelled(""))
-    assert it.talk.next(ready=ready) is None
+    assert it.talk.next(0.0, ready=ready) is None
+
+
+def test_equal_stops_that_wait_are_written_once_and_answered_all() -> None:
+    it = Talk()
+    written: list[float] = []
+
+    async def story() -> list[Outcome]:
+        futures = []
+        for _ in range(50):
+            stop = it.talk.exchange(StopAllImmediately(), Lane.STOP)
+            stop.on_written = written.append
+            stop.future = asyncio.get_running_loop().create_future()
+            futures.append(stop.future)
+            it.talk.submit(stop)
+        assert it.talk.waiting(Lane.STOP) == 1
+        assert it.write() == "AES"
+        it.hear(Completion("AES"))
+        return [future.result() for future in futures]
+
+    assert asyncio.run(story()) == [Answered()] * 50
+    assert len(written) == 50
+
+
+def test_an_immediate_stop_goes_before_a_decelerating_one_that_waits() -> None:
+    it = Talk()
+    it.submit(StopAllDecelerating(), Lane.STOP)
+    it.submit(StopAllImmediately(), Lane.STOP)
+    assert [it.write(), it.write()] == ["AES", "ASS"]
+
+
+def test_what_has_become_too_late_or_was_stopped_is_not_written_however_late_the_clock_is_looked_at() -> None:
+    it = Talk()
+    late, stopped, read = [
+        it.submit(MoveRelative(coordinates=[1.0])),
+        it.submit(MoveRelative(coordinates=[2.0])),
+        it.submit(GetSystemVersion(), Lane.READ),
+    ]
+    late.expires_at = 10.0
+    stopped.epoch -= 1
+    assert it.talk.next(10.0, ready=True) is read
+
+
+def test_questions_are_not_remembered_without_end() -> None:
+    it = Talk()
+    fences = 0
+    for number in range(MOST_ASKED + 500):
+        it.submit(DownloadPositions(first=number + 1, count=1), Lane.READ)
+        if (frame := it.write()).startswith("VAR V"):
+            fences += 1
+            it.hear(Answer("VAR", f"{frame[4:]}=+1"))
+            it.write()
+        it.hear(Completion("POE"))
+    assert fences == 1

@@ -158,18 +158,38 @@ def test_h05_a_stop_in_an_upload_closes_it_first(mode: int) -> None:
     story()
 
 
+@pytest.mark.parametrize("units", [1, 2])
+@pytest.mark.parametrize("mode", [2, 3])
+def test_h06_a_stop_refused_by_the_teaching_terminal_is_never_called_confirmed(mode: int, units: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode, units=units) as rig:
+            await under_way(rig)
+            rig.fics.editing = True
+            report = await rig.robot.stop("immediate")
+            assert report.state != "confirmed"
+            assert "use the hardware stop" in str(report.detail)
+            assert {"robot.stop.refused", "robot.stop.unconfirmed"} <= set(rig.types("robot.stop"))
+            assert (await rig.robot.stop("immediate")).state != "confirmed"
+            assert len(rig.heard("AES")) > 5
+            rig.fics.editing = False
+            assert (await rig.robot.stop("immediate")).state == "confirmed"
+
+    story()
+
+
 @in_virtual_time
-async def test_h06_a_stop_refused_by_the_teaching_terminal_is_never_called_confirmed() -> None:
-    async with fics_rig() as rig:
-        await under_way(rig)
-        rig.fics.editing = True
-        report = await rig.robot.stop("immediate")
-        assert report.state != "confirmed"
-        assert "use the hardware stop" in str(report.detail)
-        assert {"robot.stop.refused", "robot.stop.unconfirmed"} <= set(rig.types("robot.stop"))
-        assert len(rig.heard("AES")) > 5
-        rig.fics.editing = False
-        assert (await rig.robot.stop("immediate")).state == "confirmed"
+async def test_h06_in_mode_2_the_refusal_of_a_stop_is_heard_before_units_are_selected() -> None:
+    async with fics_rig(mode=2, units=2) as rig:
+        await rig.robot.unit(1).status()
+        rig.edit(True)
+        sent = len(rig.cable.written)
+        rig.robot.stop("immediate")
+        await asyncio.sleep(0.3)
+        (refused,) = rig.events("robot.stop.refused")
+        assert refused.data["error"] == "E03"
+        said = [frame for frame in rig.cable.frames(sent) if not frame.startswith("VAR")]
+        assert said[:2] == ["AES", "ERR"]
 
 
 @in_virtual_time

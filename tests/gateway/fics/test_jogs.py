@@ -4,9 +4,11 @@ import asyncio
 
 import pytest
 
-from gateway.errors import NotFound
-from gateway.fics.errors import JogOver, RobotBusy, RobotRefused
+from gateway.errors import NoReply, NotFound, StoppedFirst
+from gateway.fics.errors import JogOver, RobotBusy, RobotRefused, UnitNotSelected
+from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot
+from protocols.fics.moves import MoveRelative
 from simulator.faults import Direction, Fault
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
@@ -98,6 +100,7 @@ def test_a_refused_jog_is_told_and_is_over(mode: int) -> None:
             with pytest.raises(RobotRefused):
                 await rig.robot.jog(1, "X", "+")  # converted, and not homed
             assert not rig.robot.moving
+            assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.ended"]
             with pytest.raises(NotFound, match="no axis Q"):
                 await rig.robot.jog(1, "Q", "+")
             with pytest.raises(NotFound):
@@ -113,3 +116,187 @@ async def test_the_end_of_the_gateway_stops_what_jogs() -> None:
         await rig.robot.jog(1, "Z", "-")
         await rig.robot.close()
         assert rig.fics.job is None
+
+
+async def keep_jogging(robot: Robot, session_id: str, seconds: float) -> None:
+    for _ in range(round(seconds / 0.3)):
+        await asyncio.sleep(0.3)
+        robot.heartbeat(session_id)
+
+
+@in_virtual_time
+async def test_an_axis_waits_for_the_end_of_its_last_jog_which_never_stops_the_next() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        first = await rig.robot.jog(1, "Z", "-")
+        with pytest.raises(RobotBusy, match=r"axis Z .* nothing was sent"):
+            await rig.robot.jog(1, "Z", "+")
+        await asyncio.sleep(0.505)
+        assert first.state == "lost"
+        with pytest.raises(RobotBusy):
+            await rig.robot.jog(1, "Z", "-")
+        await asyncio.sleep(0.2)
+        second = await rig.robot.jog(1, "Z", "-")
+        sent = len(rig.cable.written)
+        await keep_jogging(rig.robot, second.id, 1.8)
+        assert "JOG Z" not in rig.cable.frames(sent)
+        assert rig.fics.job is not None
+
+
+@in_virtual_time
+async def test_of_two_starts_of_one_axis_at_once_only_one_is_sent() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        starts = (rig.robot.jog(1, "Z", "-"), rig.robot.jog(1, "Z", "+"))
+        first, second = await asyncio.gather(*starts, return_exceptions=True)
+        assert isinstance(second, RobotBusy)
+        assert not isinstance(first, BaseException)
+        assert rig.heard("JOG") == ["JOG Z-"]
+
+
+@in_virtual_time
+async def test_axes_that_share_motors_wait_for_one_another() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        await rig.move(MoveRelative(coordinates=[-20.0, 5.0, None]))
+        session = await rig.robot.jog(1, "X", "-")
+        with pytest.raises(RobotBusy, match="axis X"):
+            await rig.robot.jog(1, "A", "-")
+        await rig.robot.end_jog(session.id)
+        assert (await rig.robot.jog(1, "A", "-")).state == "jogging"
+
+
+@in_virtual_time
+async def test_the_robot_moves_until_the_last_of_its_axes_stands_still() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        first = await rig.robot.jog(1, "A", "-")
+        second = await rig.robot.jog(1, "B", "-")
+        ending = asyncio.create_task(rig.robot.end_jog(first.id))
+        await asyncio.sleep(0.09)
+        rig.cable.lost_command = "JOG B"
+        last = asyncio.create_task(rig.robot.end_jog(second.id))
+        await ending
+        assert rig.fics.job is not None
+        assert rig.robot.moving
+        rig.cable.lost_command = ""
+        await last
+        assert rig.fics.job is None
+        assert not rig.robot.moving
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_an_axis_that_has_come_to_its_limit_jogs_no_more(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await rig.move(HomeRobot())
+            session = await rig.robot.jog(1, "Z", "+")
+            with pytest.raises(JogOver, match="ended"):
+                await keep_jogging(rig.robot, session.id, 120.0)
+            assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.ended"]
+            await asyncio.sleep(0.5)
+            assert not rig.robot.moving
+            assert (await rig.move(HomeRobot())).status == "succeeded"
+
+    story()
+
+
+@in_virtual_time
+async def test_a_jog_whose_answer_is_lost_ends_once() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        rig.cable.lost_answer = "JOG"
+        with pytest.raises(NoReply):
+            await rig.robot.jog(1, "Z", "-")
+        await asyncio.sleep(3)
+        assert rig.fics.job is None
+        assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.lost"]
+
+
+@in_virtual_time
+async def test_a_stop_that_comes_before_the_answer_is_the_last_news_of_the_jog() -> None:
+    async with fics_rig(baud=9600) as rig:
+        await rig.move(HomeRobot())
+        starting = asyncio.create_task(rig.robot.jog(1, "Z", "-"))
+        await rig.cable.written_from("JOG")
+        stopping = rig.robot.stop("immediate")
+        with pytest.raises(JogOver, match="stopped"):
+            await starting
+        assert (await stopping).state == "confirmed"
+        assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.stopped"]
+
+
+@in_virtual_time
+async def test_after_a_stop_of_the_robot_the_end_of_a_jog_stops_nothing_more() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        session = await rig.robot.jog(1, "Z", "-")
+        ending = asyncio.create_task(rig.robot.end_jog(session.id))
+        await asyncio.sleep(0)
+        assert (await rig.robot.stop("decelerate")).state == "confirmed"
+        sent = len(rig.cable.written)
+        assert (await rig.move(MoveRelative(coordinates=[None, None, -5.0]))).status == "succeeded"
+        await ending
+        assert not [text for text in rig.cable.frames(sent) if text.startswith(("JOG", "AES"))]
+
+
+@in_virtual_time
+async def test_a_stop_of_an_axis_ends_its_session() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        session = await rig.robot.jog(1, "Z", "-")
+        await rig.robot.jogs.stop(1, "Z")
+        assert rig.fics.job is None
+        assert session.state == "ended"
+        assert not rig.robot.moving
+
+
+@in_virtual_time
+async def test_a_start_that_waits_does_not_follow_the_stop_of_its_axis() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        starting = asyncio.create_task(rig.robot.jog(1, "Z", "-"))
+        await asyncio.sleep(0)
+        await rig.robot.jogs.stop(1, "Z")
+        with pytest.raises(StoppedFirst):
+            await starting
+        assert "JOG Z-" not in rig.heard("JOG")
+        assert rig.types("robot.jog") == []
+
+
+@in_virtual_time
+async def test_an_axis_without_a_session_is_stopped_where_its_unit_is_the_one_selected() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.unit(1).status()
+        rig.touch(lambda fics, now: fics.execute("JOG", "Z-", now))  # for an earlier life of the gateway
+        with pytest.raises(UnitNotSelected, match="Axis Z of unit 2 was not stopped"):
+            await rig.robot.jogs.stop(2, "Z")
+        assert rig.fics.job is not None
+        await rig.robot.jogs.stop(1, "Z")
+        assert rig.fics.job is None
+
+
+@in_virtual_time
+async def test_the_axis_of_an_only_unit_is_stopped_without_asking_for_the_unit() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        rig.touch(lambda fics, now: fics.execute("JOG", "Z-", now))
+        rig.robot.selection.forget()
+        await rig.robot.jogs.stop(1, "Z")
+        assert rig.fics.job is None
+
+
+@in_virtual_time
+async def test_a_stop_that_leaves_its_axis_moving_says_so() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        move = asyncio.create_task(rig.move(MoveRelative(coordinates=[None, None, -80.0])))
+        await rig.cable.written_from("LMI")
+        await asyncio.sleep(0.05)
+        rig.cable.lost_answer = "ACD"
+        with pytest.raises(RobotBusy, match=r"JOG Z was sent .* not seen to stand still"):
+            await rig.robot.jogs.stop(1, "Z")
+        rig.cable.lost_answer = ""
+        await move

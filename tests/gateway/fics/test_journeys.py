@@ -116,3 +116,42 @@ async def test_positions_are_told_with_the_unit_of_each_axis() -> None:
     async with fics_rig() as rig:
         move = await rig.move(HomeRobot())
         assert move.units == dict.fromkeys("XYZ", "mm")
+
+
+@in_virtual_time
+async def test_whoever_starts_a_move_need_not_wait_while_the_robot_is_silent() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        asked_at = asyncio.get_running_loop().time()
+        starting = asyncio.create_task(rig.plant.robot_moves.start(rig.robot, 1, DOWN))
+        await rig.cable.written_from("LMI")
+        rig.cable.lost_command = "ACD"
+        rig.cable.lost_answer = "LMI"
+        move = await starting
+        assert asyncio.get_running_loop().time() - asked_at < 5
+        assert move.status is MoveStatus.SENT
+
+
+@in_virtual_time
+async def test_a_move_that_is_lost_stays_lost() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.ask(SLOWLY, 1)
+        move = await rig.plant.robot_moves.start(rig.robot, 1, DOWN)
+        rig.machine.power_off(asyncio.get_running_loop().time())
+        move = await rig.plant.robot_moves.wait(move.id, 120)
+        assert move.status is MoveStatus.LOST
+        rig.machine.power_on(asyncio.get_running_loop().time())
+        await asyncio.sleep(60)
+        assert move.status is MoveStatus.LOST
+        assert move.position is None
+        assert rig.types("robot.move.")[-1] == "robot.move.lost"
+        assert rig.robot.motion is None
+
+
+@in_virtual_time
+async def test_in_mode_2_a_move_that_begins_a_little_late_is_not_called_lost_on_its_way() -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.move(HomeRobot())
+        rig.fail(Fault.LATE, Direction.REQUESTS, 1, delay_s=0.05)
+        assert (await rig.move(DOWN)).end_cause != "not_executed"

@@ -6,9 +6,13 @@ from gateway.errors import NotSent
 from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused, UnitNotSelected
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
+from protocols.fics.status import GetAxisSensors, MotionMode
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 
+EDITED = ("editing", True, "E03")
+RUN_BY_TERMINAL = ("terminal", MotionMode.MACRO, "E01")
+TERMINAL = pytest.mark.parametrize(("state", "value", "error"), [EDITED, RUN_BY_TERMINAL])
 DOWN = MoveRelative(coordinates=[None, None, -5.0])
 
 
@@ -72,3 +76,47 @@ async def test_in_mode_2_units_are_selected_while_an_error_hides_every_refusal()
         assert (await rig.robot.stop("immediate")).state == "confirmed"
         with pytest.raises(NotSent):
             await rig.move(DOWN)
+
+
+@TERMINAL
+def test_in_mode_2_a_refusal_of_the_terminal_is_told_though_the_question_is_not_answered(
+    state: str, value: object, error: str
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(units=2, mode=2) as rig:
+            await rig.robot.unit(1).position()
+            rig.touch(lambda fics, _: setattr(fics, state, value))
+            with pytest.raises(RobotRefused, match="refused UNT") as refused:
+                await rig.move(DOWN)
+            assert refused.value.fics_error == error
+            assert rig.heard("LMI") == []
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@TERMINAL
+def test_a_robot_with_one_unit_is_read_without_a_selection(
+    mode: int, state: str, value: object, error: str
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            rig.touch(lambda fics, _: setattr(fics, state, value))
+            rig.robot.selection.forget()
+            sent = len(rig.cable.written)
+            assert await rig.robot.unit(1).status()
+            assert await rig.robot.unit(1).position()
+            await rig.robot.read(GetAxisSensors(), 1)
+            assert rig.cable.frames(sent) == ["ACD", "APS", "ASD"]
+
+    story()
+
+
+@in_virtual_time
+async def test_in_mode_2_a_lost_question_is_no_refusal() -> None:
+    async with fics_rig(units=2, mode=2) as rig:
+        rig.cable.lost_command = "UNT"
+        with pytest.raises(UnitNotSelected, match="did not answer UNT"):
+            await rig.robot.unit(2).position()

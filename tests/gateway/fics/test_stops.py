@@ -128,3 +128,28 @@ def test_h05_a_stop_works_even_if_the_end_of_the_upload_is_lost(mode: int, lost:
             assert rig.fics.upload is None
 
     story()
+
+
+@in_virtual_time
+async def test_units_that_have_not_been_asked_yet_are_not_known() -> None:
+    async with fics_rig(units=2) as rig:
+        rig.robot.stop("immediate")
+        (requested,) = rig.events("robot.stop.requested")
+        assert requested.data["units_unknown"] == [1, 2]
+        assert "Unit 2 has not been asked yet." in requested.data["detail"]
+        rig.cable.lost_answer = "ACD"
+        await asyncio.sleep(CONFIRM_WITHIN_S)
+        (warning,) = rig.events("robot.stop.unconfirmed")
+        assert warning.data["units_unknown"] == [1, 2]
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_the_stop_of_a_robot_with_one_unit_is_confirmed_without_a_selection(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            rig.cable.lost_command = "UNT"
+            rig.robot.selection.forget()
+            assert (await rig.robot.stop("immediate")).state == "confirmed"
+
+    story()

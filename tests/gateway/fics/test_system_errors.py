@@ -1,15 +1,25 @@
 """Errors of the system: read by the gateway alone, kept, published and reset."""
 
+import asyncio
+
 import pytest
 
-from gateway.fics.errors import ErrorStands, RobotFailed
+from gateway.errors import NoReply
+from gateway.fics.errors import ErrorStands, RobotFailed, RobotRefused
+from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.moves import MoveRelative
+from protocols.fics.variables import SetVariable
 from simulator.fics.alarms import system_error
-from tests.fics_plants import fics_rig
+from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 
 BOTH_MODES = pytest.mark.parametrize("mode", [2, 3])
 DOWN = MoveRelative(coordinates=[None, None, -5.0])
+
+
+def fall_ill(rig: FicsRig) -> None:
+    """Let an error of the system arise by itself."""
+    rig.touch(lambda fics, now: fics.raise_alarm(system_error(183, 12, 34), now))
 
 
 @BOTH_MODES
@@ -17,7 +27,7 @@ def test_an_error_of_the_system_is_kept_published_and_reset(mode: int) -> None:
     @in_virtual_time
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
-            rig.touch(lambda fics, now: fics.raise_alarm(system_error(183, 12, 34), now))
+            fall_ill(rig)
             await rig.robot.look_for_errors()
             (record,) = await rig.robot.errors()
             assert (record.code, record.kind) == ("183", "fics")
@@ -47,3 +57,101 @@ async def test_errors_are_told_without_asking_the_robot() -> None:
         sent = len(rig.cable.written)
         assert await rig.robot.errors() == []
         assert rig.cable.frames(sent) == []
+
+
+@BOTH_MODES
+@pytest.mark.parametrize("units", [1, 2])
+def test_an_error_that_arises_while_nothing_is_done_is_found_and_told_once(mode: int, units: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode, units=units) as rig:
+            fall_ill(rig)
+            await asyncio.sleep(2 * HEALTH_POLL_S + 1)
+            assert rig.robot.latched_error is not None
+            assert rig.robot.latched_error.code == "183"
+            assert rig.types("robot.error") == ["robot.error"]
+
+    story()
+
+
+@in_virtual_time
+async def test_in_mode_2_an_error_that_stands_is_not_the_outcome_of_an_innocent_command() -> None:
+    async with fics_rig(mode=2, units=2) as rig:
+        await rig.robot.unit(1).position()
+        fall_ill(rig)
+        with pytest.raises(NoReply, match="nobody can tell whether it was refused"):
+            await rig.robot.ask(SetVariable(number=1, value=1.0))
+        assert rig.fics.variables[1] == 1.0
+        (told,) = rig.events("robot.error")
+        assert (told.data["code"], told.data["kind"]) == ("183", "fics")
+
+
+@in_virtual_time
+async def test_in_mode_2_units_are_selected_and_read_while_an_error_nobody_knew_of_stands() -> None:
+    async with fics_rig(mode=2, units=2) as rig:
+        await rig.robot.unit(1).position()
+        fall_ill(rig)
+        await rig.robot.unit(2).position()
+        assert rig.robot.selection.unit == rig.fics.host_unit == 2
+        assert rig.types("robot.error") == ["robot.error"]
+
+
+@in_virtual_time
+async def test_in_mode_2_no_motion_is_sent_into_an_error_nobody_knew_of() -> None:
+    async with fics_rig(mode=2) as rig:
+        fall_ill(rig)
+        with pytest.raises(ErrorStands, match="LMI was not sent"):
+            await rig.move(DOWN)
+        assert rig.heard("LMI") == []
+        assert rig.types("robot.error") == ["robot.error"]
+
+
+@in_virtual_time
+async def test_a_motion_that_is_refused_because_of_an_alarm_leads_to_its_error() -> None:
+    async with fics_rig() as rig:
+        fall_ill(rig)
+        with pytest.raises(RobotRefused) as refused:
+            await rig.move(DOWN)
+        assert refused.value.fics_error == "E02"
+        await asyncio.sleep(0.5)
+        assert rig.robot.latched_error is not None
+        assert rig.types("robot.error") == ["robot.error"]
+
+
+@in_virtual_time
+async def test_an_error_reset_at_the_robot_no_longer_stands() -> None:
+    async with fics_rig() as rig:
+        fall_ill(rig)
+        await asyncio.sleep(HEALTH_POLL_S)
+        rig.touch(lambda fics, _: fics.reset())
+        await asyncio.sleep(HEALTH_POLL_S)
+        assert await rig.robot.errors() == []
+        (reset,) = rig.events("robot.errors.reset")
+        assert reset.data == {"by": "elsewhere"}
+
+
+@in_virtual_time
+async def test_an_error_is_not_told_again_where_the_answer_that_names_it_is_lost() -> None:
+    async with fics_rig() as rig:
+        fall_ill(rig)
+        await rig.robot.look_for_errors()
+        rig.lose_replies()
+        await rig.robot.look_for_errors()
+        assert rig.types("robot.error") == ["robot.error"]
+
+
+@in_virtual_time
+async def test_in_mode_2_an_error_in_the_middle_of_an_upload_is_kept_and_nothing_else_is_asked() -> None:
+    async with fics_rig(mode=2, baud=9600) as rig:
+        sent = len(rig.cable.written)
+        positions = [(number, [float(number), 0.0, 0.0]) for number in range(1, 50)]
+        upload = asyncio.create_task(rig.robot.upload_positions(positions))
+        await rig.cable.written_from("POS")
+        fall_ill(rig)
+        await asyncio.wait({upload})
+        assert upload.exception() is not None
+        assert rig.types("robot.error") == ["robot.error"]
+        frames = rig.cable.frames(sent)
+        opened = frames[: frames.index("POF 2")]
+        assert "ERD" not in opened
+        assert rig.fics.upload is None

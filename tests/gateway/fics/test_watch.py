@@ -6,7 +6,9 @@ import pytest
 
 from gateway.fics.errors import RobotRefused
 from gateway.fics.watch import HEALTH_POLL_S
+from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
+from protocols.fics.status import MotionMode
 from simulator.fics.alarms import system_error
 from tests.fics_plants import SET_UP_S, fics_rig
 from tests.plants import in_virtual_time
@@ -42,3 +44,38 @@ async def test_what_cannot_be_read_is_told() -> None:
         rig.cable.lost_answer = "ACD"
         await asyncio.sleep(3 * HEALTH_POLL_S)
         assert "robot.unreadable" in rig.types("robot")
+
+
+@in_virtual_time
+async def test_the_robot_is_asked_for_its_error_in_every_round() -> None:
+    async with fics_rig() as rig:
+        asked = len(rig.heard("ERR"))
+        await asyncio.sleep(3 * HEALTH_POLL_S)
+        assert len(rig.heard("ERR")) == asked + 3
+
+
+@in_virtual_time
+async def test_a_unit_that_is_not_asked_because_the_robot_moves_for_us_is_not_called_unreadable() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.cable.written_from("ACD")  # of unit 1; the move begins before unit 2 is asked
+        accepted = await rig.robot.begin(
+            HomeRobot(),
+            1,
+            epoch=rig.robot.line.stop_epoch,
+            expires_at=asyncio.get_running_loop().time() + 1,
+            on_written=lambda _: None,
+        )
+        await accepted.outcome
+        rig.robot.end_motion(accepted)
+        assert len(rig.heard("ACD")) == 1
+        assert rig.types("robot.unreadable") == []
+
+
+@in_virtual_time
+async def test_in_mode_2_motion_run_from_the_terminal_is_told_though_no_unit_can_be_selected() -> None:
+    async with fics_rig(mode=2, units=2) as rig:
+        await asyncio.sleep(HEALTH_POLL_S - SET_UP_S - 0.5)
+        rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
+        await asyncio.sleep(4 * HEALTH_POLL_S)
+        assert rig.types("robot.motion") == ["robot.motion.foreign"]
+        assert rig.types("robot.unreadable") == []
