@@ -29,7 +29,9 @@ async def test_a_move_is_given_as_soon_as_it_is_not_refused_and_followed_to_its_
         assert (started.status, started.kind, started.command) == (MoveStatus.MOVING, "relative", "LMI")
         assert (started.body_id, started.frame) == ("r1/units/1", "LMI ,,-5\\r")
         assert rig.robot.unit(1).move is started
+        began_at = asyncio.get_running_loop().time()
         ended = await moves.wait(started.id, 60)
+        assert asyncio.get_running_loop().time() < began_at + 10
         assert ended is started
         assert ended.status is MoveStatus.SUCCEEDED
         assert rig.robot.unit(1).move is None
@@ -79,7 +81,7 @@ async def test_of_two_moves_asked_for_at_once_one_is_sent() -> None:
         starts = [moves.start(rig.robot, 1, UP) for _ in range(2)]
         outcomes = await asyncio.gather(*starts, return_exceptions=True)
         assert sorted(type(outcome).__name__ for outcome in outcomes) == ["RobotBusy", "RobotMove"]
-        assert len(rig.heard("LMI")) == 1
+        assert len(moves.of(rig.robot.unit(1))) == len(rig.heard("LMI")) == 1
 
 
 @in_virtual_time

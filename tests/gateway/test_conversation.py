@@ -1,0 +1,531 @@
+"""What goes next on a line and whom a reply belongs to, without a port and without a clock."""
+
+import asyncio
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from random import Random
+from typing import Any, NamedTuple
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+from gateway.conversation import FENCE_TRIES, NONCES, READ_REPEATS, Conversation, ReplyFrame
+from gateway.errors import BodyOffline, Cancelled, Expired, NoReply
+from gateway.exchange import Answered, Exchange, Lane, Outcome
+from gateway.line import lane_of
+from protocols.rorze.flash import SaveSettings
+from protocols.rorze.link import Answer, Refusal
+from protocols.rorze.link_master import IdentifyControllers, SetReplyFormat
+from protocols.rorze.moves import MoveClockwise, MoveTo
+from protocols.rorze.position import GetPosition, SignedPulses
+from protocols.rorze.position_table import GetNumberedPositionEntry
+from protocols.rorze.row import LINK_MASTER, RorzeCommand
+from protocols.rorze.status import GetControllerStatus
+from protocols.rorze.stops import StopImmediately
+from tests.gateway.exchanges import waiting
+from tests.virtual_time import VirtualLoop
+
+MOVE = MoveClockwise(distance=500)
+READ = GetPosition()
+STOP = StopImmediately()
+LOST, UNSENT = NoReply("The port has gone."), Cancelled("The port has gone.")
+
+Future = asyncio.Future[Outcome]
+
+
+def answer_to(exchange: Exchange, pulses: int = 0) -> Answer:
+    """What a controller without a fault says."""
+    command = exchange.command
+    payload = ""
+    if isinstance(command, GetNumberedPositionEntry):
+        payload = f"P[{command.entry.position:04d}],+000000000"
+    elif isinstance(command, GetPosition):
+        payload = f"{pulses:+010d}"
+    return Answer(exchange.body, command.code, payload)
+
+
+@dataclass
+class Talk:
+    """A conversation, whoever waits for it, and a clock turned by hand."""
+
+    talk: Conversation
+    loop: asyncio.AbstractEventLoop
+    now: float = 0.0
+
+    def ask(self, command: RorzeCommand[Any], body: int = 2, expires_at: float | None = None) -> Future:
+        exchange = self.talk.exchange(body, command, lane_of(command))
+        exchange.expires_at = expires_at
+        future = waiting(exchange, self.loop)
+        self.talk.scheduler.submit(exchange)
+        return future
+
+    def set_up(self, command: RorzeCommand[Any]) -> Future:
+        exchange = self.talk.exchange(LINK_MASTER, command, Lane.COMMAND)
+        future = waiting(exchange, self.loop)
+        self.talk.put_first(exchange)
+        return future
+
+    def next(self, *, ready: bool = True) -> str:
+        """Write what may go: its body and code, or nothing."""
+        exchange = self.talk.next(self.now, ready=ready)
+        if exchange is None:
+            return ""
+        self.talk.written(exchange, self.now, self.now + exchange.timeout_s)
+        self.last = exchange
+        fence = "fence " if exchange.self_identifying else ""
+        return f"{fence}{exchange.body:02X} {exchange.command.code}"
+
+    def hear(self, frame: ReplyFrame) -> bool:
+        """Take a reply; whether it was somebody's."""
+        tell = self.talk.heard(frame, self.now)
+        if tell is not None:
+            tell()
+        return tell is not None
+
+    def answer(self, pulses: int = 0) -> None:
+        """Answer what was written last."""
+        assert self.hear(answer_to(self.last, pulses))
+
+    def fall_silent(self) -> None:
+        """Let the reply to what was written last stay away."""
+        self.now += self.last.timeout_s
+        self.talk.pass_deadlines(self.now, None)
+
+
+@pytest.fixture
+def it() -> Iterator[Talk]:
+    loop = VirtualLoop()
+    yield Talk(Conversation([2, 3, 4, 5], rng=Random(1)), loop)
+    loop.close()
+
+
+# what goes next
+
+
+def test_before_the_line_is_ready_only_its_own_set_up_and_stops_go(it: Talk) -> None:
+    it.ask(READ)
+    it.set_up(IdentifyControllers())
+    it.ask(STOP)
+    assert it.next(ready=False) == "02 5IS"
+    it.answer()
+    assert it.next(ready=False) == "7F XID"
+    it.hear(Answer(LINK_MASTER, "XID", "02"))
+    assert it.next(ready=False) == ""
+    assert it.next(ready=True) == "02 6PD"
+
+
+def test_while_something_waits_for_its_reply_nothing_is_there_to_do_but_stops(it: Talk) -> None:
+    it.ask(MOVE)
+    it.next()
+    it.ask(READ, 3)
+    assert not it.talk.has_something()
+    it.ask(STOP, 3)
+    assert it.talk.has_something()
+    assert it.next() == "03 5IS"
+    assert it.next() == ""
+
+
+def test_the_next_frame_can_be_written_before_anybody_is_told(it: Talk) -> None:
+    first = it.ask(READ)
+    it.ask(READ, 3)
+    it.next()
+    tell = it.talk.heard(answer_to(it.last, 7), it.now)
+    assert tell is not None
+    assert it.next() == "03 6PD"
+    assert not first.done()
+    tell()
+    assert first.result() == Answered({2: SignedPulses(pulses=7)}, it.now)
+
+
+def test_what_is_refused_at_the_gate_makes_way_for_the_next(it: Talk) -> None:
+    late = it.ask(MoveTo(position=1), expires_at=1.0)
+    it.ask(MoveTo(position=2))
+    it.now = 1.0
+    assert it.next() == "02 1AM"
+    assert isinstance(late.result(), Expired)
+    assert it.last.command == MoveTo(position=2)
+
+
+def test_no_fence_is_spent_on_an_equal_command_that_is_too_late(it: Talk) -> None:
+    it.ask(MOVE)
+    it.next()
+    it.answer()
+    late = it.ask(MOVE, expires_at=1.0)
+    it.now = 1.0
+    assert it.next() == ""
+    assert isinstance(late.result(), Expired)
+    assert it.talk.in_step
+
+
+def test_a_command_that_takes_time_gets_twice_as_much(it: Talk) -> None:
+    it.ask(SaveSettings())
+    it.next()
+    assert it.last.timeout_s == it.talk.reply_timeout_s + 2 * SaveSettings.takes_s
+
+
+def test_the_numbers_of_fences_take_turns_through_all_there_are(it: Talk) -> None:
+    numbers = [it.talk.self_identifying_read(2).frame for _ in range(NONCES + 1)]
+    assert len(set(numbers)) == NONCES
+    assert numbers[-1] == numbers[0]
+
+
+# overdue
+
+
+def test_a_reply_that_has_begun_is_waited_for_but_no_longer_than_a_late_one(it: Talk) -> None:
+    future = it.ask(MOVE)
+    it.now = 1.0
+    it.next()
+    given_up_at = it.now + it.talk.reply_timeout_s + it.talk.late_reply_s
+    it.talk.pass_deadlines(1.5, 1.6)
+    assert it.talk.deadline() == 1.6
+    it.talk.pass_deadlines(1.6, 100.0)
+    assert it.talk.deadline() == given_up_at
+    it.talk.pass_deadlines(given_up_at, 100.0)
+    assert it.talk.deadline() is None
+    assert not it.talk.in_step
+    assert not future.done()  # the fence may bring it yet
+
+
+def test_only_what_is_overdue_is_given_up(it: Talk) -> None:
+    it.ask(MOVE)
+    it.next()
+    it.now = 0.3
+    stop = it.ask(STOP, 3)
+    it.next()
+    it.now = 0.5
+    it.talk.pass_deadlines(it.now, None)
+    assert not it.talk.in_step
+    assert not stop.done()
+    assert it.talk.deadline() == pytest.approx(0.8)
+
+
+def test_a_fence_waits_until_the_stops_are_answered(it: Talk) -> None:
+    it.ask(MOVE)
+    it.next()
+    it.now = 0.3
+    it.ask(STOP, 3)
+    it.next()
+    it.now = 0.5
+    it.talk.pass_deadlines(it.now, None)
+    assert it.next() == ""
+    it.answer()
+    assert it.next() == "fence 02 3ND"
+
+
+# fences
+
+
+def test_a_fence_is_passed_by_its_own_number_only(it: Talk) -> None:
+    move = it.ask(MOVE)
+    it.next()
+    it.fall_silent()
+    it.next()
+    other = it.talk.self_identifying_read(2)
+    assert not it.hear(answer_to(other))
+    assert not it.talk.in_step
+    it.answer()
+    assert it.talk.in_step
+    assert isinstance(move.result(), NoReply)
+
+
+@pytest.mark.parametrize(("offline", "proof"), [((), 3), ((3,), 4), ((3, 4), 3)])
+def test_a_group_is_stood_for_by_the_first_member_that_answers(
+    it: Talk, offline: tuple[int, ...], proof: int
+) -> None:
+    it.talk.groups[0x80] = [3, 4]
+    it.talk.offline.update(offline)
+    it.ask(GetControllerStatus(), 0x80)
+    it.next()
+    it.fall_silent()
+    assert it.next() == f"fence {proof:02X} 3ND"
+
+
+def test_a_read_nobody_waits_for_any_more_is_not_repeated(it: Talk) -> None:
+    read = it.ask(READ)
+    it.next()
+    it.fall_silent()
+    read.cancel()
+    it.next()
+    it.answer()
+    assert it.next() == ""
+    assert it.talk.counters["repeats"] == 0
+
+
+def test_a_repeated_read_goes_before_its_bodys_others(it: Talk) -> None:
+    first, second = it.ask(READ), it.ask(GetControllerStatus())
+    it.next()
+    it.fall_silent()
+    it.next()
+    it.answer()
+    assert it.next() == "02 6PD"
+    it.answer(5)
+    assert first.done()
+    assert not second.done()
+
+
+def test_the_set_up_is_repeated_as_often_as_a_read_and_ahead_of_the_rest_of_it(it: Talk) -> None:
+    told = it.set_up(IdentifyControllers())
+    it.set_up(SetReplyFormat(end_of_move=1))
+    for _ in range(1 + READ_REPEATS):
+        assert it.next() == "7F XID"
+        it.fall_silent()
+        assert it.next() == "fence 02 3ND"
+        it.answer()
+    assert isinstance(told.result(), NoReply)
+    assert it.next() == "7F XRS"
+
+
+def test_a_read_with_a_number_of_its_own_leaves_the_line_in_step(it: Talk) -> None:
+    probe = it.talk.self_identifying_read(2)
+    future = waiting(probe, it.loop)
+    it.talk.scheduler.submit(probe)
+    it.next()
+    it.talk.noise("noise", it.now)
+    assert not future.done()
+    it.fall_silent()
+    assert isinstance(future.result(), NoReply)
+    assert it.talk.in_step
+
+
+# silence
+
+
+def test_after_two_silent_bodies_nobody_else_is_asked(it: Talk) -> None:
+    presence: list[tuple[int, bool]] = []
+    it.talk.on_presence = lambda body, here: presence.append((body, here))
+    asked = [it.ask(READ, body) for body in it.talk.bodies]
+    it.next()
+    fences = []
+    it.fall_silent()
+    while written := it.next():
+        fences.append(written)
+        it.fall_silent()
+    assert fences == ["fence 02 3ND"] * FENCE_TRIES + ["fence 03 3ND"] * FENCE_TRIES
+    assert presence == [(body, False) for body in it.talk.bodies]
+    assert isinstance(asked[0].result(), NoReply)
+    assert {type(future.result()) for future in asked[1:]} == {BodyOffline}
+
+
+def test_whoever_makes_a_noise_is_not_silent(it: Talk) -> None:
+    it.ask(MOVE)
+    it.next()
+    it.fall_silent()
+    fenced = []
+    while written := it.next():
+        fenced.append(written)
+        it.talk.noise("noise", it.now)
+        it.fall_silent()
+    assert list(dict.fromkeys(fenced)) == [f"fence {body:02X} 3ND" for body in (2, 3, 4, 5)]
+
+
+def test_stops_and_probes_for_a_silent_body_stay_in_the_queue(it: Talk) -> None:
+    it.ask(MOVE)
+    it.next()
+    it.fall_silent()
+    probe = it.talk.self_identifying_read(2)
+    waiting(probe, it.loop)
+    it.talk.scheduler.submit(probe)
+    for _ in range(FENCE_TRIES):
+        it.next()
+        it.fall_silent()
+    assert it.talk.offline == {2}
+    it.next()  # the fence of the next body
+    it.answer()
+    assert it.next() == "fence 02 3ND"
+    assert it.last is probe
+
+
+# strays
+
+
+def test_a_copy_is_told_from_a_reply_to_nothing(it: Talk) -> None:
+    it.ask(MOVE)
+    it.next()
+    it.answer()
+    assert not it.hear(answer_to(it.last))
+    assert not it.hear(Answer(3, "1+M", ""))
+    assert (it.talk.counters["duplicates"], it.talk.counters["strays"]) == (1, 1)
+    assert it.talk.in_step
+
+
+def test_the_second_late_reply_is_a_stray(it: Talk) -> None:
+    move = it.ask(MOVE)
+    it.next()
+    it.fall_silent()
+    it.next()
+    fence = it.last
+    assert not it.hear(Answer(2, "1+M", ""))
+    assert not it.hear(Refusal(2, "1+M", 0x50))
+    assert it.hear(answer_to(fence))
+    assert move.result() == Answered({2: MOVE.read_reply("")}, it.now, late=True)
+    assert (it.talk.counters["late_replies"], it.talk.counters["strays"]) == (1, 1)
+
+
+# the end
+
+
+def test_after_the_port_has_gone_nothing_is_left_and_the_next_opening_starts_in_step(it: Talk) -> None:
+    suspect = it.ask(MOVE)
+    it.next()
+    it.fall_silent()
+    it.next()  # its fence
+    stop = it.ask(STOP, 3)
+    it.next()
+    set_up, waiting_read = it.set_up(IdentifyControllers()), it.ask(READ, 4)
+    it.talk.break_off(LOST, UNSENT)
+    assert [one.result() for one in (suspect, stop, set_up, waiting_read)] == [LOST, LOST, UNSENT, UNSENT]
+    assert it.talk.in_step
+    assert not it.talk.has_something()
+    assert not it.talk.awaits_replies()
+    assert it.talk.deadline() is None
+
+
+# the law, on any line that keeps its order and tells nothing later than it may
+
+
+class Said(NamedTuple):
+    """A reply on its way, what it answers, and when that was written."""
+
+    frame: ReplyFrame
+    cause: Exchange
+    written_at: float
+
+
+LATEST_S = 1.9
+"""Less than what a late reply may take."""
+COMMANDS = [MOVE, MOVE, MOVE, READ, STOP, SetReplyFormat(end_of_move=1)]
+FATES = st.sampled_from(["answered", "doubled", "doubled", "lost"])
+"""What becomes of frames that are written next."""
+
+
+class AnyTalk(RuleBasedStateMachine):
+    """Every reply but a stop's has a number of its own, so that all can see what it was credited to."""
+
+    @initialize(seed=st.integers(0, 3), interject=st.booleans())
+    def begin(self, seed: int, interject: bool) -> None:
+        self.loop = VirtualLoop()
+        self.talk = Conversation([1, 2], interject_stops=interject, rng=Random(seed))
+        self.now = 0.0
+        self.wire: deque[Said] = deque()
+        self.futures: list[Future] = []
+        self.owners: list[list[Future]] = []
+        """Who waited for each written frame, by its number."""
+        self.moves_written: set[Exchange] = set()
+        self.awaited: Exchange | None = None
+
+    # what can happen
+
+    @rule(body=st.sampled_from([1, 1, 1, 2]), command=st.sampled_from(COMMANDS), fate=FATES)
+    def ask(self, body: int, command: RorzeCommand[Any], fate: str) -> None:
+        sets_up = isinstance(command, SetReplyFormat)
+        if body in self.talk.offline and not sets_up and command is not STOP:
+            return
+        exchange = self.talk.exchange(LINK_MASTER if sets_up else body, command, lane_of(command))
+        self.futures.append(waiting(exchange, self.loop))
+        if sets_up:
+            self.talk.put_first(exchange)
+        else:
+            self.talk.scheduler.submit(exchange)
+        self._pump(fate)
+
+    @precondition(lambda self: self.wire)
+    @rule(fate=FATES)
+    def deliver(self, fate: str) -> None:
+        self._deliver()
+        self._pump(fate)
+
+    @precondition(lambda self: self.awaited)
+    @rule(fate=FATES)
+    def make_noise(self, fate: str) -> None:
+        self.talk.noise("noise", self.now)
+        self._doubt()
+        self._pump(fate)
+
+    @precondition(lambda self: self.talk.awaits_replies() or self.wire)
+    @rule(seconds=st.sampled_from([0.1, 0.5, 0.7]), fate=FATES)
+    def let_time_pass(self, seconds: float, fate: str) -> None:
+        self.now += seconds
+        while self.wire and self.wire[0].written_at + LATEST_S <= self.now:
+            self._deliver()
+        self.talk.pass_deadlines(self.now, None)
+        if self.awaited is not None and (self.awaited.deadline or 0.0) <= self.now:
+            self.awaited = None
+        self._pump(fate)
+
+    @precondition(lambda self: len(self.owners) > 9)
+    @rule()
+    def lose_the_port(self) -> None:
+        self.talk.break_off(LOST, UNSENT)
+        self.wire.clear()
+        self.awaited = None
+        assert all(future.done() for future in self.futures)
+        assert not self.talk.has_something()
+
+    def teardown(self) -> None:
+        try:
+            self.lose_the_port()
+        finally:
+            self.loop.close()
+
+    # what must hold
+
+    @invariant()
+    def whoever_is_told_a_reply_is_told_that_of_a_frame_written_for_him(self) -> None:
+        for future in self.futures:
+            if future.done() and (number := _number(future.result())) is not None:
+                assert future in self.owners[number], "a reply is credited to another"
+
+    def _pump(self, fate: str) -> None:
+        """Write whatever may go now."""
+        while (exchange := self.talk.next(self.now, ready=True)) is not None:
+            if exchange.lane is not Lane.STOP:
+                assert self.awaited is None, "two exchanges await their replies"
+                assert self.talk.in_step or exchange.self_identifying, "sent before the fence has passed"
+                self.awaited = exchange
+            if exchange.command is MOVE:
+                assert exchange not in self.moves_written, "a move is written twice"
+                self.moves_written.add(exchange)
+            self.talk.written(exchange, self.now, self.now + exchange.timeout_s)
+            copies = {"lost": 0, "doubled": 2 if exchange.command is MOVE else 1}.get(fate, 1)
+            self.wire.extend([Said(self._reply(exchange), exchange, self.now)] * copies)
+            self.owners.append(list(exchange.waiters))
+
+    def _reply(self, exchange: Exchange) -> ReplyFrame:
+        number = len(self.owners)
+        if exchange.lane is Lane.STOP or isinstance(exchange.command, GetNumberedPositionEntry | GetPosition):
+            return answer_to(exchange, number)
+        return Refusal(exchange.body, exchange.command.code, number)
+
+    def _deliver(self) -> None:
+        said = self.wire.popleft()
+        tell = self.talk.heard(said.frame, self.now)
+        if tell is not None:
+            tell()
+        if said.cause is self.awaited:
+            assert tell is not None, "the reply to what is awaited is not credited"
+            self.awaited = None
+        elif tell is None:
+            self._doubt()
+
+    def _doubt(self) -> None:
+        if self.awaited is not None and not self.awaited.self_identifying:
+            self.awaited = None
+
+
+def _number(outcome: Outcome) -> int | None:
+    """Which written frame an outcome is the reply to; None if it does not tell."""
+    if isinstance(outcome, Refusal):
+        return outcome.error
+    if isinstance(outcome, Answered):
+        return next(
+            (reply.pulses for reply in outcome.replies.values() if isinstance(reply, SignedPulses)), None
+        )
+    return None
+
+
+TestAnyTalk = AnyTalk.TestCase
+TestAnyTalk.settings = settings(max_examples=200, stateful_step_count=40, deadline=None)
