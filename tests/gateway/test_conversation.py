@@ -342,6 +342,20 @@ def test_stops_and_probes_for_a_silent_body_stay_in_the_queue(it: Talk) -> None:
 # strays
 
 
+def test_a_copy_of_a_reply_ends_no_equal_command(it: Talk) -> None:
+    it.ask(MOVE)
+    it.next()
+    it.answer()
+    copy, second = answer_to(it.last), it.ask(MOVE)
+    assert it.next() == "fence 02 3ND"
+    assert not it.hear(copy)
+    it.answer()
+    assert it.next() == "02 1+M"
+    assert not second.done()
+    it.answer()
+    assert isinstance(second.result(), Answered)
+
+
 def test_a_copy_is_told_from_a_reply_to_nothing(it: Talk) -> None:
     it.ask(MOVE)
     it.next()
