@@ -242,7 +242,8 @@ class Conversation:
         for exchange in self._under_way():
             if exchange.deadline is None or exchange.deadline > now:
                 continue
-            given_up_at = (exchange.written_at or now) + exchange.timeout_s + self.late_reply_s
+            written_at = now if exchange.written_at is None else exchange.written_at
+            given_up_at = written_at + exchange.timeout_s + self.late_reply_s
             if resumes_at is not None and now < min(resumes_at, given_up_at):
                 exchange.deadline = min(resumes_at, given_up_at)
                 continue

@@ -416,6 +416,14 @@ FATES = st.sampled_from(["answered", "doubled", "doubled", "lost"])
 """What becomes of frames that are written next."""
 
 
+def test_a_frame_written_at_time_zero_is_given_up_in_time(it: Talk) -> None:
+    it.ask(MOVE)
+    it.next()
+    it.talk.pass_deadlines(0.5, 0.6)
+    it.talk.pass_deadlines(0.6, 100.0)
+    assert it.talk.deadline() == it.talk.reply_timeout_s + it.talk.late_reply_s
+
+
 class AnyTalk(RuleBasedStateMachine):
     """Every reply but a stop's has a number of its own, so that all can see what it was credited to."""
 
