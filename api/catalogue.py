@@ -8,8 +8,8 @@ from pydantic import BaseModel, Field
 
 from api.problems import DECLARED
 from api.requests import new_router
-from api.robots.mirror import of_the_robot
 from protocols.fics.commands import ROWS as FICS_ROWS
+from protocols.fics.commands import of_the_robot
 from protocols.fics.row import Answered, Block, FicsCommand
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup

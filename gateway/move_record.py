@@ -2,10 +2,11 @@
 
 from datetime import datetime
 from enum import StrEnum
+from typing import Self
 
 from pydantic import Field
 
-from gateway.errors import Moved
+from gateway.errors import GatewayError, Moved
 from gateway.records import Record
 
 
@@ -40,6 +41,18 @@ class MoveError(Record):
     controller_error: str | None = Field(
         default=None, description="The controller's error code, such as 0x51."
     )
+
+    @classmethod
+    def of(cls, error: GatewayError, controller_error: str | None) -> Self:
+        """An error as it stands in a move."""
+        return cls(
+            type=error.kind,
+            title=error.title,
+            detail=error.detail,
+            moved=error.moved,
+            remedy=error.remedy,
+            controller_error=controller_error,
+        )
 
 
 class MoveRecord(Record):

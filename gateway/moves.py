@@ -501,14 +501,7 @@ def kind_of(command: RorzeCommand[Any]) -> MoveKind:
 def describe(error: GatewayError) -> MoveError:
     """An error as it stands in a move."""
     code = error.error if isinstance(error, ControllerRefused) else None
-    return MoveError(
-        type=error.kind,
-        title=error.title,
-        detail=error.detail,
-        moved=error.moved,
-        remedy=error.remedy,
-        controller_error=None if code is None else f"0x{code:02X}",
-    )
+    return MoveError.of(error, None if code is None else f"0x{code:02X}")
 
 
 def _ended_by(body: Body, cause: str | None) -> MoveFailed:

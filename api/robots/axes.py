@@ -93,19 +93,6 @@ def _require_unit(field: str, unit: RobotUnit, axis: str, measured: Measured) ->
         raise InvalidRequest(f"{field}.value: pulses are whole numbers; nothing was sent.")
 
 
-def by_name(unit: RobotUnit, names: Sequence[str], values: Sequence[V]) -> dict[str, V]:
-    """Give the robot's values their names.
-
-    :raises InvalidRequest: the robot has another number of axes than the configuration says.
-    """
-    if len(values) != len(names):
-        raise InvalidRequest(
-            f"{unit.address} has {len(values)} axes, {len(names)} are configured.",
-            "Correct the axes of the unit in the configuration.",
-        )
-    return dict(zip(names, values, strict=True))
-
-
 def build(field: str, row: type[FicsCommand[Any]], **parameters: object) -> FicsCommand[Any]:
     """Make a command of what a request says in a field.
 

@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 
 from api.problems import DECLARED
 from api.requests import json_response, new_router, plant_of
-from api.robots.axes import by_name, system_of
+from api.robots.axes import system_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.stops import StopBody, StopResult, perform_stop
 from gateway.fics.robot import Robot
@@ -177,7 +177,7 @@ async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber
     axes = unit_of(request, robot_id, unit)
     statuses = await axes.status()
     reply: SensorStates = await axes.robot.read(GetAxisSensors(), unit)
-    sensors = by_name(axes, axes.motor_axes, reply.axes)
+    sensors = axes.by_axis(axes.motor_axes, reply.axes)
     return json_response(
         UnitStatus(
             robot_id=robot_id,

@@ -21,8 +21,8 @@ from gateway.fics.jogs import JogSession
 from gateway.fics.move_record import RobotMove
 from gateway.fics.robot import Robot
 from gateway.stops import StopMode
-from protocols.fics import alarms, inputs_outputs, stops, system, variables
-from protocols.fics.commands import ROWS, Row
+from protocols.fics import stops
+from protocols.fics.commands import ROWS, Row, of_the_robot
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.row import Answered, FicsCommand
 from protocols.table import Reply
@@ -33,9 +33,6 @@ ROBOT_STOP_MODES: Final[Mapping[Row, StopMode]] = {
     stops.StopAllDecelerating: "decelerate",
     stops.StopAllImmediately: "immediate",
 }
-_OF_THE_ROBOT: Final = frozenset(
-    topic.__name__ for topic in (alarms, inputs_outputs, stops, system, variables)
-)
 _ANSWERED: Final[Mapping[Answered, str]] = {
     Answered.ALWAYS: "answered at once",
     Answered.ON_COMPLETION: "answered when it is done, in Ver.2 not at all",
@@ -69,11 +66,6 @@ def routers() -> list[APIRouter]:
             description=describe(row),
         )
     return [router]
-
-
-def of_the_robot(row: Row) -> bool:
-    """Whether a row speaks to the robot as a whole, whichever unit is selected."""
-    return row.__module__ in _OF_THE_ROBOT
 
 
 def describe(row: Row) -> str:

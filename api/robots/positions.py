@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 
 from api.problems import DECLARED
 from api.requests import RequestModel, json_response, new_router
-from api.robots.axes import Amounts, AxisValue, by_name, numbers, system_of
+from api.robots.axes import Amounts, AxisValue, numbers, system_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.strict_json import read_body
 from gateway.errors import InvalidRequest
@@ -152,7 +152,7 @@ def _named(unit: RobotUnit, values: list[float | None]) -> dict[str, AxisValue]:
     padded = values + [None] * (len(unit.axes) - len(values))
     return {
         name: AxisValue(value=value, unit=system_of(unit, name).unit(Quantity.POSITION))
-        for name, value in by_name(unit, unit.axes, padded).items()
+        for name, value in unit.by_axis(unit.axes, padded).items()
         if value is not None
     }
 

@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 
 from api.problems import DECLARED
 from api.requests import RequestModel, json_response, new_router
-from api.robots.axes import Amounts, AxisSpeeds, AxisValue, build, by_name, in_order, numbers, system_of
+from api.robots.axes import Amounts, AxisSpeeds, AxisValue, build, in_order, numbers, system_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.robots.soft_limits import uncrossed
 from gateway.errors import GatewayError, InvalidRequest
@@ -193,7 +193,7 @@ async def _value(unit: RobotUnit, name: str) -> Any:
         return bool((await unit.robot.read(speeds.GetSmoothAcceleration(), unit.number)).enabled)
     setting = SETTINGS[name]
     reply = await unit.robot.read(setting.read(), unit.number)
-    values = by_name(unit, unit.names(setting.coordinates), getattr(reply, setting.field))
+    values = unit.by_axis(unit.names(setting.coordinates), getattr(reply, setting.field))
     if setting.quantity is None:
         return values
     return {

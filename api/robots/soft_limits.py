@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
-from api.robots.axes import by_name
 from gateway.errors import InvalidRequest
 from gateway.fics.units import Coordinates, RobotUnit
 from protocols.fics.axis_settings import CoordinateSetting
@@ -85,7 +84,7 @@ async def _sequence(
 
 async def _read(unit: RobotUnit, limits: _Limits, row: Row) -> dict[str, float]:
     reply = await unit.robot.read(row(), unit.number)
-    return by_name(unit, unit.names(limits.coordinates), reply.coordinates)
+    return unit.by_axis(unit.names(limits.coordinates), reply.coordinates)
 
 
 def _given(

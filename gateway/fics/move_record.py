@@ -63,11 +63,4 @@ class RobotMove(MoveRecord):
 def describe(error: GatewayError) -> MoveError:
     """An error as it stands in a move."""
     code = error.fics_error if isinstance(error, RobotRefused | RobotFailed) else None
-    return MoveError(
-        type=error.kind,
-        title=error.title,
-        detail=error.detail,
-        moved=error.moved,
-        remedy=error.remedy,
-        controller_error=code,
-    )
+    return MoveError.of(error, code)

@@ -18,11 +18,13 @@ from gateway.fics.system_errors import RobotErrorRecord, SystemErrors
 from gateway.fics.units import RobotUnit, coordinates_of
 from gateway.fics.uploads import UPLOAD, runs_of, upload
 from gateway.stops import StopMode
-from protocols.fics import homing, inputs_outputs, macros, stops, system, variables
-from protocols.fics.alarms import CurrentError, GetErrorDetail, ResetErrors, TakeCurrentError
+from protocols.fics.alarms import CurrentError, ResetErrors, TakeCurrentError
 from protocols.fics.axis_settings import AxisSetting
+from protocols.fics.commands import of_the_robot
+from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.link import Completion, Failure
+from protocols.fics.macros import RunMacro
 from protocols.fics.positions import (
     LAST_POSITION,
     BeginPositionUpload,
@@ -32,19 +34,19 @@ from protocols.fics.positions import (
     UploadPosition,
 )
 from protocols.fics.row import Block, FicsCommand
+from protocols.fics.system import SelectUnit, SetCommunicationMode
 from protocols.table import Reply, Retry
 
 Publish = Callable[[str, str, dict[str, Any], str | None], str]
 """Type, subject, data and correlation of an event; gives its cursor."""
 
-_WHOLE_SYSTEM = (homing.HomeRobot, macros.RunMacro, ResetErrors, TakeCurrentError, GetErrorDetail)
-_SYSTEM_TOPICS = (system, inputs_outputs, variables, stops)
+_MOVES_ALL_UNITS = (HomeRobot, RunMacro)
 _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
     BeginPositionUpload: "Upload positions as a whole: an open upload takes no stop.",
     UploadPosition: "Upload positions as a whole: an open upload takes no stop.",
     EndPositionUpload: "Upload positions as a whole: the gateway ends each upload itself.",
     StartJog: "Open a JOG session, whose heartbeat keeps the axis moving.",
-    system.SetCommunicationMode: "Set the mode of the line in the configuration.",
+    SetCommunicationMode: "Set the mode of the line in the configuration.",
 }
 
 Question = tuple[int | None, str]
@@ -253,7 +255,7 @@ class Robot:
 
     def _learn(self, command: FicsCommand[Any], number: int | None, outcome: Outcome) -> None:
         """Note what the gateway has to remember of what was said."""
-        if isinstance(command, system.SelectUnit):
+        if isinstance(command, SelectUnit):
             self.selection.forget()
         if number is not None:
             self.power.note(self.unit(number), command, outcome)
@@ -284,7 +286,7 @@ class Robot:
         def note(now: float) -> None:
             self.motion = command
             for it in self.units:
-                it.stood_still &= it.number != unit and not isinstance(command, _WHOLE_SYSTEM)
+                it.stood_still &= it.number != unit and not isinstance(command, _MOVES_ALL_UNITS)
             on_written(now)
 
         async with self.line.floor.held(Lane.COMMAND):
@@ -352,9 +354,7 @@ class Robot:
         """The unit to be selected; None where the command means the whole system."""
         if unit is not None:
             return self.unit(unit).number
-        if isinstance(command, _WHOLE_SYSTEM) or type(command).__module__ in {
-            topic.__name__ for topic in _SYSTEM_TOPICS
-        }:
+        if isinstance(command, _MOVES_ALL_UNITS) or of_the_robot(type(command)):
             return None
         if len(self.units) == 1:
             return self.units[0].number

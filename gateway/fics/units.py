@@ -1,8 +1,8 @@
 """A unit of a robot: its axes, what each is counted in, where they stand and how they are."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from gateway.errors import GatewayError, InvalidRequest
 from gateway.exchange import Lane
@@ -17,6 +17,8 @@ from protocols.fics.status import AxisStatus, GetAxisStatus, GetUserPosition, Mo
 if TYPE_CHECKING:
     from gateway.fics.move_record import RobotMove
     from gateway.fics.robot import Robot
+
+V = TypeVar("V")
 
 Coordinates = Literal["user", "motor"]
 Places = Mapping[str, float | None]
@@ -95,7 +97,7 @@ class RobotUnit:
         names = self.names(coordinates)
         if len(values) == 1 and values[0] is None:
             values = [None] * len(names)
-        return self._by_axis(names, values)
+        return self.by_axis(names, values)
 
     async def status(self, lane: Lane = Lane.READ) -> dict[str, AxisStatus]:
         """Read the status of its motor axes (C-HOST manual 2-10).
@@ -104,9 +106,13 @@ class RobotUnit:
         """
         reply = await self.robot.read(GetAxisStatus(), self.number, lane)
         self.stood_still = at_rest(reply.axes)
-        return self._by_axis(self.motor_axes, reply.axes)
+        return self.by_axis(self.motor_axes, reply.axes)
 
-    def _by_axis(self, names: list[str], values: list[Any]) -> dict[str, Any]:
+    def by_axis(self, names: Sequence[str], values: Sequence[V]) -> dict[str, V]:
+        """Give the robot's values their names.
+
+        :raises InvalidRequest: the robot has another number of axes than the configuration says.
+        """
         if len(values) != len(names):
             raise InvalidRequest(
                 f"{self.address} has {len(values)} axes, {len(names)} are configured.",

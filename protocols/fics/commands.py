@@ -58,6 +58,14 @@ COMMANDS: Final[Mapping[str, tuple[Row, ...]]] = MappingProxyType(
 )
 """The rows of each three-letter name: a setting and its query share one. Macros have names of their own."""
 BY_NAME: Final[Mapping[str, Row]] = MappingProxyType({row.name(): row for row in ROWS})
+_OF_THE_ROBOT: Final = frozenset(
+    topic.__name__ for topic in (alarms, inputs_outputs, stops, system, variables)
+)
+
+
+def of_the_robot(row: Row) -> bool:
+    """Whether a row speaks to the robot as a whole, whichever unit is selected."""
+    return row.__module__ in _OF_THE_ROBOT
 
 
 def read(name: str, arguments: str) -> FicsCommand[Any]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from api.robots.axes import Amount, AxisSpeed, build, by_name, in_order, numbers, system_of
+from api.robots.axes import Amount, AxisSpeed, build, in_order, numbers, system_of
 from gateway.errors import InvalidRequest
 from gateway.fics.units import RobotUnit
 from protocols.fics.moves import MoveAbsolute
@@ -30,7 +30,7 @@ async def test_values_by_name_come_into_the_order_of_the_axes(cell: Cell) -> Non
     assert in_order("axes", unit, unit.axes, {"@": 5, "X": 1}) == [1, None, 5]
     given = {"W": Amount(value=7, unit="pulse"), "@": Amount(value=0.5, unit="degree")}
     assert numbers("axes", unit, unit.axes, given) == [None, 7, 0.5]
-    assert by_name(unit, unit.axes, [1, 2, 3]) == {"X": 1, "W": 2, "@": 3}
+    assert unit.by_axis(unit.axes, [1, 2, 3]) == {"X": 1, "W": 2, "@": 3}
 
 
 @in_cell()
@@ -46,7 +46,7 @@ async def test_a_fraction_of_a_pulse_is_refused_but_not_of_a_speed(cell: Cell) -
 async def test_another_number_of_axes_than_configured_is_told(cell: Cell) -> None:
     unit = pulses(cell)
     with pytest.raises(InvalidRequest, match="has 2 axes, 3 are configured"):
-        by_name(unit, unit.axes, [1, 2])
+        unit.by_axis(unit.axes, [1, 2])
 
 
 def test_what_cannot_be_written_is_refused_with_its_field() -> None:

@@ -7,8 +7,7 @@ from typing import Any, Final
 
 import pytest
 
-from api.robots import mirror
-from protocols.fics.commands import ROWS, Row, read
+from protocols.fics.commands import ROWS, Row, of_the_robot, read
 from protocols.fics.row import NAME_LENGTH
 from tests.api.robots.cell import UNIT, Cell, in_cell
 from tests.api.test_moves import refused
@@ -108,7 +107,7 @@ def odd(row: Row) -> Iterator[tuple[Parameters, str, str]]:
 
 
 def route(row: Row) -> str:
-    return f"{'/robots/r1' if mirror.of_the_robot(row) else UNIT}/commands/{row.name()}"
+    return f"{'/robots/r1' if of_the_robot(row) else UNIT}/commands/{row.name()}"
 
 
 def test_every_field_of_the_table_has_something_that_it_cannot_be() -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from api.robots import mirror
-from protocols.fics.commands import ROWS, Row
+from protocols.fics.commands import ROWS, Row, of_the_robot
 from protocols.table import Retry
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell
 from tests.api.test_moves import refused
@@ -12,7 +12,7 @@ BARE_READS = [row for row in ROWS if row.retry is Retry.READ and not row.model_f
 
 
 def place(row: Row) -> str:
-    return "/robots/r1" if mirror.of_the_robot(row) else UNIT
+    return "/robots/r1" if of_the_robot(row) else UNIT
 
 
 def test_every_row_has_one_route() -> None:
