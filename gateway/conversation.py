@@ -31,7 +31,8 @@ READ_REPEATS = 2
 SILENT_BODIES = 2
 """When so many have been fenced in vain and not a byte was heard, nobody on the line is asked any more."""
 
-ANY_BUT_STOPS = (Lane.COMMAND, Lane.READ)
+STOPS = (Lane.STOP,)
+LANES = tuple(Lane)
 
 ReplyFrame = Answer | Refusal | GroupAnswer
 
@@ -132,31 +133,31 @@ class Conversation:
         return None
 
     def _choose(self, now: float, *, ready: bool) -> Exchange | None:
-        under_way = self.awaits_replies()
-        if self.interject_stops or not under_way:
-            stop = self.scheduler.next((Lane.STOP,), self._not_under_way)
-            if stop is not None:
-                return stop
-        if under_way:
-            return None
+        if self.awaits_replies():
+            return self.scheduler.next(STOPS, self._not_under_way) if self.interject_stops else None
+        if ready and self.in_step and not self._urgent:
+            return self._interposed(self._wanted(), now)
+        stop = self.scheduler.next(STOPS)
+        if stop is not None:
+            return stop
         if not self.in_step:
             return self._new_fence()
-        if self._urgent:
-            return self._urgent.popleft()
-        return self._interposed(self._wanted(), now) if ready else None
+        return self._urgent.popleft() if self._urgent else None
 
     def _not_under_way(self, stop: Exchange) -> bool:
         return all(stop.key != other.key for other in self._stops)
 
     def _wanted(self) -> Exchange | None:
-        while (exchange := self.scheduler.next(ANY_BUT_STOPS)) is not None:
+        while (exchange := self.scheduler.next(LANES)) is not None:
             if not exchange.abandoned():
                 return exchange
         return None
 
     def _interposed(self, exchange: Exchange | None, now: float) -> Exchange | None:
         """Between two commands with equal replies goes a fence: no copy of the first reply counts twice."""
-        if exchange is None or exchange.key != self._last_command or exchange.command.may_repeat():
+        if exchange is None or exchange.key != self._last_command or exchange.lane is Lane.STOP:
+            return exchange
+        if exchange.command.may_repeat():
             return exchange
         if self.gate.refuses(exchange, now):
             return exchange

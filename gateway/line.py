@@ -6,11 +6,11 @@ import random
 from collections.abc import Callable, Coroutine, Iterable
 from typing import Any
 
+from gateway.carrier import Carrier
 from gateway.conversation import Conversation, offline_error
 from gateway.errors import Cancelled, ControllerRefused, GatewayError, NoReply
 from gateway.exchange import Answered, Exchange, Lane, Outcome
 from gateway.port import LineState as LineState
-from gateway.port import PortLoop
 from protocols.rorze.link import (
     POISON,
     Answer,
@@ -32,16 +32,16 @@ log = logging.getLogger(__name__)
 
 REPLIES = Answer, Refusal, GroupAnswer
 
-GAP_S = 0.1
-"""A reply that has begun may pause this long before it counts as cut off."""
 PROBE_S = (1.0, 10.0)
 """First and longest pause between probes of the bodies that do not answer."""
 PROBE_SHARE = 0.1
 """Share of the line's time that probes may take while anybody else answers."""
 
 
-class Line(PortLoop):
+class Line(Carrier[Exchange, Frame]):
     """One port with its RC-400 and bodies."""
+
+    _talk: Conversation
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Line(PortLoop):
         interject_stops: bool = True,
         rng: random.Random | None = None,
     ) -> None:
-        self._talk = Conversation(
+        talk = Conversation(
             bodies,
             introducer=introducer,
             reply_timeout_s=reply_timeout_s,
@@ -63,22 +63,17 @@ class Line(PortLoop):
             interject_stops=interject_stops,
             rng=rng,
         )
-        super().__init__(line_id, transport, self._talk.counters)
+        super().__init__(line_id, transport, talk, LinkReader())
         self.controllers = ""
         """What the link master answered to XID."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
-        self._talk.on_presence = self._presence_changed
-        self.bodies, self.groups, self.offline = self._talk.bodies, self._talk.groups, self._talk.offline
-        self.gate = self._talk.gate
+        talk.on_presence = self._presence_changed
+        self.bodies, self.groups, self.offline, self.gate = talk.bodies, talk.groups, talk.offline, talk.gate
         self.introducer, self.interject_stops = introducer, interject_stops
         self.reply_timeout_s, self.late_reply_s = reply_timeout_s, late_reply_s
-        self._reader = LinkReader()
 
     def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
         return (self._probe_offline(),)
-
-    def _in_step(self) -> bool:
-        return self._talk.in_step
 
     @property
     def last_error_at(self) -> float | None:
@@ -203,34 +198,7 @@ class Line(PortLoop):
     def _expire(self) -> None:
         self._talk.scheduler.expire(self._loop.time())
 
-    # writing
-
-    def _pump(self) -> None:
-        """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
-        while self._open and self._talk.has_something():
-            now = self._loop.time()
-            if not self._port_is_free(now):
-                return
-            exchange = self._talk.next(now, ready=self._ready)
-            if exchange is None:
-                return
-            self._write(exchange, now)
-
-    def _write(self, exchange: Exchange, now: float) -> None:
-        if not self._send(exchange.frame, now):
-            exchange.settle(self._down())
-            return
-        deadline = self._tx_free_at + exchange.timeout_s
-        self._talk.written(exchange, now, deadline)
-        self._wake_at(deadline)
-
     # reading
-
-    def data_received(self, data: bytes) -> None:
-        """Bytes from the port."""
-        self._last_rx_at = self._loop.time()
-        for frame in self._reader.feed(data):
-            self._take(frame)
 
     def _take(self, frame: Frame) -> None:
         """Hear a frame; the next one goes out before anybody is told what the reply was."""
@@ -247,13 +215,6 @@ class Line(PortLoop):
         else:
             self.counters["messages"] += 1
             self.on_message(frame)
-
-    # time
-
-    def _pass_deadlines(self, now: float) -> float | None:
-        resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
-        self._talk.pass_deadlines(now, resumes_at)
-        return self._talk.deadline()
 
     # presence
 

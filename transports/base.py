@@ -24,10 +24,13 @@ class TransportRefused(TransportError):
 
 
 class Receiver(Protocol):
-    """Whoever listens to an open transport. Both calls come on the event loop's thread."""
+    """Whoever listens to an open transport. All calls come on the event loop's thread."""
 
     def data_received(self, data: bytes) -> None:
         """One or more bytes have arrived."""
+
+    def reply_is_near(self) -> None:
+        """A reply will probably be here in a moment; not every port foresees it."""
 
     def connection_lost(self, error: TransportLost) -> None:
         """The port has gone by itself; called at most once per opening, and never after `close`."""

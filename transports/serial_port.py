@@ -7,6 +7,7 @@ import os
 import select
 import termios
 from collections.abc import Callable
+from time import monotonic
 
 import serial
 import serial_asyncio
@@ -14,6 +15,7 @@ from typing_extensions import Buffer
 
 from transports.addresses import Address
 from transports.base import TransportUnavailable
+from transports.nudge import Nudge
 from transports.stream import Session, StreamTransport
 
 # The RC-400's rotary switch position 2, as delivered.
@@ -80,6 +82,7 @@ class SerialPort(StreamTransport):
                 f"{self.address} was not opened: {reason}. Nothing was sent."
             ) from error
         session = Session(self.address)
+        self._port.nudge = Nudge(loop, session.reply_is_near)
         # Suspends nowhere, so that no byte arrives before the port's opener has heard that it is open.
         channel, _ = await serial_asyncio.connection_for_serial(loop, lambda: session, self._port)
         self._port.on_write_error = lambda error: loop.call_soon(session.fail, channel, error)
@@ -96,6 +99,8 @@ class _Port(serial.Serial):
     """A port that never waits: pyserial's read fails above descriptor 1023, and its write may spin."""
 
     on_write_error: Callable[[OSError], object]
+    nudge: Nudge | None = None
+    _heard_at = 0.0
 
     def read(self, size: int = 1, /) -> bytes:
         try:
@@ -106,17 +111,26 @@ class _Port(serial.Serial):
             raise serial.SerialException(str(error)) from error
         if not data and self._is_readable():
             raise serial.SerialException("the device has gone")
+        self._heard_at = monotonic()
         return data
 
     def write(self, data: Buffer, /) -> int:
         try:
-            return os.write(self.fileno(), data)
+            written = os.write(self.fileno(), data)
         except BlockingIOError:
             return 0
         except OSError as error:
             # Raised, it would be logged as a fault of the program; a port that goes away is none.
             self.on_write_error(error)
             return memoryview(data).nbytes
+        if self.nudge is not None:
+            self.nudge.wrote(bytes(data), self._heard_at)
+        return written
+
+    def close(self) -> None:
+        super().close()
+        if self.nudge is not None:
+            self.nudge.close()
 
     def _is_readable(self) -> bool:
         """Whether the device still claims to have bytes, which it does for ever once it is unplugged."""

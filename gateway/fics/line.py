@@ -5,14 +5,14 @@ import logging
 import random
 from typing import Any
 
-from gateway.errors import Cancelled, Expired, GatewayError, InvalidRequest, NoReply
+from gateway.carrier import Carrier
+from gateway.errors import Cancelled, Expired, GatewayError, NoReply
 from gateway.exchange import Lane
 from gateway.fics.conversation import Conversation, offline_error
 from gateway.fics.exchange import Answered, Exchange, Outcome
 from gateway.fics.floor import Floor
-from gateway.port import PortLoop
 from protocols.fics.alarms import TakeCurrentError
-from protocols.fics.link import Refusal, Terminator, Ver2Reader, Ver3Reader
+from protocols.fics.link import Frame, Refusal, Terminator, Ver2Reader, Ver3Reader
 from protocols.fics.row import FicsCommand
 from protocols.fics.system import (
     CommunicationMode,
@@ -21,14 +21,12 @@ from protocols.fics.system import (
     SetCommunicationMode,
     SystemVersion,
 )
-from transports.base import Transport, TransportRefused
+from transports.base import Transport
 
 log = logging.getLogger(__name__)
 
 SILENT = 2
 """The mode of power-on, in which most commands are not answered."""
-GAP_S = 0.1
-"""An answer that has begun may pause this long before it counts as cut off."""
 ASK_AGAIN_S = (0.5, 2.0)
 """First and longest pause before a robot that is silent, or in the wrong mode, is asked again."""
 REMEDY = "Read status and position."
@@ -36,8 +34,10 @@ CLEARING = b"\rPOF 2\r"
 """Ends a half command and an upload that an earlier life may have left open: a robot in one takes no stop."""
 
 
-class FicsLine(PortLoop):
+class FicsLine(Carrier[Exchange, Frame]):
     """One port with its robot."""
+
+    _talk: Conversation
 
     def __init__(
         self,
@@ -51,21 +51,20 @@ class FicsLine(PortLoop):
         late_reply_s: float = 2.0,
         rng: random.Random | None = None,
     ) -> None:
-        self._talk = Conversation(
+        talk = Conversation(
             robot_id,
             terminator=terminator,
             reply_timeout_s=reply_timeout_s,
             late_reply_s=late_reply_s,
             rng=rng,
         )
-        super().__init__(line_id, transport, self._talk.counters)
+        super().__init__(line_id, transport, talk, Ver3Reader())
         self.mode = mode
         """The mode the robot is to be in: 3, or 2, in which most commands are silent."""
         self.reply_timeout_s, self.late_reply_s = reply_timeout_s, late_reply_s
         self.floor = Floor()
         """Held from the selection of a unit to the last command that depends on it."""
-        self._talk.on_silence = self._robot_is_silent
-        self._reader: Ver2Reader | Ver3Reader = Ver3Reader()
+        talk.on_silence = self._robot_is_silent
         self._known = False
         """Whether the robot has been set up in this life of the gateway."""
         self._was_away = False
@@ -103,9 +102,6 @@ class FicsLine(PortLoop):
         """Show the exact frame of a command as text, with its terminator escaped."""
         frame = self._talk.exchange(command, Lane.COMMAND).frame
         return frame.decode("ascii").replace("\r", "\\r").replace("\n", "\\n")
-
-    def _in_step(self) -> bool:
-        return self._talk.in_step
 
     def _break_off(self, reason: str) -> None:
         self._reader = Ver3Reader()
@@ -244,42 +240,11 @@ class FicsLine(PortLoop):
         self._talk.give_up(motion)
         self._pump()
 
-    # writing and reading
+    # reading
 
-    def _pump(self) -> None:
-        """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
-        while self._open and self._talk.has_something():
-            now = self._loop.time()
-            if not self._port_is_free(now):
-                return
-            exchange = self._talk.next(now, ready=self._ready)
-            if exchange is None:
-                return
-            self._write(exchange, now)
-
-    def _write(self, exchange: Exchange, now: float) -> None:
-        try:
-            written = self._send(exchange.frame, now)
-        except TransportRefused as error:
-            exchange.settle(InvalidRequest(f"{error} Nothing was sent.", "Send less at once."))
-            return
-        if not written:
-            exchange.settle(self._down())
-            return
-        deadline = self._tx_free_at + exchange.timeout_s
-        self._talk.written(exchange, now, deadline)
-        self._wake_at(deadline)
-
-    def data_received(self, data: bytes) -> None:
-        """Bytes from the port."""
-        self._last_rx_at = self._loop.time()
-        for frame in self._reader.feed(data):
-            tell = self._talk.heard(frame, self._last_rx_at)
-            self._pump()
-            if tell is not None:
-                tell()
-
-    def _pass_deadlines(self, now: float) -> float | None:
-        resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
-        self._talk.pass_deadlines(now, resumes_at)
-        return self._talk.deadline()
+    def _take(self, frame: Frame) -> None:
+        """Hear a frame; the next one goes out before anybody is told what the answer was."""
+        tell = self._talk.heard(frame, self._last_rx_at)
+        self._pump()
+        if tell is not None:
+            tell()

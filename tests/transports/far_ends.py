@@ -24,6 +24,9 @@ class Ear:
         self.heard += data
         self._news.set()
 
+    def reply_is_near(self) -> None:
+        """Nothing is to be done ahead."""
+
     def connection_lost(self, error: TransportLost) -> None:
         self.losses.append(error)
         self._news.set()

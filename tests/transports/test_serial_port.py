@@ -5,6 +5,7 @@ import termios
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from time import monotonic
 
 import anyio
 import anyio.lowlevel
@@ -12,6 +13,7 @@ import pytest
 
 from tests.transports.far_ends import Ear, PtyFarEnd
 from transports import TransportUnavailable, create, serial_port
+from transports.nudge import Nudge
 
 pytestmark = pytest.mark.anyio
 
@@ -174,3 +176,33 @@ async def test_a_driver_that_does_not_tell_what_is_unsent_counts_as_empty(
     monkeypatch.setattr(serial_port._Port, "out_waiting", property(untold))
     assert port.unsent() == 0
     await port.close()
+
+
+async def test_a_closed_port_leaves_nothing_open(far: PtyFarEnd) -> None:
+    port, before = create(far.address), open_files()
+    for _ in range(3):
+        await port.open(Ear())
+        await port.close()
+    assert open_files() == before
+
+
+async def test_the_nudge_hears_of_each_frame_and_of_the_reply_before_it(
+    far: PtyFarEnd, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[tuple[bytes, float]] = []
+    monkeypatch.setattr(Nudge, "wrote", lambda _, frame, heard_at: told.append((frame, heard_at)))
+    port, ear = create(far.address), Ear()
+    await port.open(ear)
+    began_at = monotonic()
+    for frame in (b"&3F6PD\r", b"&3F9MD\r"):
+        port.write(frame)
+        await far.read(len(frame))
+        await far.write(b">&3F6PD+000050000\r")
+        await ear.hears(18)
+    await port.close()
+    assert [frame for frame, _ in told] == [b"&3F6PD\r", b"&3F9MD\r"]
+    assert told[0][1] < began_at < told[1][1] < monotonic()
+
+
+def open_files() -> int:
+    return len(list(Path("/proc/self/fd").iterdir()))
