@@ -21,7 +21,7 @@ from fastapi import FastAPI
 from protocols.fics.link import Terminator
 from protocols.rorze.row import LAST_BODY
 from simulator.fics.control import create_control as create_fics_control
-from simulator.fics.dpram_port import DpramPort, serve_dpram
+from simulator.fics.dpram_port import SimulatedDpram, serve_dpram
 from simulator.fics.layout import Layout
 from simulator.fics.line import LineSettings
 from simulator.fics.line import build_line as build_fics
@@ -290,7 +290,7 @@ def start_demo_line(bodies: Iterable[int], path: Path) -> PtyPort:
     return serve_pty(line, path)
 
 
-def start_demo_robot(path: Path) -> DpramPort:
+def start_demo_robot(path: Path) -> SimulatedDpram:
     """Run a Fics of two units in this event loop, behind a dual-port RAM in the file `path`.
 
     :raises OSError: the file cannot be made.

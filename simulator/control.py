@@ -16,7 +16,7 @@ MOST_FACTS = 10_000
 """Facts of the truth log in one answer."""
 
 
-class Plant(Protocol):
+class Touchable(Protocol):
     """Where the running machine can be touched."""
 
     def touch(self, deed: Callable[[float], T]) -> T:

@@ -7,7 +7,7 @@ import re
 from collections import deque
 from pathlib import Path
 
-from simulator.fics.line import FicsLine
+from simulator.fics.line import SimulatedFics
 
 SIZE = 1024
 HOST_FLAG, FROM_HOST, FICS_FLAG, TO_HOST = 257, slice(258, 512), 512, slice(513, 768)
@@ -19,7 +19,7 @@ _MESSAGE = re.compile(rb"[^\r]*\r")
 class Board:
     """The Fics side, which looks at its flags a thousand times a second."""
 
-    def __init__(self, path: Path, machine: FicsLine) -> None:
+    def __init__(self, path: Path, machine: SimulatedFics) -> None:
         self.path = path
         self.machine = machine
         self.stalled = False

@@ -15,7 +15,7 @@ from protocols.fics.row import FicsCommand
 from protocols.table import Ack
 from simulator.faults import Direction, Fault, Switch
 from simulator.fics.layout import Layout
-from simulator.fics.line import FicsLine, LineSettings, build_line
+from simulator.fics.line import LineSettings, SimulatedFics, build_line
 from simulator.fics.robot import Robot as SimulatedRobot
 from simulator.truth import Fact
 from tests.simulated_line import SimulatedCable
@@ -30,9 +30,9 @@ CARTESIAN = '{number = 2, axes = ["X", "Y", "Z"]}'
 class Cable(SimulatedCable):
     """The wire to a simulated Fics."""
 
-    machine: FicsLine
+    machine: SimulatedFics
 
-    def __init__(self, machine: FicsLine, baud: int | None = None) -> None:
+    def __init__(self, machine: SimulatedFics, baud: int | None = None) -> None:
         super().__init__(machine, baud)
         self.lost_command = self.lost_answer = ""
         """What begins so is lost on its way, every time."""
@@ -82,7 +82,7 @@ class FicsRig:
         return self.plant.robots()[0]
 
     @property
-    def machine(self) -> FicsLine:
+    def machine(self) -> SimulatedFics:
         return self.cable.machine
 
     @property
@@ -155,7 +155,7 @@ async def fics_rig(
     mode: int = 3,
     baud: int | None = None,
     settings: LineSettings | None = None,
-    prepare: Callable[[FicsLine], object] = lambda _: None,
+    prepare: Callable[[SimulatedFics], object] = lambda _: None,
     options: str = "",
     seed: int = 0,
 ) -> AsyncIterator[FicsRig]:

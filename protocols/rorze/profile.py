@@ -256,10 +256,6 @@ class Profile:
         curve = Curve((now,)).along([Leg(now.position, parameters.low, None, parameters)])
         return self._ending(at_s, curve, floor(curve.phases[-1].position))
 
-    def stopped(self, at_s: float) -> "Profile":
-        """The move ending now, without another pulse."""
-        return self._ending(at_s, Curve((self.curve.at(at_s),)), self.emitted(at_s))
-
     def _ending(self, at_s: float, curve: Curve, distance: int) -> "Profile":
         no_sooner = self.distance is not None and distance >= self.distance
         if self.ended(at_s) or (no_sooner and self.braking(at_s)):

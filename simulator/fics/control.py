@@ -10,11 +10,11 @@ from pydantic import Field
 from protocols.fics.link import Terminator
 from protocols.fics.status import MotionMode
 from protocols.lines import CR
-from simulator.control import Hold, Plant, Power, Strict, add_faults, add_truth
+from simulator.control import Hold, Power, Strict, Touchable, add_faults, add_truth
 from simulator.fics.alarms import connection_lost, driver_error, emergency, system_error, timed_out
 from simulator.fics.axes import Motor, Sensor
-from simulator.fics.dpram_port import DpramPort, Tears
-from simulator.fics.line import FicsLine
+from simulator.fics.dpram_port import SimulatedDpram, Tears
+from simulator.fics.line import SimulatedFics
 from simulator.fics.robot import Robot
 from simulator.fics.units import Unit
 
@@ -146,16 +146,16 @@ ChannelNumber = Annotated[int, Path(ge=1)]
 
 
 # All routes are coroutines: they run on the event loop's thread, as the machine does.
-def create_control(line: FicsLine, plant: Plant) -> FastAPI:
+def create_control(line: SimulatedFics, port: Touchable) -> FastAPI:
     """Build the interface to a Fics that runs in this event loop."""
     app = FastAPI(title="Simulated Fics", docs_url=None, redoc_url=None)
-    control = _Control(line, plant)
+    control = _Control(line, port)
     _add_system(app, control)
     _add_terminal(app, control)
     _add_drivers(app, control)
     _add_line(app, control)
-    if isinstance(plant, DpramPort):
-        _add_dpram(app, plant)
+    if isinstance(port, SimulatedDpram):
+        _add_dpram(app, port)
     add_faults(app, line.faults)
     add_truth(app, line.truth)
     return app
@@ -164,10 +164,10 @@ def create_control(line: FicsLine, plant: Plant) -> FastAPI:
 class _Control:
     """The machine and the way to touch it while it runs."""
 
-    def __init__(self, line: FicsLine, plant: Plant) -> None:
+    def __init__(self, line: SimulatedFics, port: Touchable) -> None:
         self.line = line
         self.robot = line.robot
-        self.plant = plant
+        self.port = port
 
     def change(self, deed: Callable[[float], object]) -> SystemState:
         """Do something to the system, let follow what follows, and tell how it is then."""
@@ -178,7 +178,7 @@ class _Control:
             self.line.look_after(now)
             return self._state(now)
 
-        return self.plant.touch(act)
+        return self.port.touch(act)
 
     def _state(self, now: float) -> SystemState:
         robot, job = self.robot, self.robot.job
@@ -220,7 +220,7 @@ class _Control:
             self.line.look_after(now)
             return _unit_state(unit, now)
 
-        return self.plant.touch(tell)
+        return self.port.touch(tell)
 
 
 def _unit_state(unit: Unit, now: float) -> UnitState:
@@ -370,7 +370,7 @@ def _add_line(app: FastAPI, control: _Control) -> None:
         return await get_line()
 
 
-def _add_dpram(app: FastAPI, port: DpramPort) -> None:
+def _add_dpram(app: FastAPI, port: SimulatedDpram) -> None:
     @app.get("/dpram")
     async def get_dpram() -> DpramState:
         """Tell the flags of the dual-port RAM, and what is switched on there."""

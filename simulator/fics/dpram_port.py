@@ -33,7 +33,7 @@ class Tears:
     delay_s: float = 0.002
 
 
-class DpramPort(Port):
+class SimulatedDpram(Port):
     """A dual-port RAM; programs come and go at its host side, it stays until `aclose`."""
 
     def __init__(self, clockwork: Clockwork, path: Path, ram: mmap.mmap) -> None:
@@ -119,7 +119,7 @@ class DpramPort(Port):
         self._timer = self._loop.call_soon(self._turn)
 
 
-def serve_dpram(machine: Machine, path: Path) -> DpramPort:
+def serve_dpram(machine: Machine, path: Path) -> SimulatedDpram:
     """Put a machine behind a new dual-port RAM in a file at `path`, both sides empty.
 
     A file of an earlier run is replaced, so that a program at its host side sees that the RAM has gone.
@@ -136,4 +136,4 @@ def serve_dpram(machine: Machine, path: Path) -> DpramPort:
     with fresh.open("r+b") as file:
         ram = mmap.mmap(file.fileno(), SIZE)
     fresh.replace(path)
-    return DpramPort(Clockwork(machine), path, ram)
+    return SimulatedDpram(Clockwork(machine), path, ram)

@@ -9,7 +9,7 @@ from simulator.fics.course import Route, Span, Stroke, stroke
 PLUS, MINUS = 1.0, -1.0
 
 
-class NotFound(Exception):
+class OriginNotFound(Exception):
     """The origin sensor never answered."""
 
     def __init__(self, motor: Motor) -> None:
@@ -55,7 +55,7 @@ class Search:
 
         A limit sensor that it does not look for ends it as any move.
 
-        :raises NotFound: the sensor never answers.
+        :raises OriginNotFound: the sensor never answers.
         """
         motor = self._motor
         motor.homed = False
@@ -91,7 +91,7 @@ class Search:
             world = motor.world
             end = (world.plus_limit if direction > 0 else world.minus_limit) - motor.zero
             yield self._leg(end, speed, now, Sensor.MINUS_LIMIT)
-            raise NotFound(motor)
+            raise OriginNotFound(motor)
         return now
 
     def _edge(self, sensor: Sensor) -> float:

@@ -25,7 +25,7 @@ class LineSettings:
     """Ends every line to the host."""
 
 
-class FicsLine:
+class SimulatedFics:
     """Bytes and the time in, bytes out; nothing happens but in a call."""
 
     def __init__(
@@ -126,7 +126,7 @@ def build_line(
     truth: TruthLog | None = None,
     settings: LineSettings | None = None,
     seed: int = 0,
-) -> FicsLine:
+) -> SimulatedFics:
     """Build a Fics that was just powered on; the seed is the faults'."""
     truth = truth or TruthLog()
-    return FicsLine(Robot(layout, truth), truth, Faults(Random(seed)), settings)  # noqa: S311  # dice of a simulation
+    return SimulatedFics(Robot(layout, truth), truth, Faults(Random(seed)), settings)  # noqa: S311  # dice of a simulation

@@ -11,6 +11,7 @@ from protocols.fics.link import LONGEST_LINE
 from protocols.fics.row import Block, FicsCommand
 from protocols.fics.status import MotionMode
 from protocols.fics.stops import StopAllDecelerating
+from protocols.fics.system import HostMode
 from protocols.fics.variables import LAST_VARIABLE
 from protocols.table import Reply
 from simulator.fics.actions import (
@@ -37,12 +38,10 @@ from simulator.fics.alarms import (
     timed_out,
 )
 from simulator.fics.course import Course, Overrun
-from simulator.fics.homing import NotFound
+from simulator.fics.homing import OriginNotFound
 from simulator.fics.layout import Layout
 from simulator.fics.units import Unit
 from simulator.truth import TruthLog
-
-VER_2, VER_3 = 2, 3
 
 SYSTEM = 0
 """Stands for the whole system where the truth log tells of a unit."""
@@ -105,10 +104,6 @@ class Robot:
         self.inputs = [0] * layout.channels
         self.outputs = [0] * layout.channels
         self.variables = [0.0] * (LAST_VARIABLE + 1)
-        self.terminal: MotionMode | None = None
-        """What is run from the teaching terminal; automatic operation runs a program, as a macro does."""
-        self.editing = False
-        """Data or parameters are being edited at the teaching terminal."""
         self.stop_input = False
         """The stop input of the system is active."""
         self._now = -inf
@@ -121,10 +116,14 @@ class Robot:
 
     def boot(self) -> None:
         """Be as after power-on: Ver.2 mode, unit 1, nothing wrong."""
-        self.mode = VER_2
+        self.mode: int = HostMode.VER_2
         self.host_unit = self.fics_unit = 1
         self.upload: int | None = None
         """The number the next POS gets, between POF 1 and POF 2."""
+        self.terminal: MotionMode | None = None
+        """What is run from the teaching terminal; automatic operation runs a program, as a macro does."""
+        self.editing = False
+        """Data or parameters are being edited at the teaching terminal."""
         self.job: Job | None = None
         self.braking: Braking | None = None
         self.refusal = Code.NONE
@@ -158,10 +157,10 @@ class Robot:
             answers = self._do(name, arguments, now)
         except Refused as refused:
             self.refusal = refused.code
-            answers = [f"{name} {refused}"] if self.mode == VER_3 else []
+            answers = [f"{name} {refused}"] if self.mode == HostMode.VER_3 else []
         except Alarmed as alarmed:
             self.raise_alarm(alarmed.alarm, now)
-            answers = [f"{name} {alarmed}"] if self.mode == VER_3 else []
+            answers = [f"{name} {alarmed}"] if self.mode == HostMode.VER_3 else []
         self.truth.log("command", now, self.host_unit, text=f"{name} {arguments}".rstrip(), answers=answers)
         return answers
 
@@ -227,7 +226,7 @@ class Robot:
             return [f"{command.answered_as or name} {outcome.written()}"]
         if isinstance(outcome, list):
             return [*(f"{command.answered_as} {item.written()}" for item in outcome), command.ends_with]
-        return [name] if self.mode == VER_3 else []
+        return [name] if self.mode == HostMode.VER_3 else []
 
     # What takes time
 
@@ -254,7 +253,8 @@ class Robot:
         return messages
 
     def brake(self, now: float) -> Outcome:
-        """Ramp everything down and end it (ASS)."""
+        """Ramp everything down and end it (ASS); what the terminal runs is imagined, and ends at once."""
+        self.terminal = None
         if self.job is None:
             return None
         self.braking = Braking(self.truth.request)
@@ -291,7 +291,7 @@ class Robot:
                 overrun.motor.driver_error = OVERRUN
                 unit, motor = self.error_unit(course.unit), overrun.motor
                 raise Alarmed(driver_error(unit, motor.name, OVERRUN, overrun.sensor)) from None
-            except NotFound:
+            except OriginNotFound:
                 raise Alarmed(timed_out(HOMING_PROGRAM)) from None
 
     def _go_on(self, job: Job, resume: Callable[[], Wait], now: float) -> None:
@@ -334,7 +334,7 @@ class Robot:
             course.halt(now)
 
     def _say(self, text: str, request: int | None, now: float) -> None:
-        if self.mode == VER_3:
+        if self.mode == HostMode.VER_3:
             self._messages.append(Message(now, text, request))
 
     def _log(self, kind: str, job: Job, now: float, **facts: object) -> None:
@@ -347,6 +347,7 @@ class Robot:
     def raise_alarm(self, alarm: Alarm, now: float) -> None:
         """Let an error of the system stand; it ends whatever moves."""
         self.alarm, self.latest = alarm, alarm.detail
+        self.terminal = None
         self.truth.log("alarm", now, SYSTEM, code=alarm.code, detail=alarm.detail.written())
         job = self.job
         if job is not None:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from fastapi import FastAPI, HTTPException, Path
 from pydantic import Field
 
-from simulator.control import Hold, Plant, Power, Strict, add_faults, add_truth
+from simulator.control import Hold, Power, Strict, Touchable, add_faults, add_truth
 from simulator.rorze.controller import Rc420
 from simulator.rorze.line import Rc400Line
 from simulator.rorze.rc400 import LinkSettings
@@ -61,6 +61,7 @@ class Mechanics(Strict):
     cw_limit: Stretch | None = None
     ccw_limit: Stretch | None = None
     slits: Disc | None = None
+    encoder: float | None = Field(default=None, gt=0, description="Motor pulses to a line of the encoder.")
     slipped: int | None = Field(default=None, description="Pulses the motor did not follow, CW positive.")
 
 
@@ -109,17 +110,17 @@ InputNumber = Annotated[int, Path(ge=0, lt=INPUTS)]
 
 
 # All routes are coroutines: they run on the event loop's thread, as the machine does.
-def create_control(line: Rc400Line, plant: Plant) -> FastAPI:
+def create_control(line: Rc400Line, port: Touchable) -> FastAPI:
     """Build the interface to a line that runs in this event loop."""
     app = FastAPI(title="Simulated RC-400 line", docs_url=None, redoc_url=None)
-    _add_bodies(app, line, plant)
-    _add_link(app, line, plant)
+    _add_bodies(app, line, port)
+    _add_link(app, line, port)
     add_faults(app, line.faults)
     add_truth(app, line.truth)
     return app
 
 
-def _add_bodies(app: FastAPI, line: Rc400Line, plant: Plant) -> None:
+def _add_bodies(app: FastAPI, line: Rc400Line, port: Touchable) -> None:
     def change(body_id: str, deed: Callable[[Rc420], None]) -> BodyState:
         axis = _axis(line, body_id)
 
@@ -130,25 +131,25 @@ def _add_bodies(app: FastAPI, line: Rc400Line, plant: Plant) -> None:
             line.look_after(axis.body)
             return _state(axis, now)
 
-        return plant.touch(act)
+        return port.touch(act)
 
     @app.get("/bodies")
     async def list_bodies() -> list[BodyState]:
         """Tell the state of every controller."""
-        return plant.touch(lambda now: [_state(axis, now) for axis in line.axes.values()])
+        return port.touch(lambda now: [_state(axis, now) for axis in line.axes.values()])
 
     @app.get("/bodies/{body_id}")
     async def get_body(body_id: BodyId) -> BodyState:
         """Tell the state of a controller."""
         axis = _axis(line, body_id)
-        return plant.touch(lambda now: _state(axis, now))
+        return port.touch(lambda now: _state(axis, now))
 
     @app.put("/bodies/{body_id}/power")
     async def switch_body(body_id: BodyId, power: Power) -> BodyState:
         """Cut or restore the power of a controller."""
         axis = _axis(line, body_id)
-        plant.touch(lambda now: line.switch_body(axis.body, power.on, now))
-        return plant.touch(lambda now: _state(axis, now))
+        port.touch(lambda now: line.switch_body(axis.body, power.on, now))
+        return port.touch(lambda now: _state(axis, now))
 
     @app.put("/bodies/{body_id}/sensors/{sensor}")
     async def hold_sensor(body_id: BodyId, sensor: SensorName, hold: Hold) -> BodyState:
@@ -169,10 +170,10 @@ def _add_bodies(app: FastAPI, line: Rc400Line, plant: Plant) -> None:
     async def send_message(body_id: BodyId, message: ProgramMessage) -> None:
         """Send a text as a user program would; it reaches the host only after XID."""
         body = _axis(line, body_id).body
-        plant.touch(lambda now: line.send_program_message(body, message.text, now))
+        port.touch(lambda now: line.send_program_message(body, message.text, now))
 
 
-def _add_link(app: FastAPI, line: Rc400Line, plant: Plant) -> None:
+def _add_link(app: FastAPI, line: Rc400Line, port: Touchable) -> None:
     @app.get("/link")
     async def get_link() -> LinkState:
         """Tell the state of the link master."""
@@ -181,7 +182,7 @@ def _add_link(app: FastAPI, line: Rc400Line, plant: Plant) -> None:
     @app.put("/link/power")
     async def switch_link(power: Power) -> LinkState:
         """Cut or restore the power of the link master; the controllers keep theirs."""
-        plant.touch(line.power_on if power.on else line.power_off)
+        port.touch(line.power_on if power.on else line.power_off)
         return _link_state(line)
 
     @app.patch("/link/settings")
@@ -220,6 +221,8 @@ def _mount(axis: Rc420, mechanics: Mechanics) -> None:
         world.ccw_limit = Span(mechanics.ccw_limit.first, mechanics.ccw_limit.last)
     if mechanics.slits is not None:
         world.slits = Slits(mechanics.slits.phase, mechanics.slits.period)
+    if mechanics.encoder is not None:
+        world.encoder = mechanics.encoder
     if mechanics.slipped is not None:
         world.slipped = mechanics.slipped
 
@@ -242,6 +245,7 @@ def _state(axis: Rc420, now: float) -> BodyState:
             cw_limit=Stretch(**world.cw_limit._asdict()),
             ccw_limit=Stretch(**world.ccw_limit._asdict()),
             slits=Disc(**world.slits._asdict()),
+            encoder=world.encoder,
             slipped=world.slipped,
         ),
     )

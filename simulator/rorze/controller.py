@@ -1,7 +1,10 @@
 """One RC-420: a pure state machine that takes commands and the time, and moves an imaginary motor."""
 
 from dataclasses import dataclass
+from enum import Enum, auto
+from math import floor
 
+from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.link import MoveEnded, StatusChanged
 from protocols.rorze.profile import SpeedChange
 from protocols.table import Retry
@@ -19,7 +22,8 @@ from simulator.rorze.motor import (
     Motor,
     Task,
 )
-from simulator.rorze.settings import FARTHEST, Flash, Settings
+from simulator.rorze.program_memory import Memories
+from simulator.rorze.settings import AXES, FARTHEST, Flash, Settings
 from simulator.rorze.world import CW, EMS, STALL, World
 from simulator.truth import TruthLog
 
@@ -42,6 +46,13 @@ _END_ERRORS = {
     STALL_CAUSE: (STALL_ERROR, "stall"),
 }
 """What an end cause does to the controller status, and the error output it drives (CES)."""
+
+
+class StallFinder(Enum):
+    """What has found that the motor does not follow its pulses."""
+
+    SENSOR = auto()
+    ENCODER = auto()
 
 
 def held(count: int) -> int:
@@ -88,13 +99,18 @@ class Rc420:
         self.settings: Settings = self.flash.settings
         self.positions = list(self.flash.positions)
         self.program = self.flash.program
+        self.next_program_address = 0
+        self.memories = Memories()
         self.status = 0
         self.end_cause = 0
-        self.stalled = False
+        self.stalls: set[StallFinder] = set()
+        """Whoever has found a step-out that has not been cleared."""
         self.stop_speed_set: int | None = None
         self.search_travel = 0
         self.speed_changes: dict[int, dict[int, SpeedChange]] = {}
         self.stall_centre: int | None = None
+        self.paths: dict[int, dict[int, PathPoint]] = {}
+        self.start_positions = [0] * AXES
         self._zero = self.motor.pulses(now)
         self._encoder_zero: float = self._shaft(now)
         self._messages: list[Message] = []
@@ -124,12 +140,14 @@ class Rc420:
         return response
 
     def _do(self, text: str, now: float) -> tuple[Response, bool]:
-        """The response, and whether anything but reading was done."""
+        """The response, and whether anything but reading was done; a refused command leaves the settings."""
+        settings = self.settings
         try:
             order = understand(text)
             self._check(order)
             outcome = order.act(self, order.command, now)
         except Refused as refusal:
+            self.settings = settings
             self.status |= COMMAND_ERROR
             return Response(f"@{refusal.code:02X}"), True
         changed = order.command.retry is not Retry.READ
@@ -176,10 +194,14 @@ class Rc420:
     def _happen(self, now: float) -> None:
         self._look(now)
         self.io.advance(now)
-        train = self.motor.train
-        if train is not None and not train.running(now):
-            self.motor.leg_over(now)
+        self._go_on(now)
         self._settle(now)
+
+    def _go_on(self, now: float) -> None:
+        """Let the motor go on, if its leg or its pause is over."""
+        train, pause = self.motor.train, self.motor.pause
+        if (train is not None and not train.running(now)) or (pause is not None and pause.until <= now):
+            self.motor.leg_over(now)
 
     def _look(self, now: float) -> None:
         """Show the ports what the sensors see, and watch stalling and range while moving."""
@@ -195,7 +217,9 @@ class Rc420:
         self._wake = min(moments, default=None)
 
     def _motor_wakes(self, now: float) -> float | None:
-        """The end of the leg, or the next pulse on the way at which there is something to see."""
+        """The end of the leg or pause, or the next pulse on the way at which there is something to see."""
+        if self.motor.pause is not None:
+            return self.motor.pause.until
         train = self.motor.train
         if train is None:
             return None
@@ -206,9 +230,10 @@ class Rc420:
         return min((at for at in (seen_at, train.ends_at) if at is not None), default=None)
 
     def _places_ahead(self, here: int, direction: Direction) -> list[int]:
-        """Pulse counts ahead at which a sensor changes, the range is left, or stalling is looked for."""
+        """Pulse counts ahead at which a sensor changes, the range is left, or stalling may be found."""
         places = [self.world.next_edge(here, direction), *self._stall_checks(here)]
         places += [self._range_exit(direction), self._zero + direction * FARTHEST]
+        places.append(self._step_out(here, direction))
         return [place for place in places if place is not None and (place - here) * direction > 0]
 
     def _range_exit(self, direction: Direction) -> int:
@@ -251,12 +276,46 @@ class Rc420:
         return before - half, before, before + half
 
     def _check_stall(self, pulses: int, now: float) -> None:
-        watched = self.motor.moving and not self.motor.searching
-        if not watched or self.stall_centre is None or pulses not in self._stall_checks(pulses):
+        """In a move, but in no origin search: for the encoder that is an assumption."""
+        if self.motor.train is None or self.motor.searching:
             return
-        covered = (pulses - self.stall_centre) // (self.settings.stall_interval // 2) % 2 == 0
-        if self.sees(STALL) != covered:
+        if self._slit_missed(pulses):
+            self.stalls.add(StallFinder.SENSOR)
             self.motor.stop(STALL_CAUSE, now)
+        elif self.settings.encoder_stall_detection and self._stepped_out(self._lag(pulses)):
+            self.stalls.add(StallFinder.ENCODER)
+            self.motor.stop(STALL_CAUSE, now)
+
+    def _slit_missed(self, pulses: int) -> bool:
+        """Whether the STALL sensor is not as it should be where it is compared."""
+        if self.stall_centre is None or pulses not in self._stall_checks(pulses):
+            return False
+        covered = (pulses - self.stall_centre) // (self.settings.stall_interval // 2) % 2 == 0
+        return self.sees(STALL) != covered
+
+    def _lag(self, pulses: int) -> float:
+        """By how many pulses the encoder is behind (13.7.4).
+
+        The two counters are compared as 6PS and 6ES have left them, the encoder's to a fraction of a count:
+        assumptions.
+        """
+        return pulses - self._zero - self._counts(self.world.shaft(pulses)) * self.settings.encoder_ratio
+
+    def _step_out(self, here: int, direction: Direction) -> int | None:
+        """The first pulse count ahead at which the encoder is too far behind or ahead."""
+        if not self.settings.encoder_stall_detection:
+            return None
+        lag = direction * self._lag(here)
+        growth = 1 - self.settings.encoder_ratio / self._pulses_per_count
+        if self._stepped_out(lag):
+            return here + direction
+        if growth == 0:
+            return None
+        left = self.settings.encoder_tolerance - (lag if growth > 0 else -lag)
+        return here + direction * (floor(left / abs(growth)) + 1)
+
+    def _stepped_out(self, lag: float) -> bool:
+        return abs(lag) > self.settings.encoder_tolerance
 
     # Counters
 
@@ -270,9 +329,23 @@ class Rc420:
         """The position in output pulses, whatever the operating mode."""
         return held(self.motor.pulses(now) - self._zero)
 
+    @property
+    def _pulses_per_count(self) -> float:
+        return self.world.encoder / self.settings.encoder_multiplier
+
+    def _counts(self, shaft: int) -> float:
+        return (shaft - self._encoder_zero) / self._pulses_per_count
+
     def encoder(self, now: float) -> int:
         """The encoder counter."""
-        return held(round((self._shaft(now) - self._encoder_zero) / self.settings.encoder_ratio))
+        return held(round(self._counts(self._shaft(now))))
+
+    def pulses_to_count(self, count: int, now: float) -> int:
+        """The pulses that bring the encoder counter there, CW positive; 0 only if it is there."""
+        if self.encoder(now) == count:
+            return 0
+        missing = (count - self._counts(self._shaft(now))) * self._pulses_per_count
+        return round(missing) or (1 if missing > 0 else -1)
 
     def encoder_in_pulses(self, now: float) -> int:
         """The encoder counter converted to output pulses (6MD)."""
@@ -288,7 +361,7 @@ class Rc420:
 
     def set_encoder(self, count: int, now: float) -> None:
         """Call the present encoder count this."""
-        self._encoder_zero = self._shaft(now) - count * self.settings.encoder_ratio
+        self._encoder_zero = self._shaft(now) - count * self._pulses_per_count
 
     def set_origin(self, begun: int, centred: bool, now: float) -> None:
         """Call this place 0, found from `begun` pulses; `centred` says it is the middle of a slit (0QM)."""
@@ -297,7 +370,7 @@ class Rc420:
         self.stall_centre = here if centred else None
         self.set_pulse_position(0, now)
         self.set_encoder(0, now)
-        self.clear_stall()
+        self.clear_stalls(*StallFinder)
 
     def _shaft(self, now: float) -> int:
         return self.world.shaft(self.motor.pulses(now))
@@ -313,14 +386,14 @@ class Rc420:
         """The controller status with its live bit 0."""
         return self.status | (PULSES_RUNNING if self.motor.moving else 0)
 
-    def clear_stall(self) -> None:
-        """End the STALL error: after an origin search, or by QRS and PRS."""
-        self.stalled = False
-        self.status &= ~STALL_ERROR
+    def clear_stalls(self, *finders: StallFinder) -> None:
+        """End the STALL errors of these finders: after an origin search, or by QRS and PRS."""
+        self.stalls.difference_update(finders)
+        if not self.stalls:
+            self.status &= ~STALL_ERROR
 
     def _move_ended(self, code: str, cause: int, now: float) -> None:
         self.end_cause = cause
-        self.stalled |= cause == STALL_CAUSE
         error, output = _END_ERRORS.get(cause, (0, ""))
         self.status |= error
         self.io.move_ended(output, now)

@@ -57,10 +57,6 @@ class PulseTrain:
             return earliest
         return first_moment(lambda now: self.emitted(now) >= pulses, earliest, latest)
 
-    def stop_now(self, now: float) -> None:
-        """End at once, without a ramp: 5IS (RC-420 manual 14.5)."""
-        self.profile = self.profile.stopped(now)
-
     def decelerate_to_stop(self, now: float, parameters: SpeedParameters | None = None) -> None:
         """Ramp down to OL and end: 5SS, with the parameters set by 5MS or else the move's own (14.5)."""
         self.profile = self.profile.braked(now, parameters or self.profile.deceleration)

@@ -33,6 +33,12 @@ class Leg(NamedTuple):
     ramp: bool = False
 
 
+class Pause(NamedTuple):
+    """A stretch of a move without pulses, up to this moment."""
+
+    until: float
+
+
 class Halted(Exception):
     """Thrown into a move, or by it, when it cannot go on; `cause` is what 9MD is to tell."""
 
@@ -41,7 +47,7 @@ class Halted(Exception):
         self.cause = cause
 
 
-Task = Generator[Leg, float, None]
+Task = Generator[Leg | Pause, float, None]
 """A move: it yields its legs, each answered with the moment it ended; Halted is thrown in at a limit."""
 
 
@@ -70,6 +76,7 @@ class Motor:
         self._sees = sees
         self._ended = ended
         self.train: PulseTrain | None = None
+        self.pause: Pause | None = None
         self.code = ""
         self._given = 0
         self._task: Task | None = None
@@ -78,8 +85,8 @@ class Motor:
 
     @property
     def moving(self) -> bool:
-        """Whether a move is under way."""
-        return self.train is not None
+        """Whether a move is under way, its pauses included."""
+        return self.train is not None or self.pause is not None
 
     @property
     def searching(self) -> bool:
@@ -105,7 +112,7 @@ class Motor:
             self._halted(limit_cause(edge.sensor), now)
 
     def leg_over(self, now: float) -> None:
-        """Go on after the last pulse of a leg; one that a stop command shortened ends the move."""
+        """Go on after a leg's last pulse, or a pause; a leg that a stop command shortened ends the move."""
         self._cut(now, "stop" if self._stopping else "done")
         if self._stopping:
             self._end(STOP_CAUSE, now)
@@ -115,13 +122,15 @@ class Motor:
 
     def stop(self, cause: int, now: float) -> None:
         """End the move at this pulse."""
-        if self.train is not None:
+        if self.moving:
             self._cut(now, "halt")
             self._end(cause, now)
 
     def decelerate(self, parameters: SpeedParameters | None, now: float) -> None:
         """End the move after a ramp (5SS); `parameters` of None are those of its own deceleration."""
-        if self.train is not None:
+        if self.pause is not None:
+            self.stop(STOP_CAUSE, now)
+        elif self.train is not None:
             self._stopping = True
             self.train.decelerate_to_stop(now, parameters)
             if not self.train.running(now):
@@ -129,7 +138,7 @@ class Motor:
 
     def cut_power(self, now: float) -> None:
         """Stop where it is, without a report."""
-        if self.train is not None:
+        if self.moving:
             self._cut(now, "power")
             self._task = None
 
@@ -150,8 +159,8 @@ class Motor:
         else:
             self._go_on(lambda: task.throw(Halted(cause)), now)
 
-    def _go_on(self, resume: Callable[[], Leg], now: float) -> None:
-        """Run the move to its next leg that takes time."""
+    def _go_on(self, resume: Callable[[], Leg | Pause], now: float) -> None:
+        """Run the move to its next leg that takes time, or its next pause."""
         try:
             leg = resume()
         except StopIteration:
@@ -159,7 +168,10 @@ class Motor:
         except Halted as halted:
             self._end(halted.cause, now)
         else:
-            self._begin(leg, now)
+            if isinstance(leg, Pause):
+                self.pause = leg
+            else:
+                self._begin(leg, now)
 
     def _begin(self, leg: Leg, now: float) -> None:
         """Start a leg; one that has nothing to do is over at once."""
@@ -176,7 +188,10 @@ class Motor:
             self.leg_over(now)
 
     def _cut(self, now: float, why: str) -> None:
-        """Book the pulses of the leg that is over."""
+        """Book the pulses of the leg that is over; a pause has none."""
+        if self.pause is not None:
+            self.pause = None
+            return
         self._given = self.pulses(now)
         self.train = self._leg = None
         self._truth.log("pulses_stop", now, self._body, code=self.code, at=self._given, why=why)

@@ -1,22 +1,22 @@
 """The RC-400 link master: the host's line on one side, its RC-420s on the other, a pure state machine."""
 
-import heapq
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from math import inf
 from random import Random
-from typing import Generic, Literal, NamedTuple, Protocol, TypeVar
+from typing import Generic, Literal, Protocol, TypeVar
 
-from protocols.rorze.link import CR, MoveEnded, Request, RequestReader, StatusChanged
+from protocols.rorze.link import MoveEnded, Request, RequestReader, StatusChanged
 from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
 from protocols.rorze.row import EVENT, LINK_MASTER, MOVE_ENDED
 from protocols.table import WireFault
-from simulator.faults import Direction, Fault, Faults
+from simulator.faults import Faults
 from simulator.rorze.actions import BAD_PARAMETER, CODE_LENGTH, UNKNOWN_CODE
 from simulator.rorze.controller import Message, Response
 from simulator.truth import TruthLog
+from simulator.wire import Wire
 
 TOO_LONG, BUSY = 0x23, 0x4C
 
@@ -72,14 +72,6 @@ class Axis(Protocol):
         """Give it power again."""
 
 
-class _Due(NamedTuple):
-    """Something that will happen; what is due at the same time happens in the order it was planned."""
-
-    at: float
-    order: int
-    happen: Callable[[float], None]
-
-
 A = TypeVar("A", bound=Axis)
 
 
@@ -101,14 +93,15 @@ class Rc400(Generic[A]):
         self.truth = truth
         self.faults = faults or Faults(Random(0))  # noqa: S311  # dice of a simulation
         self.settings = settings or LinkSettings()
-        self.requests = 0
-        """How many frames the host has sent."""
-        self.powered = False
+        self._wire = Wire(self._hear, truth, self.faults, LINK_MASTER, LONGEST_FRAME)
         self._now = -inf
-        self._planned = 0
         self._wakes = {body: at for body, axis in self.axes.items() if (at := axis.wake_at()) is not None}
-        self._output = bytearray()
         self._boot()
+
+    @property
+    def requests(self) -> int:
+        """How many frames the host has sent."""
+        return self._wire.requests
 
     # Power
 
@@ -118,19 +111,16 @@ class Rc400(Generic[A]):
         self._move_ends_on = False
         self._groups: dict[int, list[int]] = {}
         self._reader = RequestReader()
-        self._arriving = b""
-        self._agenda: list[_Due] = []
-        self._line_free = dict.fromkeys(Direction, -inf)
         self._unanswered = 0
         self.powered = True
 
     def power_off(self, now: float) -> None:
         """Cut the power of the link master; the RC-420s keep theirs, and their moves go on."""
         self._advance(now)
-        self._agenda.clear()
-        self._output.clear()
-        self.powered = False
-        self.truth.log("power", self._now, LINK_MASTER, on=False)
+        if self.powered:
+            self._wire.clear()
+            self.powered = False
+            self.truth.log("power", self._now, LINK_MASTER, on=False)
 
     def power_on(self, now: float) -> None:
         """Give the link master power again."""
@@ -153,23 +143,13 @@ class Rc400(Generic[A]):
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes from the host."""
         self._advance(now)
-        if not self.powered:
-            return
-        *ends, self._arriving = (self._arriving + data).split(CR)
-        frames = [end + CR for end in ends]
-        if len(self._arriving) > LONGEST_FRAME:
-            frames.append(self._arriving)
-            self._arriving = b""
-        for frame in frames:
-            self.requests += 1
-            self._travel(frame, Direction.REQUESTS, self.requests, self._now)
+        if self.powered:
+            self._wire.receive(data, self._now)
 
     def take_output(self, now: float) -> bytes:
         """Give the bytes that have left for the host by now."""
         self._advance(now)
-        output = bytes(self._output)
-        self._output.clear()
-        return output
+        return self._wire.take_output()
 
     def wake_at(self) -> float | None:
         """The next moment at which something happens by itself."""
@@ -185,8 +165,7 @@ class Rc400(Generic[A]):
     # Time
 
     def _next(self) -> float:
-        wake = min(self._wakes.values()) if self._wakes else inf
-        return min(wake, self._agenda[0].at) if self._agenda else wake
+        return min(self._wire.next_at(), min(self._wakes.values(), default=inf))
 
     def _advance(self, now: float) -> None:
         """Let everything happen that is due, in the order of time; a time gone by already counts as now."""
@@ -197,55 +176,11 @@ class Rc400(Generic[A]):
             if woken:
                 self.look_after(*woken)
             else:
-                heapq.heappop(self._agenda).happen(at)
+                self._wire.step()
         self._now = max(self._now, now)
 
-    def _plan(self, at: float, now: float, happen: Callable[[float], None]) -> None:
-        """Do it at its time, which may be now."""
-        if at <= now:
-            happen(now)
-        else:
-            self._planned += 1
-            heapq.heappush(self._agenda, _Due(at, self._planned, happen))
-
-    # The line, both ways
-
-    def _travel(self, frame: bytes, direction: Direction, request: int | None, now: float) -> None:
-        """Send a frame on its way through the faults."""
-        flights, hits = self.faults.distort(frame, direction, now)
-        self._log_frame(frame, direction, request, now, hits)
-        for flight in flights:
-            arrive = partial(self._enter_line, direction, request, flight.pieces, flight.gap_s)
-            self._plan(now + flight.delay_s, now, arrive)
-
-    def _log_frame(
-        self, frame: bytes, direction: Direction, request: int | None, now: float, hits: Mapping[Fault, float]
-    ) -> None:
-        kind = "request" if direction is Direction.REQUESTS else "reply" if request else "message"
-        self.truth.request = request
-        text = frame.strip(b"\r\n").decode("ascii", "backslashreplace")
-        if hits:
-            self.truth.log(kind, now, LINK_MASTER, frame=text, faults=dict(hits))
-        else:
-            self.truth.log(kind, now, LINK_MASTER, frame=text)
-        self.truth.request = None
-
-    def _enter_line(
-        self, direction: Direction, request: int | None, pieces: tuple[bytes, ...], gap_s: float, now: float
-    ) -> None:
-        """Deliver the pieces; one frame never comes between the pieces of another."""
-        deliver = self._hear if direction is Direction.REQUESTS else self._put_out
-        start = max(now, self._line_free[direction])
-        for place, piece in enumerate(pieces):
-            at = start + place * gap_s
-            self._plan(at, now, partial(deliver, request, piece))
-            self._line_free[direction] = at
-
-    def _put_out(self, _request: int | None, piece: bytes, _now: float) -> None:
-        self._output += piece
-
     def _send(self, text: str, request: int | None, now: float) -> None:
-        self._travel((text + self.settings.line_end).encode("ascii"), Direction.REPLIES, request, now)
+        self._wire.send((text + self.settings.line_end).encode("ascii"), request, now)
 
     # Commands
 
@@ -268,7 +203,7 @@ class Rc400(Generic[A]):
             reply = f">{request.introducer}{address}{request.text[:CODE_LENGTH]}{answer.payload}"
             self._unanswered += 1
             leaves_at = now + self.settings.reply_delay_s + answer.delay_s
-            self._plan(leaves_at, now, partial(self._reply, reply, number))
+            self._wire.plan(leaves_at, now, partial(self._reply, reply, number))
         self.look_after(*self._members(request.body))
 
     def _reply(self, text: str, number: int | None, now: float) -> None:
@@ -375,7 +310,7 @@ class Rc400(Generic[A]):
 
     def _announce(self, text: str, at: float) -> None:
         leaves_at = at + self.settings.reply_delay_s
-        self._plan(leaves_at, max(at, self._now), partial(self._send, text, None))
+        self._wire.plan(leaves_at, max(at, self._now), partial(self._send, text, None))
 
 
 def _event(change: StatusChanged) -> str:

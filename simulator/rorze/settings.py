@@ -11,6 +11,9 @@ FARTHEST = 999_999_999
 
 POSITIONS = 2048
 
+AXES = 10
+"""Of an interpolation: 0 to 2 are those of a robot, the others are never used."""
+
 
 @dataclass(frozen=True, slots=True)
 class SpeedSet:
@@ -94,7 +97,7 @@ class Settings:
     axis_role: int = 0  # HCS
     wafer_distance: int = 1  # HFS
     interpolation: int = 1  # HTS
-    resolutions: tuple[float, ...] = (1.0,) * 10  # HZS
+    resolutions: tuple[float, ...] = (1.0,) * AXES  # HZS
     speeds: tuple[SpeedSet, ...] = field(default_factory=_speeds)  # OLS OHS OSS OAS OBS
     encoder_multiplier: int = 4  # PAS
     encoder_ratio: float = 1.0  # PBS, motor pulses an encoder count

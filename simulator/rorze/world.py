@@ -49,6 +49,9 @@ DOG, CW_END, CCW_END = Span(-1_000, -800), Span(1_000_000, 1_001_000), Span(-1_0
 DISC = Slits(-1_210, 2_048)
 """As delivered: a short way CW of the origin sensor, far from the limits, with the disc QIS expects."""
 
+ENCODER = 4.0
+"""As delivered: one count a pulse with the factory's multiplier, as the factory's ratio has it."""
+
 
 @dataclass
 class World:
@@ -62,6 +65,8 @@ class World:
     cw_limit: Span = CW_END
     ccw_limit: Span = CCW_END
     slits: Slits = DISC
+    encoder: float = ENCODER
+    """Motor pulses to a line of the encoder."""
     slipped: int = 0
     inputs: int = 0
     """Raw levels of the ten general inputs, a bit an input."""

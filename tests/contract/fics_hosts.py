@@ -10,7 +10,7 @@ from pathlib import Path
 import anyio.lowlevel
 
 from simulator.fics.dpram_port import serve_dpram
-from simulator.fics.line import FicsLine
+from simulator.fics.line import SimulatedFics
 from simulator.ports import Port, serve_pty, serve_tcp
 
 CR = b"\r"
@@ -21,7 +21,7 @@ LONGEST_MOTION_S = 600.0
 class StoppedClock:
     """A machine for which time only passes when somebody says so."""
 
-    def __init__(self, line: FicsLine) -> None:
+    def __init__(self, line: SimulatedFics) -> None:
         self.line = line
         self._now = 0.0
         self._said = b""

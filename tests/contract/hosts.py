@@ -62,10 +62,10 @@ class Host(ABC):
         self.send(frame)
         return await self.hear()
 
-    async def command(self, *texts: str) -> None:
-        """Send commands to body 3F; each must be accepted with the bare echo of its code."""
+    async def command(self, *texts: str, body: int = BODY) -> None:
+        """Send commands to a body; each must be accepted with the bare echo of its code."""
         for text in texts:
-            assert await self.ask(f"&3F{text}") == f">&3F{text[:3]}", text
+            assert await self.ask(f"&{body:02X}{text}") == f">&{body:02X}{text[:3]}", text
 
     async def play(self, dialogue: str) -> None:
         """Go through a dialogue as the manual prints it: lines with > are what must be heard next."""

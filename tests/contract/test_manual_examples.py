@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from protocols.rorze.commands import COMMANDS
-from protocols.rorze.row import LinkMasterCommand
+from protocols.rorze.row import LAST_BODY, LinkMasterCommand
 from simulator.rorze.actions import codes_acted_out
 from simulator.rorze.world import CCW_LIMIT, CW_LIMIT, EMS, ORIGIN, STALL, Span
-from tests.contract.hosts import Host, at_terminal
+from tests.contract.hosts import BODY, Host, at_terminal
 
 BODIES = (0x00, 0x02, 0x3F)
 AT_ONCE = 48
@@ -19,6 +19,7 @@ AT_ONCE = 48
 
 SPEEDS_3 = "OLSS[3],50 OHSS[3],{high} OSSS[3],{acceleration} OASS[3],50 OBSS[3],50 "
 PATTERN_3 = SPEEDS_3 + "SPSA[3],A:S[3],D:S[3] "
+ROBOT = "HTS0 HAS215000 HFS330000 HZS0,121791.045 HZS1,60000.000 HZS2,100000.000"
 USUAL_3 = PATTERN_3.format(high=50_000, acceleration=100_000)
 ENTRY_25 = "3PSP[25],50 3IS25"
 DISTANCES = USUAL_3 + "3PSP[50],700 3IS50"
@@ -76,6 +77,19 @@ async def on_the_dog_and_the_ccw_limit(host: Host) -> None:
     host.change(forced={ORIGIN: True, CCW_LIMIT: True})
 
 
+def with_the_program(*instructions: str, asked: str = "") -> Callable[[Host], Awaitable[None]]:
+    """A program in RAM, and what was asked of it before."""
+
+    async def prepare(host: Host) -> None:
+        host.line.axes[BODY].program = instructions
+        if asked:
+            await host.ask(f"&3F{asked}")
+
+    return prepare
+
+
+TS = (*("1+M50",) * 511, "*TS", "WAT5", "END")
+
 PREPARED: dict[str, str | Callable[[Host], Awaitable[None]]] = {
     "01M": "QSS1",
     "0QM": over_a_slit,
@@ -111,6 +125,15 @@ PREPARED: dict[str, str | Callable[[Host], Awaitable[None]]] = {
     "EPD-000000500,+000000500": "EPS-500,500",
     "ERDM:H01,I:H0000": stalled,
     "ESDC,I,P": "ESSC,I,P",
+    "HAD+000156000": "HAS156000",
+    "HCD1": "HCS1",
+    "HDDX:200000,Y:100000,R:50000": "HDSH[3],1,X:200000,Y:100000,R:50000",
+    "HDDCENTER": "HDSH[3],1,CENTER",
+    "HFD300000": "HFS300000",
+    "HLS0:-000010149,1:-000010000,2:-000016666": ROBOT,
+    "HPD+000083333": "HPS0,83333",
+    "HTD0": "HTS0",
+    "HZD00005000.00": "HZS1,5000.00",
     "OAD035": "OASS[12],35",
     "OAD080": "OAS80",
     "OBD035": "OBSS[12],35",
@@ -119,6 +142,10 @@ PREPARED: dict[str, str | Callable[[Host], Awaitable[None]]] = {
     "OLD00000050": "OLSS[12],50",
     "OSD00800000": "OSS800000 OSSS[12],800000",
     "PBD00200.00": "PBS200.00",
+    "PJD1": "EAS1 PJS1",
+    "PLD00001000": "EAS1 PLS1000",
+    **dict.fromkeys(("PJS", "PKD00800", "PKS", "PLS", "PTD00003", "PTS"), "EAS1"),
+    "PSD1": "PSS1",
     "QID00100": "QIS100",
     "QSD1": "QSS1",
     "SEDF5321,T8000,S5000": PATTERN_3.format(high=10_000, acceleration=28_019) + "SESA[3],2,F5321,S5000",
@@ -129,26 +156,50 @@ PREPARED: dict[str, str | Callable[[Host], Awaitable[None]]] = {
         SPEEDS_3.format(high=50_000, acceleration=77_408)
         + "OLSS[4],50 OHSS[4],50000 OSSS[4],202224 OASS[4],50 OBSS[4],50 SPSA[3],A:S[3],D:S[4]"
     ),
+    "UBD01534": with_the_program(*("1+M50",) * 1501, "WAT5"),
+    "UDD+000000099": "UDSC10,99",
+    "UDDH000000FF": "UDSD0,HFF",
+    "UED00534": with_the_program(*("1+M50",) * 535),
+    **dict.fromkeys(("UPD00511,*TS", "UPD00512,WAT5", "UWD*TS", "UWDWAT5"), with_the_program(*TS)),
+    **dict.fromkeys(("UPD00513,END", "UWDEND"), with_the_program(*TS, asked="UWD512")),
+    "UWD": with_the_program(*TS, asked="UPD513"),
 }
 """What has to be so before a reply (without its body number) can be given: commands, or a hand on the plant.
 
 The speeds behind the pulse counts of SED, SHD and SSD are not printed; these lead to them.
 """
 
+FORMS = {
+    "&01HLD0:1000,1:-2000",
+    "&01HLD0:P[100],1:P[101],2:P[102]",
+    "&02HLD",
+    "&01HLSX:200000,Y:100000",
+    "&01HLSX:P[103],Y:P[104]",
+}
+"""They show how coordinates are written; no robot of the manual stands there, or it is rounded (13.10.7)."""
+
 EXAMPLES = [
     (command, reply)
     for code, row in COMMANDS.items()
     if code in codes_acted_out() or issubclass(row, LinkMasterCommand)
     for command, reply in zip(row.example[::2], row.example[1::2], strict=True)
+    if command not in FORMS
 ]
+
+
+def bodies_for(command: str) -> tuple[int, ...]:
+    """The bodies of an example's line; the last is prepared."""
+    body = int(command[1:3], 16)
+    return (body,) if body <= LAST_BODY else BODIES
 
 
 async def heard_after(path: Path, command: str, reply: str) -> bytes:
     """Every byte that a new line answers, once it has been prepared."""
-    async with at_terminal(path, BODIES) as host:
+    bodies = bodies_for(command)
+    async with at_terminal(path, bodies) as host:
         preparation = PREPARED.get(reply[4:], "")
         if isinstance(preparation, str):
-            await host.command(*preparation.split())
+            await host.command(*preparation.split(), body=bodies[-1])
         else:
             await preparation(host)
         host.send(command)

@@ -6,25 +6,32 @@ from protocols.rorze.commands import COMMANDS
 from protocols.rorze.row import LinkMasterCommand
 from tests.contract.hosts import ClockHost
 
-ENCODER = "PAD PAS PED PES PJD PJS PKD PKS PLD PLS PRD PRS PSD PSS PTD PTS"
-INTERPOLATION = (
-    "H+S H-S HAD HAS HCD HCS HDD HDS HFD HFM HFS HLD HLS HMM HMS HNM HPD HPS HRS HTD HTS HXS HYS HZD HZS"
-)
-PROGRAMS = "UAD UAS UBD UCS UDD UDS UED UND UPD URG USG UWD UWS"
-NOT_ACTED_OUT = {*ENCODER.split(), *INTERPOLATION.split(), *PROGRAMS.split()}
+INTERPOLATION = "H+S H-S HFM HMM HMS HNM HRS HXS HYS"
+PROGRAMS = "UAD UAS UND URG USG"
+NOT_ACTED_OUT = {*INTERPOLATION.split(), *PROGRAMS.split()}
 
 
 async def _refused_as_unknown(code: str) -> bool:
-    """Whether a body answers @49 to the first example of a command."""
-    return await ClockHost().ask("&3F" + COMMANDS[code].example[0][3:]) == f">&3F{code}@49"
+    """Whether a body of a robot without belts answers @49 to the first example of a command."""
+    host = ClockHost()
+    await host.command("HTS0")
+    return await host.ask("&3F" + COMMANDS[code].example[0][3:]) == f">&3F{code}@49"
 
 
 @pytest.mark.anyio
-async def test_only_encoder_interpolation_and_program_commands_are_not_acted_out() -> None:
+async def test_only_interpolation_and_program_commands_are_not_acted_out() -> None:
     unknown = {
         code
         for code, row in COMMANDS.items()
         if not issubclass(row, LinkMasterCommand) and await _refused_as_unknown(code)
     }
     assert unknown == NOT_ACTED_OUT
-    assert {code[0] for code in unknown} <= set("PQHU")
+    assert {code[0] for code in unknown} <= set("HU")
+
+
+@pytest.mark.anyio
+async def test_the_coordinates_of_a_robot_with_belts_are_not_acted_out() -> None:
+    host = ClockHost()
+    await host.command("HTS1")
+    assert await host.ask("&3FHLD0:1000,1:-2000") == ">&3FHLD@49"
+    assert await host.ask("&3FHLSX:200000,Y:100000") == ">&3FHLS@49"

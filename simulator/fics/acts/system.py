@@ -5,6 +5,7 @@ from protocols.fics.system import (
     GetCommunicationMode,
     GetSystemVersion,
     GetUnit,
+    HostMode,
     SelectUnit,
     SetCommunicationMode,
     SystemVersion,
@@ -12,7 +13,7 @@ from protocols.fics.system import (
 )
 from protocols.fics.variables import GetVariable, SetVariable, VariableValue
 from simulator.fics.actions import Code, Refused, acts_out
-from simulator.fics.robot import VER_3, Robot
+from simulator.fics.robot import Robot
 
 VERSION = SystemVersion(
     project_id="DYNAX001",
@@ -49,7 +50,7 @@ def _set_mode(robot: Robot, command: SetCommunicationMode, now: float) -> None:
 
 @acts_out(GetSystemVersion)
 def _get_version(robot: Robot, command: GetSystemVersion, now: float) -> SystemVersion:
-    return VERSION if robot.mode == VER_3 else VERSION.model_copy(update={"c_host": None})
+    return VERSION if robot.mode == HostMode.VER_3 else VERSION.model_copy(update={"c_host": None})
 
 
 @acts_out(GetVariable)

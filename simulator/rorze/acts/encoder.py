@@ -1,13 +1,62 @@
-"""The encoder's ratio and its step-out detection: commands P (RC-420 manual 13.7, 14).
+"""The encoder, its step-out detection, the adjustment after a move: commands P (RC-420 manual 13.7, 14)."""
 
-The multiplier and the adjustment after a move are not acted out.
-"""
-
+from collections.abc import Callable
 from dataclasses import replace
 
-from protocols.rorze.encoder import EncoderRatio, GetEncoderRatio, SetEncoderRatio
+from protocols.rorze.encoder import (
+    AdjustmentDelay,
+    AdjustmentLimit,
+    AdjustmentSpeed,
+    ClearEncoderStallError,
+    EncoderMultiplier,
+    EncoderRatio,
+    EncoderStallThreshold,
+    GetAdjustment,
+    GetAdjustmentDelay,
+    GetAdjustmentLimit,
+    GetAdjustmentSpeed,
+    GetEncoderMultiplier,
+    GetEncoderRatio,
+    GetEncoderStallDetection,
+    GetEncoderStallError,
+    GetEncoderStallThreshold,
+    SetAdjustment,
+    SetAdjustmentDelay,
+    SetAdjustmentLimit,
+    SetAdjustmentSpeed,
+    SetEncoderMultiplier,
+    SetEncoderRatio,
+    SetEncoderStallDetection,
+    SetEncoderStallThreshold,
+)
+from protocols.rorze.profile import steady
+from protocols.rorze.stall_sensor import Enabled, StallError
 from simulator.rorze.actions import acts_out
-from simulator.rorze.controller import Rc420
+from simulator.rorze.acts.patterns import Ramps
+from simulator.rorze.acts.speeds import parameters_of
+from simulator.rorze.controller import ENCODER_MODE, Rc420, StallFinder
+from simulator.rorze.motor import STALL_CAUSE, Halted, Leg, Pause, Task
+from simulator.rorze.settings import STANDARD
+from simulator.rorze.world import CCW, CW
+
+ADJUSTMENT_TICK_S = 0.01
+"""The unit of PTS."""
+
+MULTIPLIERS = {"double": 2, "quadruple": 4}
+
+
+@acts_out(GetEncoderMultiplier)
+def get_multiplier(axis: Rc420, command: GetEncoderMultiplier, now: float) -> EncoderMultiplier:
+    (name,) = [name for name, edges in MULTIPLIERS.items() if edges == axis.settings.encoder_multiplier]
+    return EncoderMultiplier.model_validate({"multiplier": name})
+
+
+@acts_out(SetEncoderMultiplier)
+def set_multiplier(axis: Rc420, command: SetEncoderMultiplier, now: float) -> None:
+    """From here on the counter counts so; what it has counted stays."""
+    count = axis.encoder(now)
+    axis.settings = replace(axis.settings, encoder_multiplier=MULTIPLIERS[command.multiplier])
+    axis.set_encoder(count, now)
 
 
 @acts_out(GetEncoderRatio)
@@ -17,7 +66,117 @@ def get_ratio(axis: Rc420, command: GetEncoderRatio, now: float) -> EncoderRatio
 
 @acts_out(SetEncoderRatio)
 def set_ratio(axis: Rc420, command: SetEncoderRatio, now: float) -> None:
-    """The encoder of the simulated axis is always one that fits the ratio; its count stays what it was."""
-    count = axis.encoder(now)
     axis.settings = replace(axis.settings, encoder_ratio=command.ratio)
-    axis.set_encoder(count, now)
+
+
+# Step-out detection
+
+
+@acts_out(GetEncoderStallThreshold)
+def get_threshold(axis: Rc420, command: GetEncoderStallThreshold, now: float) -> EncoderStallThreshold:
+    return EncoderStallThreshold(threshold=axis.settings.encoder_tolerance)
+
+
+@acts_out(SetEncoderStallThreshold)
+def set_threshold(axis: Rc420, command: SetEncoderStallThreshold, now: float) -> None:
+    axis.settings = replace(axis.settings, encoder_tolerance=command.threshold)
+
+
+@acts_out(GetEncoderStallDetection)
+def get_detection(axis: Rc420, command: GetEncoderStallDetection, now: float) -> Enabled:
+    return Enabled(enabled=axis.settings.encoder_stall_detection)
+
+
+@acts_out(SetEncoderStallDetection)
+def set_detection(axis: Rc420, command: SetEncoderStallDetection, now: float) -> None:
+    axis.settings = replace(axis.settings, encoder_stall_detection=command.enabled)
+
+
+@acts_out(GetEncoderStallError)
+def get_error(axis: Rc420, command: GetEncoderStallError, now: float) -> StallError:
+    return StallError(stalled=int(StallFinder.ENCODER in axis.stalls))
+
+
+@acts_out(ClearEncoderStallError)
+def clear_error(axis: Rc420, command: ClearEncoderStallError, now: float) -> None:
+    axis.clear_stalls(StallFinder.ENCODER)
+
+
+# Adjustment
+
+
+def correction(axis: Rc420, target: int | None, ramps: Ramps) -> Callable[[float], Task]:
+    """What follows a move to a target, in the unit of the operating mode; None is a move without an end.
+
+    :raises Refused: the adjustment has the speed of a set that cannot be used.
+    """
+    settings = axis.settings
+    if target is None or not settings.adjust or settings.mode != ENCODER_MODE:
+        return _uncorrected
+    speed = settings.adjust_speed or parameters_of(axis, STANDARD).low
+    return _adjustment(axis, target, speed, ramps)
+
+
+def _uncorrected(_now: float) -> Task:
+    yield from ()
+
+
+def _adjustment(axis: Rc420, target: int, speed: int, ramps: Ramps) -> Callable[[float], Task]:
+    """What brings the encoder counter to the target after a move (13.7.5).
+
+    13.7.5 calls its failure a limit error, the pages of PKD and PKS a STALL error.
+    """
+
+    def adjust(now: float) -> Task:
+        left = axis.settings.adjust_limit
+        if axis.encoder(now) != target:
+            now = yield Pause(now + axis.settings.adjust_delay * ADJUSTMENT_TICK_S)
+        while missing := axis.pulses_to_count(target, now):
+            if not left:
+                axis.stalls.add(StallFinder.ENCODER)
+                raise Halted(STALL_CAUSE)
+            step = min(abs(missing), left)
+            left -= step
+            now = yield Leg(CW if missing > 0 else CCW, steady(step, speed, *ramps))
+
+    return adjust
+
+
+@acts_out(GetAdjustment)
+def get_adjustment(axis: Rc420, command: GetAdjustment, now: float) -> Enabled:
+    return Enabled(enabled=axis.settings.adjust)
+
+
+@acts_out(SetAdjustment)
+def set_adjustment(axis: Rc420, command: SetAdjustment, now: float) -> None:
+    axis.settings = replace(axis.settings, adjust=command.enabled)
+
+
+@acts_out(GetAdjustmentLimit)
+def get_limit(axis: Rc420, command: GetAdjustmentLimit, now: float) -> AdjustmentLimit:
+    return AdjustmentLimit(limit=axis.settings.adjust_limit)
+
+
+@acts_out(SetAdjustmentLimit)
+def set_limit(axis: Rc420, command: SetAdjustmentLimit, now: float) -> None:
+    axis.settings = replace(axis.settings, adjust_limit=command.limit)
+
+
+@acts_out(GetAdjustmentSpeed)
+def get_speed(axis: Rc420, command: GetAdjustmentSpeed, now: float) -> AdjustmentSpeed:
+    return AdjustmentSpeed(speed=axis.settings.adjust_speed)
+
+
+@acts_out(SetAdjustmentSpeed)
+def set_speed(axis: Rc420, command: SetAdjustmentSpeed, now: float) -> None:
+    axis.settings = replace(axis.settings, adjust_speed=command.speed)
+
+
+@acts_out(GetAdjustmentDelay)
+def get_delay(axis: Rc420, command: GetAdjustmentDelay, now: float) -> AdjustmentDelay:
+    return AdjustmentDelay(delay_10ms=axis.settings.adjust_delay)
+
+
+@acts_out(SetAdjustmentDelay)
+def set_delay(axis: Rc420, command: SetAdjustmentDelay, now: float) -> None:
+    axis.settings = replace(axis.settings, adjust_delay=command.delay_10ms)

@@ -1,5 +1,6 @@
 """Moves at high and low speed: commands 1 and 2 (RC-420 manual 13.2, 13.3, 14)."""
 
+from collections.abc import Callable
 from typing import Literal
 
 from protocols.rorze.moves import (
@@ -13,7 +14,8 @@ from protocols.rorze.moves import (
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.profile import Profile, ProfileError, plan, steady
 from simulator.rorze.actions import OUT_OF_RANGE, Refused, acts_out
-from simulator.rorze.acts.patterns import changes_of, ramps_of
+from simulator.rorze.acts.encoder import correction
+from simulator.rorze.acts.patterns import Ramps, changes_of, ramps_of
 from simulator.rorze.acts.position_table import number_of, step_index
 from simulator.rorze.controller import Rc420
 from simulator.rorze.motion import Direction
@@ -46,7 +48,7 @@ def require_free(axis: Rc420, direction: Direction) -> None:
     :raises Refused: 51, 52, 55 or 66.
     """
     require_safe(axis)
-    if axis.stalled:
+    if axis.stalls:
         raise Refused(STALLED)
     if axis.sees(limit_ahead(direction)):
         raise Refused(LIMIT_ON)
@@ -68,10 +70,11 @@ def _require_in_range(axis: Rc420, target: int) -> None:
         raise Refused(OUT_OF_RANGE)
 
 
-def _straight(direction: Direction, profile: Profile) -> Task:
-    """A move of one leg; none at all where there is nothing to go."""
+def _straight(direction: Direction, profile: Profile, corrected: Callable[[float], Task]) -> Task:
+    """A move of one leg and what corrects it; none at all where there is nothing to go."""
     if profile.distance != 0:
-        yield Leg(direction, profile)
+        now = yield Leg(direction, profile)
+        yield from corrected(now)
 
 
 def _amount(axis: Rc420, given: int | PositionReference | Literal["endless"]) -> int | None:
@@ -86,33 +89,35 @@ def _amount(axis: Rc420, given: int | PositionReference | Literal["endless"]) ->
 
 def _move_by(axis: Rc420, command: RelativeMove, direction: Direction, low: bool, now: float) -> None:
     amount = _amount(axis, command.distance)
-    _require_in_range(axis, axis.position(now) + direction * (1 if amount is None else amount))
-    distance = None if amount is None else axis.to_pulses(amount)
-    _start(axis, command, direction, distance, low, now)
+    here = axis.position(now)
+    _require_in_range(axis, here + direction * (1 if amount is None else amount))
+    _start(axis, command, direction, None if amount is None else here + direction * amount, low, now)
 
 
 def _go_to(axis: Rc420, command: AbsoluteMove, low: bool, now: float) -> None:
     given = command.position
     target = axis.positions[number_of(axis, given)] if isinstance(given, PositionReference) else given
     _require_in_range(axis, target)
-    amount = axis.to_pulses(target - axis.position(now))
-    _start(axis, command, CW if amount >= 0 else CCW, abs(amount), low, now)
+    _start(axis, command, CW if target >= axis.position(now) else CCW, target, low, now)
 
 
 def _start(
     axis: Rc420,
     command: RelativeMove | AbsoluteMove,
     direction: Direction,
-    distance: int | None,
+    target: int | None,
     low: bool,
     now: float,
 ) -> None:
+    """Begin a move to a position, or without an end."""
+    distance = None if target is None else axis.to_pulses(abs(target - axis.position(now)))
     if distance is not None and distance > FARTHEST:
         raise Refused(TOO_FAR)
     profile = _profile(axis, distance, command.pattern, low)
     require_free(axis, direction)
     step_index(axis, command.distance if isinstance(command, RelativeMove) else command.position)
-    axis.start(command.code, _straight(direction, profile), now)
+    corrected = correction(axis, target, Ramps(profile.acceleration, profile.deceleration))
+    axis.start(command.code, _straight(direction, profile, corrected), now)
 
 
 @acts_out(MoveClockwise)

@@ -26,7 +26,7 @@ from protocols.rorze.profile import plan, steady
 from simulator.rorze.actions import Refused, acts_out
 from simulator.rorze.acts.moves import LIMIT_ON, STALLED, require_safe
 from simulator.rorze.acts.patterns import Ramps, ramps_of
-from simulator.rorze.controller import Rc420, held
+from simulator.rorze.controller import Rc420, StallFinder, held
 from simulator.rorze.motion import Direction
 from simulator.rorze.motor import CCW_LIMIT_CAUSE, STALL_CAUSE, Edge, Halted, Leg, Task
 from simulator.rorze.world import CCW, CCW_LIMIT, CW, CW_LIMIT, ORIGIN, STALL
@@ -94,8 +94,13 @@ class Search:
         """The search, then the centring from where it ended (01M)."""
         yield from self.origin()
         if not self._axis.sees(STALL):
-            raise Halted(STALL_CAUSE)
+            raise self._no_slit()
         return (yield from self.stall_centre())
+
+    def _no_slit(self) -> Halted:
+        """The disc or its sensor is at fault."""
+        self._axis.stalls.add(StallFinder.SENSOR)
+        return Halted(STALL_CAUSE)
 
     def _slow(self, direction: Direction, until: Edge | None = None, distance: int | None = None) -> Leg:
         """A leg at the start speed OL."""
@@ -133,7 +138,7 @@ class Search:
         """Go to an edge of the slit; with none within a whole period the disc or its sensor is at fault."""
         now = yield self._slow(direction, edge, self._axis.settings.stall_interval)
         if self._axis.sees(edge.sensor) != edge.on:
-            raise Halted(STALL_CAUSE)
+            raise self._no_slit()
         return now
 
 
@@ -167,7 +172,7 @@ def _home(axis: Rc420, command: Home, now: float) -> None:
 
 @acts_out(HomeWithStallDetection)
 def _home_with_stall_detection(axis: Rc420, command: HomeWithStallDetection, now: float) -> None:
-    if axis.stalled:
+    if axis.stalls:
         raise Refused(STALLED)
     if not axis.settings.stall_detection:
         raise Refused(NO_STALL_DETECTION)

@@ -14,7 +14,7 @@ from protocols.rorze.stall_sensor import (
     StallInterval,
 )
 from simulator.rorze.actions import acts_out
-from simulator.rorze.controller import Rc420
+from simulator.rorze.controller import Rc420, StallFinder
 
 
 @acts_out(GetStallSensorInterval)
@@ -39,9 +39,9 @@ def set_detection(axis: Rc420, command: SetStallSensorDetection, now: float) -> 
 
 @acts_out(GetStallSensorError)
 def get_error(axis: Rc420, command: GetStallSensorError, now: float) -> StallError:
-    return StallError(stalled=int(axis.stalled))
+    return StallError(stalled=int(StallFinder.SENSOR in axis.stalls))
 
 
 @acts_out(ClearStallSensorError)
 def clear_error(axis: Rc420, command: ClearStallSensorError, now: float) -> None:
-    axis.clear_stall()
+    axis.clear_stalls(StallFinder.SENSOR)

@@ -2,7 +2,7 @@
 
 from simulator.fics.axes import Motor
 from simulator.fics.layout import Layout
-from simulator.fics.line import FicsLine, LineSettings, build_line
+from simulator.fics.line import LineSettings, SimulatedFics, build_line
 from simulator.fics.robot import Robot
 
 LONGEST_MOTION_S = 600.0
@@ -15,7 +15,7 @@ class Bench:
         self, layout: Layout | None = None, *, mode: int = 3, settings: LineSettings | None = None
     ) -> None:
         self.now = 0.0
-        self.line: FicsLine = build_line(layout or Layout(), settings=settings)
+        self.line: SimulatedFics = build_line(layout or Layout(), settings=settings)
         if mode == 3:
             assert self.ask("MOD 3") == ["MOD"]
 

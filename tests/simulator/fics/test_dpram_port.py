@@ -6,7 +6,7 @@ from pathlib import Path
 import anyio.lowlevel
 import pytest
 
-from simulator.fics.dpram_port import SIZE, DpramPort, Tears, serve_dpram
+from simulator.fics.dpram_port import SIZE, SimulatedDpram, Tears, serve_dpram
 from simulator.ports import MOST_UNREAD
 from tests.simulator.test_ports import Parrot
 
@@ -115,7 +115,7 @@ async def test_the_file_is_new_at_each_start_and_goes_at_the_end(tmp_path: Path)
     first = serve_dpram(Parrot(), path)
     assert path.read_bytes() == bytes(SIZE)
     assert old.peek(512) == b"\1"
-    second: DpramPort = serve_dpram(Parrot(), path)
+    second: SimulatedDpram = serve_dpram(Parrot(), path)
     assert second.address == f"dpram://{path}"
     await first.aclose()
     assert path.exists()

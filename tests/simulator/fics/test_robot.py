@@ -166,6 +166,25 @@ def test_while_somebody_edits_at_the_teaching_terminal_no_stop_is_taken(mode: in
     assert bench.finish() == (["LMI"] if mode == 3 else [])
 
 
+@pytest.mark.parametrize("activity", [MotionMode.MACRO, MotionMode.HOMING, MotionMode.JOG])
+@pytest.mark.parametrize("stop", ["AES", "ASS"])
+def test_a_stop_ends_what_the_teaching_terminal_runs_for_good(activity: MotionMode, stop: str) -> None:
+    bench = homed()
+    bench.robot.terminal = activity
+    bench.asked(stop, "DRT")
+    assert bench.ask("ACD")[0].startswith("ACD 0")
+    assert bench.do("LMI ,,1") == ["LMI"]
+
+
+@pytest.mark.parametrize("activity", [MotionMode.MACRO, MotionMode.HOMING, MotionMode.JOG])
+def test_a_loss_of_power_ends_what_is_done_at_the_teaching_terminal(activity: MotionMode) -> None:
+    bench = homed()
+    bench.robot.terminal, bench.robot.editing = activity, True
+    bench.line.power_off(bench.now)
+    bench.line.power_on(bench.now)
+    assert bench.robot.blocks() == frozenset()
+
+
 # JOG
 
 

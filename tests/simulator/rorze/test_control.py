@@ -78,6 +78,7 @@ async def test_an_input_is_set_and_reported(bench: Bench) -> None:
 @pytest.mark.anyio
 async def test_a_limit_sensor_moved_into_the_way_ends_the_move_there(bench: Bench) -> None:
     mechanics = {"cw_limit": {"first": 700, "last": 900}, "slits": {"phase": 5, "period": 400}, "slipped": 0}
+    mechanics["encoder"] = 2.5
     state = await bench.change("PATCH", "/bodies/3F/mechanics", **mechanics)
     assert state["mechanics"] == mechanics | {
         "origin": {"first": -1000, "last": -800},

@@ -125,6 +125,7 @@ def test_the_dialogue_of_the_sample_program(bench: Bench) -> None:
 WORDS = """00M 01M 02M 03M 04M 0QM 1+MZ 1-MZ 2+MZ 5IS 5SS 5AS 5DS 5MS 5MSS[1] 6PSC 6ESP 6PD 9CD 9MD 9CS
     3IS5 SPSA[1],A:S[1],D:S[1] OLSS[1],100 OHSS[1],9000 OSSS[1],50000 OASS[1],20 OBSS[1],70
     SSDA[1] SEDA[1],0 SESA[1] SHD50,9000 QSS1 QRS 0RS2 CLD EAS0 EAS1 EAS2
+    PSS1 PSS0 PRS PES0 PES3000 PAS2 PBS1.50 PJS1 PKS20 PLS500 PTS0 PTS50 UES0 UES1
     EPS-900,900 EPS DCS10,20 DCS12,5 DCS14,9 DLS2,1 DLS2,0 FIS FPS ERD CBS3,50 COS1,1 CESL,3,1 CRS CPS8,1"""
 
 COMMANDS = st.one_of(
@@ -172,6 +173,11 @@ class AnyHost(RuleBasedStateMachine):
         self.axis.world.forced[sensor] = on
         self.axis.sense(self.now)
 
+    @rule(pulses=st.integers(-300, 300))
+    def slip(self, pulses: int) -> None:
+        self.axis.world.slipped += pulses
+        self.axis.sense(self.now)
+
     @rule()
     def let_go(self) -> None:
         self.axis.world.forced.clear()
@@ -205,8 +211,9 @@ class AnyHost(RuleBasedStateMachine):
             else:
                 moved = int(str(after.facts["at"])) - int(str(before.facts["at"]))
                 assert moved * int(str(before.facts["direction"])) >= 0
-        assert self.axis.motor.moving == (bool(facts) and facts[-1].kind == "pulses_start")
-        if facts and not self.axis.motor.moving:
+        runs = self.axis.motor.train is not None
+        assert runs == (bool(facts) and facts[-1].kind == "pulses_start")
+        if facts and not runs:
             assert self.axis.motor.pulses(self.now) == facts[-1].facts["at"]
 
 

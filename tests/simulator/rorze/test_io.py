@@ -194,6 +194,7 @@ def test_each_error_needs_an_output_of_its_own(bench: Bench) -> None:
 
 
 def test_an_edge_during_a_move_records_where_it_happened(bench: Bench) -> None:
+    bench.axis.world.encoder = 8.0
     bench.sent("PBS 2.00", "CFS 9,P:25", "CFS 9,E:26", "CFS 9,C:27", "CFS 9,O:4,1,100", "COS 4,1")
     bench.sent("3PS P[25],7", "CPS 9,2")
     assert bench.send("3PD P[25]") == "+000000000"

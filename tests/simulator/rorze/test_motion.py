@@ -39,23 +39,6 @@ def test_a_train_runs_from_its_start_to_its_last_pulse() -> None:
     assert train.speed(end_of(train)) == 0
 
 
-def test_an_immediate_stop_gives_no_further_pulse() -> None:
-    train = long_move()
-    at = moment(train, 70_000)
-    train.stop_now(at)
-    assert train.ends_at == at
-    assert not train.running(at)
-    assert train.speed(at) == 0
-    assert train.emitted(at + 60) == 70_000
-
-
-def test_a_stop_at_the_first_moment_moves_nothing() -> None:
-    train = long_move()
-    train.stop_now(START)
-    assert train.ends_at == START
-    assert train.emitted(START + 60) == 0
-
-
 def test_a_decelerating_stop_takes_the_ramp_of_the_move() -> None:
     train = long_move()
     at = moment(train, 70_000)
@@ -167,7 +150,6 @@ def test_the_last_deceleration_is_not_disturbed() -> None:
 def test_an_ended_move_ignores_every_command() -> None:
     train = long_move()
     end = end_of(train)
-    train.stop_now(end)
     train.decelerate_to_stop(end)
     train.change_speed(end, 1_000)
     assert (train.ends_at, train.emitted(end + 1)) == (end, 200_000)

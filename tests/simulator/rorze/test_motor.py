@@ -1,10 +1,12 @@
 """The motor: moves of several legs, and what ends them."""
 
+from collections.abc import Callable
+
 import pytest
 
 from protocols.rorze.profile import SpeedParameters, steady
 from simulator.rorze.motion import Direction
-from simulator.rorze.motor import Edge, Halted, Leg, Motor, Task
+from simulator.rorze.motor import Edge, Halted, Leg, Motor, Pause, Task
 from simulator.rorze.world import CCW, CW, CW_LIMIT, ORIGIN
 from simulator.truth import TruthLog
 
@@ -119,3 +121,30 @@ def test_a_loss_of_power_is_not_reported(cell: Cell) -> None:
     cell.motor.start("1+M", straight(), 0.0)
     cell.motor.cut_power(1.0)
     assert (cell.ends, cell.motor.moving, cell.motor.pulses(5.0)) == ([], False, 100)
+
+
+def with_a_rest() -> Task:
+    now = yield leg(CW, 100)
+    yield Pause(now + 0.5)
+    yield leg(CW, 10)
+
+
+def test_a_pause_belongs_to_the_move_and_gives_no_pulse(cell: Cell) -> None:
+    cell.motor.start("1+M", with_a_rest(), 0.0)
+    cell.motor.leg_over(1.0)
+    assert (cell.motor.moving, cell.motor.pause, cell.motor.train) == (True, Pause(1.5), None)
+    assert cell.motor.pulses(1.4) == 100
+    cell.motor.leg_over(1.5)
+    cell.motor.leg_over(1.6)
+    assert (cell.ends, cell.motor.pulses(9.0), cell.notes()) == ([("1+M", 0, 1.6)], 110, ["done", "done"])
+
+
+@pytest.mark.parametrize(
+    "stop", [lambda motor: motor.stop(0x08, 1.2), lambda motor: motor.decelerate(None, 1.2)]
+)
+def test_a_stop_ends_a_pause_at_once(cell: Cell, stop: Callable[[Motor], None]) -> None:
+    cell.motor.start("1+M", with_a_rest(), 0.0)
+    cell.motor.leg_over(1.0)
+    stop(cell.motor)
+    assert [(code, at) for code, _, at in cell.ends] == [("1+M", 1.2)]
+    assert (cell.motor.moving, cell.motor.pulses(9.0)) == (False, 100)

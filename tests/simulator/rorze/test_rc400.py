@@ -212,6 +212,15 @@ def test_a_power_cycle_of_the_link_master_loses_its_settings_and_no_move() -> No
     assert ask(line, "&3F6PD", 9.0) == ">&3F6PD\r"
 
 
+def test_power_that_is_off_cannot_go_off_again() -> None:
+    line = build()
+    line.power_off(1.0)
+    line.power_off(2.0)
+    line.power_on(3.0)
+    line.power_on(4.0)
+    assert [(fact.at, fact.facts["on"]) for fact in line.truth.of("power")] == [(1.0, False), (3.0, True)]
+
+
 def test_a_line_end_may_be_cr_lf() -> None:
     line = build(LinkSettings(line_end="\r\n"))
     assert ask(line, "&3F6PD") == ">&3F6PD\r\n"

@@ -7,6 +7,7 @@ import pytest
 from protocols.rorze import moves
 from protocols.rorze.profile import SpeedParameters, plan
 from protocols.rorze.row import RorzeCommand
+from simulator.rorze.controller import StallFinder
 from simulator.rorze.world import CCW_LIMIT, CW_LIMIT, EMS
 from tests.simulator.rorze.bench import Bench, examples
 
@@ -180,7 +181,7 @@ def test_no_second_move_while_one_runs(bench: Bench, code: str) -> None:
 
 @pytest.mark.parametrize("code", CODES)
 def test_ems_and_stall_refuse_every_move(bench: Bench, code: str) -> None:
-    bench.axis.stalled = True
+    bench.axis.stalls.add(StallFinder.SENSOR)
     assert bench.send(f"{code}5") == "@52"
     bench.force(EMS, True)
     assert bench.send(f"{code}5") == "@51"
@@ -291,6 +292,7 @@ def test_speed_changes_that_do_not_suit_refuse_the_move(bench: Bench) -> None:
 
 def test_encoder_mode_counts_by_the_encoder(bench: Bench) -> None:
     """13.1.3: distances are encoder counts, speeds stay in pulses."""
+    bench.axis.world.encoder = 10.0
     bench.settings(mode=1, encoder_ratio=2.5)
     bench.sent("2+M100")
     assert bench.until_end() == ("2+M", 0)

@@ -103,13 +103,10 @@ def test_clr_commands_are_for_servo_mode() -> None:
     assert [bench.send(text) for text in ("CCD", "CCS50", "CLS1")] == ["@61"] * 3
 
 
-def test_a_new_encoder_ratio_leaves_the_count_alone() -> None:
+def test_a_new_encoder_ratio_converts_what_is_counted_as_before() -> None:
     bench = Bench()
     bench.sent("1+M1000")
     bench.until_end()
     assert bench.send("6ED") == "+000001000"
     bench.sent("PBS2.50")
-    assert bench.send("6ED") == "+000001000"
-    bench.sent("1+M1000")
-    bench.until_end()
-    assert bench.send("6ED") == "+000001400"
+    assert (bench.send("6ED"), bench.send("6MD")) == ("+000001000", "+000002500")
