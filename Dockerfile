@@ -13,8 +13,9 @@ RUN pip install --no-deps --no-build-isolation .
 
 USER gateway
 # The gateway listens on the loopback interface only: run it with --network host --device /dev/ttyUSB0
-# and with its configuration mounted read-only.
-EXPOSE 8420
+# and with its configuration mounted read-only. Where that names another port or host, the health check and
+# `motion-gateway send` have to be told: --env MOTION_GATEWAY_URL=http://127.0.0.1:PORT
+ENV MOTION_GATEWAY_URL=http://127.0.0.1:8420
 HEALTHCHECK --interval=10s --timeout=3s --start-period=10s \
-    CMD ["python", "-c", "from urllib.request import urlopen; urlopen('http://127.0.0.1:8420/livez', timeout=2)"]
+    CMD ["python", "-c", "import os, urllib.request as url; url.urlopen(os.environ['MOTION_GATEWAY_URL'] + '/livez', timeout=2)"]
 CMD ["motion-gateway", "serve", "--config", "/etc/motion-gateway/gateway.toml"]

@@ -44,7 +44,9 @@ class BodyInfo(BaseModel):
     unit: str | None = Field(description="The unit of its scale; null without one.")
     pulses_per_unit: float | None
     groups: list[str]
-    position: int | None = Field(description="In pulses, as last read.")
+    position: int | None = Field(
+        description="In pulses, as last read; null until it has been read since it was called otherwise."
+    )
     position_read_at: datetime | None
     status: list[str] | None = Field(description="The status bits that were set when last read.")
 

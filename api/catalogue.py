@@ -10,10 +10,10 @@ from api.problems import DECLARED
 from api.requests import new_router
 from protocols.fics.commands import ROWS as FICS_ROWS
 from protocols.fics.commands import of_the_robot
-from protocols.fics.row import Answered, Block, FicsCommand
+from protocols.fics.row import Block, FicsCommand, WhenAnswered
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
-from protocols.rorze.row import LinkMasterCommand, RorzeCommand
+from protocols.rorze.row import MODE_NAMES, LinkMasterCommand, ModeName, RorzeCommand
 from protocols.table import Retry
 
 router = new_router("commands")
@@ -38,7 +38,11 @@ class _CommandInfo(BaseModel):
     reply: dict[str, Any] = Field(description="JSON Schema of the reply.")
     usage: list[str] = Field(description="How the parameters are written on the line.")
     starts_motion: bool
-    retry: Retry = Field(description="What may be repeated by itself when no reply came.")
+    retry: Retry = Field(
+        description="What comes of repeating it when no reply came. By itself the gateway repeats only "
+        "`read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look "
+        "first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."
+    )
     example: list[str] = Field(description="Commands and replies in turn, as the manual prints them.")
 
 
@@ -47,9 +51,7 @@ class CommandInfo(_CommandInfo):
 
     family: Literal["rorze"]
     addressed_to: Literal["body", "line"]
-    modes: list[Literal["stepping", "encoder", "servo"]] = Field(
-        description="Operating modes in which it is allowed."
-    )
+    modes: list[ModeName] = Field(description="Operating modes in which it is allowed.")
     while_moving: bool = Field(description="Whether it is allowed while the motor moves.")
     in_programs: bool = Field(description="Whether it is allowed in user programs.")
     errors: list[CommandError]
@@ -60,7 +62,7 @@ class FicsCommandInfo(_CommandInfo):
 
     family: Literal["fics"]
     addressed_to: Literal["robot", "unit"]
-    answered: Answered = Field(description="When it is answered; Ver.2 answers only `always`.")
+    answered: WhenAnswered = Field(description="When it is answered; Ver.2 answers only `always`.")
     blocked_by: list[Block] = Field(description="What makes the robot refuse it; the manual's letters.")
     during_upload: bool = Field(description="Whether it is allowed between POF 1 and POF 2.")
 
@@ -103,12 +105,11 @@ def _shared(row: type[RorzeCommand[Any]] | type[FicsCommand[Any]]) -> dict[str, 
 
 
 def _rorze_info(row: Row) -> CommandInfo:
-    names: tuple[Literal["stepping", "encoder", "servo"], ...] = ("stepping", "encoder", "servo")
     return CommandInfo(
         **_shared(row),
         family="rorze",
         addressed_to="line" if issubclass(row, LinkMasterCommand) else "body",
-        modes=[names[int(mode)] for mode in row.modes],
+        modes=[MODE_NAMES[mode] for mode in row.modes],
         while_moving=row.moving,
         in_programs=row.program,
         errors=[

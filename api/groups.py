@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 
 from api.problems import DECLARED
 from api.requests import GroupId, RequestModel, json_response, new_router, plant_of
+from gateway.addresses import numbered_address
 from gateway.bodies import Group
 from protocols.rorze.link_master import MOST_MEMBERS
 
@@ -55,14 +56,9 @@ async def define_group(request: Request, group_id: GroupId, definition: GroupDef
 
     It lasts until the gateway ends; groups of the configuration are defined at every start.
     """
-    group = await plant_of(request).define_group(canonical(group_id), [*definition.members], definition.name)
+    address, members = numbered_address(group_id), [*definition.members]
+    group = await plant_of(request).define_group(address, members, definition.name)
     return json_response(_info(group))
-
-
-def canonical(address: str) -> str:
-    """Write an address as it is answered: the line in lower case, the digits in upper case."""
-    line, dot, number = address.rpartition(".")
-    return f"{line.lower()}{dot}{number.upper()}"
 
 
 def _info(group: Group) -> GroupInfo:

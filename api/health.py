@@ -110,13 +110,13 @@ class PlantCollector(Collector):
                 waiting.add_metric((port.id, lane), count)
             up.add_metric((port.id,), port.state is LineState.READY)
         for line in self._plant.lines.values():
-            own = [body for body in self._plant.bodies() if body.line is line]
+            own = self._plant.bodies_of(line)
             bodies.add_metric((line.id, "configured"), len(own))
             bodies.add_metric((line.id, "offline"), sum(not body.online for body in own))
             bodies.add_metric((line.id, "moving"), sum(body.moving is True for body in own))
         for robot in self._plant.robots():
             robots.add_metric((robot.line.id, "configured"), 1)
             robots.add_metric((robot.line.id, "offline"), not robot.online)
-            robots.add_metric((robot.line.id, "moving"), robot.moving)
+            robots.add_metric((robot.line.id, "moving"), robot.moving is True)
         yield from (happened, waiting, bodies, robots, up)
         yield CounterMetricFamily("motion_gateway_events", "Events published.", value=self._plant.events.last)

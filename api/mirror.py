@@ -16,12 +16,12 @@ from gateway.bodies import Body as PlantBody
 from gateway.bodies import Group, answer_or_raise, reply_of
 from gateway.errors import GatewayError
 from gateway.line import lane_of
-from gateway.moves import Move
+from gateway.move_record import Move
 from gateway.stops import StopMode
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
 from protocols.rorze.link_master import SetGroup
-from protocols.rorze.row import LINK_MASTER, LinkMasterCommand, RorzeCommand
+from protocols.rorze.row import LINK_MASTER, MODE_NAMES, LinkMasterCommand, RorzeCommand
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 from protocols.table import Command, Reply
 
@@ -34,7 +34,6 @@ STOP_MODES: Final[dict[str, StopMode]] = {
     StopDecelerating.code: "decelerate",
     StopImmediately.code: "immediate",
 }
-_MODE_NAMES: Final = {"0": "stepping", "1": "encoder", "2": "servo"}
 
 
 class MemberReply(BaseModel, Generic[R]):
@@ -130,7 +129,7 @@ def describe(row: Row) -> str:
     """The row's documentation: what the manual's page says, in few words."""
     japanese, english = row.titles()
     more = (getdoc(row) or "").partition("\n")[2].strip()
-    modes = ", ".join(f"{mode} ({_MODE_NAMES[mode]})" for mode in row.modes)
+    modes = ", ".join(f"{mode} ({MODE_NAMES[mode]})" for mode in row.modes)
     facts = [
         f"Command `{row.code}`; operating modes {modes}; "
         f"{'allowed' if row.moving else 'refused'} while the motor moves; "

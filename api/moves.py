@@ -20,7 +20,7 @@ from api.requests import (
 )
 from gateway.bodies import Body, Group
 from gateway.errors import InvalidRequest, NotAllowed, NotFound
-from gateway.moves import Move
+from gateway.move_record import Move
 from gateway.plans import PlannedMove, plan_of
 from gateway.plant import Plant
 from gateway.units import Scale, Unit, to_pulses

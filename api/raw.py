@@ -13,7 +13,7 @@ from api.problems import DECLARED
 from api.requests import BodyId, RequestModel, Wait, age_ms_of, json_response, new_router, plant_of
 from api.stops import StopResult, perform_stop
 from gateway.errors import InvalidRequest, NotAllowed
-from gateway.moves import Move
+from gateway.move_record import Move
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.notation import Text
 from protocols.rorze.row import RorzeCommand

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Iterable
 from typing import Final
-from urllib.parse import urlsplit
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
@@ -54,9 +53,7 @@ class SameSite:
         return None
 
     def _is_allowed(self, origin: str, host: str) -> bool:
-        return origin in self._origins or (
-            origin.startswith(("http://", "https://")) and urlsplit(origin).netloc == host
-        )
+        return origin in self._origins or origin in (f"http://{host}", f"https://{host}")
 
 
 def _without_port(host: str) -> str:

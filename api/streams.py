@@ -11,9 +11,10 @@ from starlette.websockets import WebSocketDisconnect
 
 from api.problems import DECLARED
 from api.requests import new_router, plant_of
+from gateway.addresses import canonical_address
 from gateway.bodies import Body, Group
 from gateway.errors import InvalidRequest
-from gateway.events import CloudEvent, Event, SlowConsumer, Subscription, canonical_address
+from gateway.events import CloudEvent, Event, SlowConsumer, Subscription
 from gateway.plant import Plant
 
 router = new_router("events")

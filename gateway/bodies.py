@@ -4,20 +4,43 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
-from gateway.errors import ControllerRefused, GatewayError, NoReply
+from gateway.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
 from gateway.exchange import Answered, Lane, Outcome
 from gateway.line import Line, lane_of
+from gateway.move_record import Move
 from gateway.units import Scale
+from protocols.rorze.commands import COMMANDS
+from protocols.rorze.encoder import SetEncoderRatio
 from protocols.rorze.link import Refusal
+from protocols.rorze.modes import SetOperatingMode
+from protocols.rorze.position import GetPosition, SetEncoderCount, SetPosition, SignedPulses
+from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import CONTROLLER_STATUS_BITS, ControllerStatus, GetControllerStatus, names_of
 from protocols.table import Reply, Retry
 
-if TYPE_CHECKING:
-    from gateway.moves import Move
-
 R = TypeVar("R", bound=Reply)
+
+PULSES_RUNNING = 0x01
+"""Bit of the controller status (9CD)."""
+BELIEVED_S = 0.5
+"""Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
+
+
+class MotorState(NamedTuple):
+    """What a controller says of its motor."""
+
+    bits: int
+    position: int
+    cause: int = 0
+    """Of the end (9MD), where it was asked for."""
+
+    @property
+    def runs(self) -> bool:
+        """Whether pulses run."""
+        return bool(self.bits & PULSES_RUNNING)
 
 
 @dataclass(eq=False)
@@ -29,19 +52,24 @@ class Body:
     name: str = ""
     scale: Scale | None = None
     position_tolerance: int = 0
-    """Pulses by which the final position may miss the target of a successful move."""
+    """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
     poll_interval_s: float = 0.2
     """While it has a move, its state is asked for this often."""
+    on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
+    """Told of what it is seen to do by itself: the kind of event, and its data."""
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
     look_due: asyncio.Event = field(default_factory=asyncio.Event)
     """Its state is to be read now, not at the next poll."""
-    rest_position: int | None = None
-    """The position at which the motor is known to stand still; None while it may move."""
+    rest: MotorState | None = None
+    """What it said when it was last seen at rest; None once it may have moved since."""
+    rest_at: float = 0.0
     status_bits: int | None = None
     position: int | None = None
     position_at: float | None = None
-    move: "Move | None" = None
+    told: int = 0
+    """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
+    move: Move | None = None
     """The move that is not over yet."""
     move_ended: asyncio.Event = field(default_factory=asyncio.Event)
     """The link master has announced the end of a move."""
@@ -65,6 +93,8 @@ class Body:
         """Whether it can be asked now, as far as is known."""
         return self.line.state != "down" and self.number not in self.line.offline
 
+    # asking
+
     async def ask(
         self,
         command: RorzeCommand[R],
@@ -77,24 +107,144 @@ class Body:
 
         :raises GatewayError: it was refused, not sent, or not answered; the error says which.
         """
+        self.forbid_renaming(command)
         lane = lane_of(command) if lane is None else lane
         future = self.line.submit(self.number, command, lane, expires_at=expires_at, on_written=on_written)
-        self.forget_position_after(command)
+        self.was_told(command)
         outcome = await future
-        self.forget_position_after(command)
+        self.was_told(command)
         answered = answer_or_raise(self.address, command, outcome)
         reply = reply_of(self.number, command, answered, self.address)
+        self.heard(command, reply, answered.at)
         return cast("R", reply), answered
 
-    def forget_state(self) -> None:
-        """It is out of reach: what was moving counts as moving, what stood still may move."""
-        self.moving = self.moving or None
-        self.rest_position = None
+    async def look(self) -> MotorState:
+        """Read its status and where it stands.
 
-    def forget_position_after(self, command: RorzeCommand[Any]) -> None:
-        """Whatever is not a mere read may have moved the motor, or renamed where it stands."""
-        if command.retry is not Retry.READ:
-            self.rest_position = None
+        :raises GatewayError: it did not tell.
+        """
+        told = self.told
+        status, _ = await self.ask(GetControllerStatus())
+        position, answer = await self.ask(GetPosition())
+        state = MotorState(status.bits or 0, position.pulses)
+        self.rest = None if state.runs or self.told != told else state
+        self.rest_at = answer.at
+        return state
+
+    async def where_it_rests(self) -> MotorState:
+        """Give the state it was seen at rest in a moment ago; otherwise look: it may run.
+
+        :raises GatewayError: it did not tell.
+        """
+        believed = asyncio.get_running_loop().time() - self.rest_at <= BELIEVED_S
+        return self.rest if self.rest is not None and believed else await self.look()
+
+    def forbid_renaming(self, command: RorzeCommand[Any]) -> None:
+        """A move's end is judged by its position: that is not called otherwise before.
+
+        :raises BodyBusy: it has a move that is not over.
+        """
+        if self.move is not None and isinstance(command, _RENAMING):
+            raise BodyBusy(
+                f"{self.address} still has the move {self.move.id}; {command.code} was not sent.",
+                "Wait for its end or stop it.",
+            )
+
+    # what becomes of it
+
+    def was_told(self, command: RorzeCommand[Any]) -> None:
+        """Note what a command may change, when it is queued and again when its outcome is known.
+
+        What was read before it was written is heard in between, and is undone by the second time.
+        """
+        if command.retry is Retry.READ:
+            return
+        self.told += 1
+        self.rest = None
+        if isinstance(command, _RENAMING):
+            self.position = self.position_at = None
+            self.look_due.set()
+        if isinstance(command, RunProgram | StepProgram) or command.code not in COMMANDS:
+            self.may_move()
+
+    def heard(self, command: RorzeCommand[Any], reply: Reply, at: float) -> None:
+        """Note what a reply tells of the motor.
+
+        While it has a move, not a single reading but the judgement of the move says whether it moves.
+        """
+        if isinstance(command, GetPosition) and isinstance(reply, SignedPulses):
+            self.position, self.position_at = reply.pulses, at
+        elif isinstance(reply, ControllerStatus) and reply.bits is not None:
+            self._saw_status(reply.bits)
+            self._saw_motion(bool(reply.bits & PULSES_RUNNING))
+        elif isinstance(reply, ControllerStatus) and command == _RUNS:
+            self._saw_motion(bool(reply.on))
+
+    def _saw_status(self, bits: int) -> None:
+        """Announce what has changed; that a move of ours makes pulses run is no news."""
+        before, self.status_bits = self.status_bits, bits
+        expected = 0 if self.move is None else PULSES_RUNNING
+        if before is None or (before ^ bits) & ~expected:
+            self.on_news("body.status.changed", {"status": names_of(bits, CONTROLLER_STATUS_BITS)})
+
+    def _saw_motion(self, runs: bool) -> None:
+        if self.move is not None:
+            return
+        if runs and not self.moving:
+            self.on_news("body.motion.foreign", {})
+        self.moving = runs
+
+    def was_set_going(self) -> None:
+        """A motion command is on the wire."""
+        self.moving, self.went_silent = True, False
+        self.move_ended.clear()
+
+    def stands(self) -> None:
+        """Its move is judged to have come to rest."""
+        self.moving = False
+
+    def refused(self) -> None:
+        """It did not take a motion command: what it does is what it did before, whatever that was."""
+        self.moving = None
+        self.may_move()
+
+    def may_move(self) -> None:
+        """What was moving counts as moving, what stood still may move: look."""
+        self.out_of_sight()
+        self.look_due.set()
+
+    def out_of_sight(self) -> None:
+        """What was moving counts as moving, what stood still may move, and nobody can look."""
+        self.moving = self.moving or None
+        self.rest = None
+
+    def fell_silent(self) -> None:
+        """It does not answer any more, and may have lost its power."""
+        self.out_of_sight()
+        self.went_silent = True
+
+    # what is waited for
+
+    async def end_announced(self, within_s: float) -> bool:
+        """Whether the link master announces the end of a move in time."""
+        return await _happens(self.move_ended, within_s)
+
+    async def look_wanted(self, within_s: float) -> None:
+        """Wait until its state is to be read, at the latest when the time is up."""
+        await _happens(self.look_due, within_s)
+
+
+_RUNS = GetControllerStatus(bit=0)
+_RENAMING = SetPosition, SetEncoderCount, SetEncoderRatio, SetOperatingMode
+"""After these the same place has another number."""
+
+
+async def _happens(event: asyncio.Event, within_s: float) -> bool:
+    try:
+        async with asyncio.timeout(within_s):
+            return await event.wait()
+    except TimeoutError:
+        return False
 
 
 @dataclass(eq=False)
@@ -105,6 +255,10 @@ class Group:
     number: int
     members: list[Body]
     name: str = ""
+    in_force: bool = True
+    """Whether the link master means these members by the number: False while, and once, it is told others."""
+    on_strangers: Callable[[set[int]], None] = lambda _numbers: None
+    """Told of bodies that have obeyed a command to the group and are no members."""
 
     @property
     def short(self) -> str:
@@ -115,6 +269,18 @@ class Group:
     def address(self) -> str:
         """Its unique address, such as `LINE.80`."""
         return f"{self.line.id}.{self.short}"
+
+    def require_in_force(self) -> None:
+        """Make sure that its number reaches its members and nobody else.
+
+        :raises BodyBusy: it is being defined anew, or has been.
+        """
+        if not self.in_force:
+            raise self.redefined()
+
+    def redefined(self) -> BodyBusy:
+        """The error of whoever would reach other bodies than were meant."""
+        return BodyBusy(f"{self.address} is being defined anew; nothing was sent.", "See who is in it now.")
 
     async def ask(
         self,
@@ -127,18 +293,28 @@ class Group:
 
         :raises GatewayError: nobody can have executed it, or nobody answered.
         """
+        self.require_in_force()
+        for member in self.members:
+            member.forbid_renaming(command)
         future = self.line.submit(
             self.number, command, lane_of(command), expires_at=expires_at, on_written=on_written
         )
-        self._forget_positions_after(command)
+        self._were_told(command)
         outcome = await future
-        self._forget_positions_after(command)
+        self._were_told(command)
         answered = answer_or_raise(self.address, command, outcome)
-        return {member: _member_result(member, command, answered) for member in self.members}
+        strangers = answered.replies.keys() - {member.number for member in self.members}
+        if strangers:
+            self.on_strangers(strangers)
+        results = {member: _member_result(member, command, answered) for member in self.members}
+        for member, result in results.items():
+            if isinstance(result, Reply):
+                member.heard(command, result, answered.at)
+        return results
 
-    def _forget_positions_after(self, command: RorzeCommand[Any]) -> None:
+    def _were_told(self, command: RorzeCommand[Any]) -> None:
         for member in self.members:
-            member.forget_position_after(command)
+            member.was_told(command)
 
 
 def _member_result(member: Body, command: RorzeCommand[Any], answered: Answered) -> Reply | GatewayError:

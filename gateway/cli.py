@@ -15,25 +15,31 @@ import typer
 import uvloop
 
 from gateway.config import Config, ConfigError, load
+from gateway.move_record import MoveStatus
 from gateway.server import CannotListen
 from gateway.server import serve as run_server
 from protocols.rorze.commands import COMMANDS
-from protocols.table import WireFault
+from protocols.rorze.row import RorzeCommand
+from protocols.table import SyntaxFault, WireFault
 
+EXIT_DONE = 0
 EXIT_REFUSED = 1
-"""The controller refused, or the move failed: the gateway's answer says why."""
+"""It was refused, or did not succeed: the gateway's answer says why."""
 EXIT_USAGE = 2
 EXIT_NOT_SENT = 3
 """The gateway could not be reached or could not start, or it sent nothing."""
 EXIT_UNKNOWN = 4
 """It was sent, and nobody knows what became of it."""
+EXIT_UNDER_WAY = 5
+"""It is still going on, though its end was waited for."""
 EXIT_CONFIG = 78
 
 DEMO_BODIES = (0x00, 0x01, 0x3F)
 app = typer.Typer(
     help="A network gateway for RORZE and DYNAX motion controllers. It is not a safety function.",
-    epilog="Exit codes: 0 done; 1 refused, or the move did not succeed; 2 wrong arguments; 3 nothing was "
-    "sent; 4 sent, and nobody knows what became of it; 78 wrong configuration.",
+    epilog="Exit codes: 0 done; 1 refused, or not succeeded; 2 wrong arguments; 3 nothing was sent; 4 sent, "
+    "and nobody knows what became of it, or a stop is not confirmed; 5 still under way when the time of "
+    "--wait was over; 78 wrong configuration.",
     no_args_is_help=True,
     add_completion=False,
 )
@@ -109,21 +115,46 @@ def send(
     wait: Annotated[float, typer.Option(min=0, max=60, help="Seconds to wait for the end of a move.")] = 0,
 ) -> None:
     """Send one command to a body through a running gateway, and print the answer as JSON."""
-    text = command.replace(" ", "").upper() if "," not in command else command
-    row = COMMANDS.get(text[:3])
-    if row is None:
-        _fail(f"There is no command {text[:3]!r}; `GET /commands` lists them all.", EXIT_USAGE)
-    try:
-        parameters = row.read(text[3:])
-    except WireFault as error:
-        _fail(f"{row.code}: {error}", EXIT_USAGE)
-    path = f"/bodies/{body}/commands/{row.name()}"
+    parameters = _read(command)
+    path = f"/bodies/{body}/commands/{parameters.name()}"
     answer = _ask("POST", url + path, wait, parameters.model_dump(mode="json", exclude_none=True))
     typer.echo(json.dumps(answer, ensure_ascii=False, indent=2))
-    if answer.get("status") in ("failed", "rejected", "stopped", "lost"):
-        raise typer.Exit(EXIT_REFUSED)
-    if answer.get("status") == "unknown":
-        raise typer.Exit(EXIT_UNKNOWN)
+    if parameters.starts_motion():
+        raise typer.Exit(_exit_of_move(answer, awaited=wait > 0))
+    if "confirmed" in answer:
+        raise typer.Exit(_exit_of_stop(answer))
+
+
+def _read(text: str) -> RorzeCommand[Any]:
+    """Read a command of the table; case and blanks matter only where a parameter is a text."""
+    code, parameters = text.strip()[:3].upper(), text.strip()[3:]
+    row = COMMANDS.get(code)
+    if row is None:
+        _fail(f"There is no command {code!r}; `GET /commands` lists them all.", EXIT_USAGE)
+    try:
+        try:
+            return row.read(parameters)
+        except SyntaxFault:
+            return row.read(parameters.replace(" ", "").upper())
+    except WireFault as error:
+        _fail(f"{code}: {error}", EXIT_USAGE)
+
+
+def _exit_of_move(move: dict[str, Any], *, awaited: bool) -> int:
+    status = MoveStatus(move["status"])
+    if not status.final:
+        return EXIT_UNDER_WAY if awaited else EXIT_DONE
+    if status is MoveStatus.SUCCEEDED:
+        return EXIT_DONE
+    moved = (move["error"] or {}).get("moved")
+    return EXIT_UNKNOWN if MoveStatus.UNKNOWN in (status, moved) else EXIT_REFUSED
+
+
+def _exit_of_stop(stop: dict[str, Any]) -> int:
+    if stop["confirmed"]:
+        return EXIT_DONE
+    unsent = all(body["state"] == "not_sent" for body in stop["bodies"])
+    return EXIT_NOT_SENT if unsent else EXIT_UNKNOWN
 
 
 @app.command()
@@ -133,11 +164,10 @@ def scan(
 ) -> None:
     """Ask all 120 body numbers of a line who is there, and print the addresses that answer."""
     found = _ask("POST", f"{url}/lines/{line}/scans", 60, None)
-    if found["status"] != "finished":
-        _fail(
-            f"The scan of {line} has not finished: {found.get('error') or 'it is still running'}",
-            EXIT_NOT_SENT,
-        )
+    if found["status"] == "running":
+        _fail(f"The scan of {line} is still running.", EXIT_UNDER_WAY)
+    if found["status"] == "failed":
+        _fail(f"The scan of {line} has failed: {found['error']}", EXIT_REFUSED)
     for body in found["found"]:
         typer.echo(f"{body['body_id']}{'' if body['configured'] else '  (not in the configuration)'}")
 
@@ -147,10 +177,10 @@ def _ask(method: str, url: str, wait_s: float, content: object) -> dict[str, Any
     try:
         headers = {"Prefer": f"wait={wait_s:g}"} if wait_s else {}
         answer = httpx.request(method, url, json=content, headers=headers, timeout=wait_s + 10)
-        data = answer.json()
+        data = dict(answer.json())
     except (httpx.ConnectError, httpx.ConnectTimeout, httpx.UnsupportedProtocol, httpx.InvalidURL) as error:
         _fail(f"No gateway answers at {url}: {error}. Nothing was sent.", EXIT_NOT_SENT)
-    except (httpx.HTTPError, ValueError) as error:
+    except (httpx.HTTPError, TypeError, ValueError) as error:
         _fail(
             f"The gateway at {url} was asked, and its answer was lost: {str(error).rstrip('.')}. The command "
             "may have been carried out: read status and position before anything else.",
@@ -159,7 +189,7 @@ def _ask(method: str, url: str, wait_s: float, content: object) -> dict[str, Any
     if not answer.is_success:
         sentence = f"{data.get('detail', answer.text)} {data.get('remedy', '')}".strip()
         _fail(sentence, _exit_code(answer.status_code, data))
-    return dict(data)
+    return data
 
 
 def _exit_code(status: int, problem: dict[str, Any]) -> int:

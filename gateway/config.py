@@ -21,6 +21,7 @@ from pydantic import (
 from pydantic_core import ErrorDetails
 
 from gateway.toml_lines import KeyPath, LineIndex
+from gateway.units import Scale
 from protocols.fics.link import Terminator
 from protocols.fics.notation import LAST_UNIT, MOST_AXES, AxisName, AxisSystem
 from protocols.rorze.link import frame
@@ -130,11 +131,8 @@ BodyId = Annotated[str, _hex_between(0, LAST_BODY)]
 GroupId = Annotated[str, _hex_between(FIRST_GROUP, LAST_GROUP)]
 
 
-class Units(_Table):
+class Units(_Table, Scale):
     """How pulses of a body relate to a physical unit."""
-
-    unit: Literal["mm", "um", "deg", "mdeg"]
-    pulses_per_unit: float = Field(gt=0, le=1_000_000_000)
 
 
 class Body(_Table):
@@ -144,6 +142,9 @@ class Body(_Table):
     """Setting of the rotary switches, 00-77 hex (RC-420 manual 2.2)."""
     name: Annotated[str, Field(max_length=64), AfterValidator(_check_printable)] | None = None
     units: Units | None = None
+    position_tolerance: int = Field(0, ge=0, le=1_000_000)
+    """Pulses by which a move may miss its target in encoder mode, where the motor need not stop exactly at it
+    (RC-420 manual 13.7.5)."""
 
     @property
     def number(self) -> int:

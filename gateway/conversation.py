@@ -9,13 +9,14 @@ No clock and no port: times are given, frames are taken and handed out.
 
 import random
 from collections import Counter, deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from itertools import cycle
+from math import inf
 from typing import Any
 
 from gateway.errors import BodyOffline, Cancelled, GarbledReply, GatewayError, NoReply
-from gateway.exchange import Answered, Exchange, Lane
+from gateway.exchange import STOPS, Answered, Exchange, Lane
 from gateway.gate import Gate
 from gateway.scheduler import Scheduler
 from protocols.rorze.link import Answer, GroupAnswer, Refusal, encode
@@ -28,10 +29,13 @@ NONCES = 2048
 """Position entries a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 READ_REPEATS = 2
 """How often a read without a usable reply is repeated, each time after a passed fence."""
-SILENT_BODIES = 2
-"""When so many have been fenced in vain and not a byte was heard, nobody on the line is asked any more."""
+SILENT_BODIES = 3
+"""When so many have been fenced in vain and not a byte was heard, nobody on the line is asked any more.
 
-STOPS = (Lane.STOP,)
+Two may hang on one fuse.
+"""
+
+NEW_STOPS = (Lane.STOP,)
 LANES = tuple(Lane)
 
 ReplyFrame = Answer | Refusal | GroupAnswer
@@ -43,6 +47,7 @@ class Conversation:
     def __init__(
         self,
         bodies: Iterable[int],
+        groups: Mapping[int, list[int]] | None = None,
         *,
         introducer: str = "&",
         reply_timeout_s: float = 0.5,
@@ -51,7 +56,7 @@ class Conversation:
         rng: random.Random | None = None,
     ) -> None:
         self.bodies = list(bodies)
-        self.groups: dict[int, list[int]] = {}
+        self.groups = dict(groups or {})
         self.introducer = introducer
         self.reply_timeout_s = reply_timeout_s
         self.late_reply_s = late_reply_s
@@ -62,7 +67,9 @@ class Conversation:
         self.counters: Counter[str] = Counter()
         self.in_step = True
         self.last_error_at: float | None = None
-        self.on_presence: Callable[[int, bool], None] = lambda _body, _here: None
+        self.on_online: Callable[[int], None] = lambda _body: None
+        self.on_offline: Callable[[int, bool], None] = lambda _body, _asked: None
+        """Told which body counts as silent, and whether it was asked itself, or nobody was heard at all."""
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
         self._nonces = cycle(dice.sample(range(NONCES), NONCES))
         self._urgent: deque[Exchange] = deque()
@@ -75,6 +82,7 @@ class Conversation:
         self._fenced_in_silence = 0
         self._last_command: tuple[int, str] | None = None
         self._last_reply: ReplyFrame | None = None
+        self._heard_at: dict[int, float] = {}
 
     # what goes next
 
@@ -117,7 +125,7 @@ class Conversation:
     def has_something(self) -> bool:
         """Whether anything could go; asked first, because it costs less than asking the port."""
         if self._awaiting is not None:
-            return self.scheduler.has(Lane.STOP)
+            return self.scheduler.has_stops()
         return not self.in_step or bool(self._urgent) or bool(self.scheduler)
 
     def next(self, now: float, *, ready: bool) -> Exchange | None:
@@ -133,29 +141,42 @@ class Conversation:
         return None
 
     def _choose(self, now: float, *, ready: bool) -> Exchange | None:
-        if self.awaits_replies():
-            return self.scheduler.next(STOPS, self._not_under_way) if self.interject_stops else None
+        if self._held_up():
+            return self._interjected() if self.interject_stops else None
         if ready and self.in_step and not self._urgent:
             return self._interposed(self._wanted(), now)
-        stop = self.scheduler.next(STOPS)
+        stop = self.scheduler.next(NEW_STOPS, self._not_under_way)
         if stop is not None:
             return stop
         if not self.in_step:
             return self._new_fence()
-        return self._urgent.popleft() if self._urgent else None
+        return self._urgent.popleft() if self._urgent else self.scheduler.next(STOPS, self._not_under_way)
 
-    def _not_under_way(self, stop: Exchange) -> bool:
-        return all(stop.key != other.key for other in self._stops)
+    def _held_up(self) -> bool:
+        """Whether nothing but stops may go before a reply has come."""
+        return self._awaiting is not None or (bool(self._stops) and any(map(self._holds_up, self._stops)))
+
+    def _holds_up(self, stop: Exchange) -> bool:
+        """Only a link that takes one frame at a time has to wait for what the dead do not say."""
+        return not self.interject_stops or stop.body not in self.offline
+
+    def _interjected(self) -> Exchange | None:
+        """A stop before the reply under way; repeated ones leave gaps, or fences would never have a turn."""
+        return self.scheduler.next(NEW_STOPS if self._awaiting is None else STOPS, self._not_under_way)
+
+    def _not_under_way(self, exchange: Exchange) -> bool:
+        return all(exchange.key != stop.key for stop in self._stops)
 
     def _wanted(self) -> Exchange | None:
-        while (exchange := self.scheduler.next(LANES)) is not None:
+        may_go = self._not_under_way if self._stops else None
+        while (exchange := self.scheduler.next(LANES, may_go)) is not None:
             if not exchange.abandoned():
                 return exchange
         return None
 
     def _interposed(self, exchange: Exchange | None, now: float) -> Exchange | None:
         """Between two commands with equal replies goes a fence: no copy of the first reply counts twice."""
-        if exchange is None or exchange.key != self._last_command or exchange.lane is Lane.STOP:
+        if exchange is None or exchange.key != self._last_command or exchange.lane in STOPS:
             return exchange
         if exchange.command.may_repeat():
             return exchange
@@ -169,7 +190,7 @@ class Conversation:
         """Note that the frame has been handed to the port, and until when its reply is waited for."""
         self.counters["frames_sent"] += 1
         exchange.written_at, exchange.deadline = now, deadline
-        if exchange.lane is Lane.STOP:
+        if exchange.lane in STOPS:
             self._stops.append(exchange)
         else:
             self._awaiting = exchange
@@ -186,6 +207,7 @@ class Conversation:
         for exchange in (self._awaiting, *self._stops):
             if exchange is not None and (outcome := exchange.credit(frame, now)) is not None:
                 self._last_reply = frame
+                self._heard_at[frame.body] = now
                 self.counters["replies"] += 1
                 self._answered(exchange)
                 return partial(exchange.settle, outcome)
@@ -227,7 +249,7 @@ class Conversation:
             self._last_command = None
         if exchange.body in self.offline:
             self.offline.discard(exchange.body)
-            self.on_presence(exchange.body, True)
+            self.on_online(exchange.body)
         if exchange is self._fence:
             self._fence = None
             self._regain_step()
@@ -256,7 +278,7 @@ class Conversation:
 
     def _doubt(self, exchange: Exchange, reason: NoReply) -> None:
         """An exchange has no usable reply: fence the line before its outcome is told."""
-        if exchange.lane is Lane.STOP:
+        if exchange.lane in STOPS:
             self._stops.remove(exchange)
             exchange.settle(reason)
             return
@@ -280,7 +302,12 @@ class Conversation:
         if body <= LAST_BODY:
             return body
         candidates = self.groups.get(body) or self.bodies
-        return next((it for it in candidates if it not in self.offline), candidates[0] if candidates else 0)
+        alive = [it for it in candidates if it not in self.offline]
+        return self._heard_last(alive or candidates)
+
+    def _heard_last(self, bodies: list[int]) -> int:
+        """The best witness that the line still works."""
+        return max(bodies, key=lambda it: self._heard_at.get(it, -inf), default=0)
 
     def _new_fence(self) -> Exchange:
         self._fence = self.self_identifying_read(self._fence_body)
@@ -294,13 +321,13 @@ class Conversation:
         if self._fence_tries < FENCE_TRIES:
             return
         self._fenced_in_silence += 1
-        self._went_offline(self._fence_body)
+        self._went_offline(self._fence_body, asked=True)
         alive = [body for body in self.bodies if body not in self.offline]
         if alive and self._fenced_in_silence < SILENT_BODIES:
-            self._fence_body, self._fence_tries = alive[0], 0
+            self._fence_body, self._fence_tries = self._heard_last(alive), 0
             return
         for body in alive:
-            self._went_offline(body)
+            self._went_offline(body, asked=False)
         # Late replies have had their time; the probes tell when somebody is back.
         self._last_command = None
         if self._suspect is not None:
@@ -319,22 +346,22 @@ class Conversation:
         elif exchange.repeats > 0 and not exchange.abandoned() and exchange.body not in self.offline:
             exchange.repeats -= 1
             self.counters["repeats"] += 1
-            if exchange.lane is Lane.READ:
-                self.scheduler.put_back(exchange)
-            else:
+            if exchange.lane is Lane.COMMAND:
                 self._urgent.appendleft(exchange)
+            else:
+                self.scheduler.put_back(exchange)
         elif exchange.doubt is not None:
             exchange.settle(exchange.doubt)
 
-    def _went_offline(self, body: int) -> None:
+    def _went_offline(self, body: int, *, asked: bool) -> None:
         if body in self.offline:
             return
         self.offline.add(body)
         for exchange in self.scheduler.remove(
-            lambda it: it.body == body and it.lane is not Lane.STOP and not it.self_identifying
+            lambda it: it.body == body and it.lane not in STOPS and not it.self_identifying
         ):
             exchange.settle(offline_error(body))
-        self.on_presence(body, False)
+        self.on_offline(body, asked)
 
     # the end
 

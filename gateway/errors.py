@@ -96,6 +96,9 @@ class Expired(NotSent):
     kind = "expired"
     title = "It was too late to start"
 
+    def __init__(self, waited_for: str = "line") -> None:
+        super().__init__(f"The {waited_for} was not free in time; nothing was sent.", "Try again.")
+
 
 class Cancelled(NotSent):
     """A stop, or the end of the gateway, removed the request from the queue."""

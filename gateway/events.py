@@ -11,6 +11,7 @@ from typing import Any, Literal, Self
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
+from gateway.addresses import canonical_address
 from gateway.errors import InvalidRequest
 
 RETAINED_EVENTS = 100_000
@@ -30,9 +31,6 @@ GAP = "stream.gap"
 
 _SOURCE = "/motion-gateway"
 _CURSOR = re.compile("([0-9a-f]{8})-([0-9]{12})")
-_BODY = re.compile("(?:(?P<line>[a-z][a-z0-9-]*)[.])?(?P<number>[0-9][0-9a-f])", re.ASCII | re.IGNORECASE)
-"""Numbers of bodies and groups all begin with a digit, ids of robots with a letter."""
-_ROBOT = re.compile("[a-z][a-z0-9-]*(?:/units/[0-9]+)?", re.ASCII | re.IGNORECASE)
 _ADDRESSED = frozenset({"bodies", "groups", "robots"})
 """What has an address that a filter can name."""
 _TYPE = re.compile(r"[a-z0-9_]+(?:\.[a-z0-9_]+)*(?P<any>\.\*)?")
@@ -361,18 +359,3 @@ class EventHub:
 
 def _cursor(epoch: str, number: int) -> str:
     return f"{epoch}-{number:012d}"
-
-
-def canonical_address(text: str) -> str:
-    """Write an address as events do: bodies' numbers in upper case, the rest in lower case.
-
-    :raises InvalidRequest: it is neither a body's nor a robot's.
-    """
-    if match := _BODY.fullmatch(text):
-        line = f"{match['line'].lower()}." if match["line"] else ""
-        return line + match["number"].upper()
-    if _ROBOT.fullmatch(text):
-        return text.lower()
-    raise InvalidRequest(
-        f"{text!r} is no address of a body or robot.", "Give addresses such as 3F, line.3F, r1 or r1/units/1."
-    )

@@ -19,8 +19,16 @@ class Lane(IntEnum):
     """Who goes first: the lower number."""
 
     STOP = 0
-    COMMAND = 1
-    READ = 2
+    PROOF = 1
+    """Questions whether a stop has worked."""
+    COMMAND = 2
+    AGAIN = 3
+    """Stops repeated to whoever has not answered the last one and may be dead."""
+    READ = 4
+
+
+STOPS = (Lane.STOP, Lane.AGAIN)
+QUESTIONS = (Lane.READ, Lane.PROOF)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +84,8 @@ class Exchange:
         if self.lane is other.lane is Lane.STOP:
             return self.frame == other.frame and other.on_written is None
         return (
-            self.lane is other.lane is Lane.READ
+            self.lane is other.lane
+            and self.lane in QUESTIONS
             and self.frame == other.frame
             and self.expires_at == other.expires_at
             and self.command.may_repeat()
@@ -111,7 +120,7 @@ class Exchange:
 
     def abandoned(self) -> bool:
         """Whether nobody waits any more: a read of this kind need not be sent."""
-        return self.lane is Lane.READ and all(map(_IS_DONE, self.waiters))
+        return self.lane in QUESTIONS and all(map(_IS_DONE, self.waiters))
 
 
 def is_group(body: int) -> bool:

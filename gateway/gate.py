@@ -46,4 +46,4 @@ def not_too_late(exchange: Exchange, now: float) -> GatewayError | None:
     """No command starts later than its sender allowed."""
     if exchange.expires_at is None or now < exchange.expires_at:
         return None
-    return Expired("The line was not free in time; nothing was sent.", "Try again.")
+    return Expired()

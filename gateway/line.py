@@ -3,13 +3,14 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Coroutine, Iterable, Mapping
 from typing import Any
 
 from gateway.carrier import Carrier
 from gateway.conversation import Conversation, offline_error
 from gateway.errors import Cancelled, ControllerRefused, GatewayError, NoReply
-from gateway.exchange import Answered, Exchange, Lane, Outcome
+from gateway.exchange import STOPS, Answered, Exchange, Lane, Outcome
+from gateway.gate import Gate
 from gateway.port import LineState as LineState
 from protocols.rorze.link import (
     POISON,
@@ -48,6 +49,7 @@ class Line(Carrier[Exchange, Frame]):
         line_id: str,
         transport: Transport,
         bodies: Iterable[int],
+        groups: Mapping[int, list[int]] | None = None,
         *,
         introducer: str = "&",
         reply_timeout_s: float = 0.5,
@@ -57,6 +59,7 @@ class Line(Carrier[Exchange, Frame]):
     ) -> None:
         talk = Conversation(
             bodies,
+            groups,
             introducer=introducer,
             reply_timeout_s=reply_timeout_s,
             late_reply_s=late_reply_s,
@@ -67,13 +70,37 @@ class Line(Carrier[Exchange, Frame]):
         self.controllers = ""
         """What the link master answered to XID."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
-        talk.on_presence = self._presence_changed
-        self.bodies, self.groups, self.offline, self.gate = talk.bodies, talk.groups, talk.offline, talk.gate
-        self.introducer, self.interject_stops = introducer, interject_stops
-        self.reply_timeout_s, self.late_reply_s = reply_timeout_s, late_reply_s
+        talk.on_online, talk.on_offline = self._came_back, self._fell_silent
 
     def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
         return (self._probe_offline(),)
+
+    # what it is
+
+    @property
+    def bodies(self) -> list[int]:
+        """The numbers of its bodies."""
+        return self._talk.bodies
+
+    @property
+    def groups(self) -> dict[int, list[int]]:
+        """What its link master is told of its groups: their numbers, and those of their members."""
+        return self._talk.groups
+
+    @property
+    def offline(self) -> set[int]:
+        """The bodies that do not answer."""
+        return self._talk.offline
+
+    @property
+    def gate(self) -> Gate:
+        """What every frame has to pass."""
+        return self._talk.gate
+
+    @property
+    def interject_stops(self) -> bool:
+        """Whether a stop goes out before the reply under way."""
+        return self._talk.interject_stops
 
     @property
     def last_error_at(self) -> float | None:
@@ -90,7 +117,7 @@ class Line(Carrier[Exchange, Frame]):
 
     def can_address(self, body: int) -> bool:
         """Whether the line's way of addressing reaches this body number."""
-        return self.introducer == "&" or body <= 0xF
+        return self._talk.introducer == "&" or body <= 0xF
 
     def _break_off(self, reason: str) -> None:
         self._reader = LinkReader()
@@ -105,7 +132,7 @@ class Line(Carrier[Exchange, Frame]):
         """Tell the link master what it forgets at power-off: XID, XRSM1, the groups (RC-420 manual 17.2)."""
         self._ready = False
         if fresh:
-            await self._clear_with(POISON, self.late_reply_s)
+            await self._clear_with(POISON, self._talk.late_reply_s)
         identified = await self._tell(IdentifyControllers())
         if isinstance(identified, Answered):
             self.controllers = getattr(identified.replies[LINK_MASTER], "text", "")
@@ -163,7 +190,7 @@ class Line(Carrier[Exchange, Frame]):
         """
         if not self._open:
             raise self._down()
-        if body in self.offline and lane is not Lane.STOP:
+        if body in self.offline and lane not in STOPS:
             raise offline_error(body)
         exchange = self._talk.exchange(body, command, lane)
         exchange.expires_at, exchange.on_written = expires_at, on_written
@@ -218,9 +245,12 @@ class Line(Carrier[Exchange, Frame]):
 
     # presence
 
-    def _presence_changed(self, body: int, here: bool) -> None:
-        self.on_change("body.online" if here else "body.offline", {"body": body})
-        if here and len(self.offline) == len(self.bodies) - 1:
+    def _fell_silent(self, body: int, asked: bool) -> None:
+        self.on_change("body.offline", {"body": body, "asked": asked})
+
+    def _came_back(self, body: int) -> None:
+        self.on_change("body.online", {"body": body})
+        if len(self.offline) == len(self.bodies) - 1:
             self.set_up_again("the line was silent and answers again")
 
     async def _probe_offline(self) -> None:
@@ -238,7 +268,7 @@ class Line(Carrier[Exchange, Frame]):
         somebody_came_back = False
         for body in sorted(self.offline):
             began_at = self._loop.time()
-            outcome = await self.probe(body, self.reply_timeout_s)
+            outcome = await self.probe(body, self._talk.reply_timeout_s)
             if isinstance(outcome, Answered):
                 somebody_came_back = True
             elif len(self.offline) < len(self.bodies):

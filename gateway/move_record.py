@@ -2,12 +2,17 @@
 
 from datetime import datetime
 from enum import StrEnum
-from typing import Self
+from typing import Literal, Self
 
 from pydantic import Field
 
 from gateway.errors import GatewayError, Moved
 from gateway.records import Record
+
+LOST_AFTER_S = 30.0
+"""What has not answered this long in the middle of a move has lost it."""
+
+MoveKind = Literal["relative", "absolute", "home", "continuous", "interpolated"]
 
 
 class MoveStatus(StrEnum):
@@ -71,4 +76,24 @@ class MoveRecord(Record):
     ended_at: datetime | None = None
     event_cursor: str = Field(
         default="", description="Events after this cursor include all later news of the move."
+    )
+
+
+class Move(MoveRecord):
+    """One move of one body."""
+
+    group_id: str | None = Field(default=None, description="The group it was sent to, if it was.")
+    kind: MoveKind
+    end_cause: str | None = Field(
+        default=None,
+        description="normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the "
+        "controller says; not_executed or position_mismatch as the gateway found.",
+    )
+    start_position: int | None = Field(default=None, description="In pulses, before the move.")
+    target_position: int | None = Field(
+        default=None, description="In pulses, where it can be known beforehand."
+    )
+    position: int | None = Field(default=None, description="In pulses, as last read.")
+    completion: Literal["frame", "polling"] | None = Field(
+        default=None, description="Whether the end was announced by the link master or found by polling."
     )

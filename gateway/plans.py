@@ -1,16 +1,19 @@
 """What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
 
+from typing import Any
+
 from pydantic import Field
 
 from gateway.bodies import Body
 from gateway.errors import ControllerRefused
-from gateway.moves import target_of
 from gateway.records import Record
 from protocols.rorze.encoder import GetEncoderRatio
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
+from protocols.rorze.notation import PositionReference
 from protocols.rorze.patterns import GetPattern, GetSpeedChange
 from protocols.rorze.position import GetPosition
+from protocols.rorze.position_table import GetPositionEntry
 from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, steady
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.speeds import (
@@ -61,6 +64,26 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     else:
         planned.duration_s = profile.duration_s
     return planned
+
+
+async def target_of(body: Body, command: RorzeCommand[Any], start: int) -> int | None:
+    """Where the command should bring the motor, as far as it can be known beforehand."""
+    if isinstance(command, RelativeMove):
+        amount = await _amount(body, command.distance)
+        sign = 1 if command.code[1] == "+" else -1
+        return None if amount is None else start + sign * amount
+    if isinstance(command, AbsoluteMove):
+        return await _amount(body, command.position)
+    return None
+
+
+async def _amount(body: Body, value: int | PositionReference | str) -> int | None:
+    if isinstance(value, int):
+        return value
+    if isinstance(value, PositionReference) and isinstance(value.position, int):
+        reply, _ = await body.ask(GetPositionEntry(entry=value))
+        return reply.pulses
+    return None
 
 
 async def _pulses(body: Body, amount: int) -> int:

@@ -3,9 +3,11 @@
 import asyncio
 import random
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any, TypeVar
 
 from gateway import config as settings
+from gateway.addresses import numbered_address
 from gateway.bodies import Body, Group
 from gateway.config import Config
 from gateway.errors import (
@@ -19,21 +21,20 @@ from gateway.errors import (
     NotFound,
 )
 from gateway.events import EventHub
-from gateway.exchange import Exchange
+from gateway.exchange import Exchange, Lane
 from gateway.fics.line import FicsLine
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
 from gateway.fics.watch import watch
 from gateway.line import Line
-from gateway.moves import Move, Moves, wait_for
+from gateway.move_record import Move
+from gateway.moves import Moves
 from gateway.scans import Scans
 from gateway.stops import Stops
-from gateway.units import Scale
 from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage
-from protocols.rorze.position import GetPosition
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP
-from protocols.rorze.status import CONTROLLER_STATUS_BITS, GetControllerStatus, names_of
+from protocols.rorze.status import GetControllerStatus
 from protocols.table import Retry
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
@@ -61,6 +62,7 @@ class Plant:
         self._groups: dict[str, Group] = {}
         self._robots: dict[str, Robot] = {}
         self._polls: list[asyncio.Task[None]] = []
+        self._defining = asyncio.Lock()
         for line in config.lines:
             port = self._open_port(line, open_transport)
             if line.robot is not None:
@@ -109,7 +111,7 @@ class Plant:
         )
         self.recorders[line.id] = recorder = Recorder(line.trace_entries, file)
         port = open_transport(line.address)
-        return Recorded(port, recorder) if line.trace_entries else port
+        return Recorded(port, recorder) if line.trace_entries or line.trace_file else port
 
     def _add_robot(
         self, line: settings.Line, it: settings.Robot, port: Transport, rng: random.Random | None
@@ -136,14 +138,12 @@ class Plant:
             line.id,
             port,
             [body.number for body in line.bodies],
+            {group.number: [int(member, 16) for member in group.members] for group in line.groups},
             introducer=line.introducer,
             reply_timeout_s=line.reply_timeout_s,
             late_reply_s=line.late_reply_s,
             interject_stops=line.stop_mode == "interject",
             rng=rng,
-        )
-        built.groups.update(
-            {group.number: [int(member, 16) for member in group.members] for group in line.groups}
         )
         built.gate.add(lambda exchange, _: self._flash_while_moving(built, exchange))
         built.gate.add(lambda exchange, _: self._motion_while_stopping(built, exchange))
@@ -151,16 +151,23 @@ class Plant:
         built.on_change = lambda what, facts: self._on_change(built, what, facts)
         self.lines[line.id] = built
         for it in line.bodies:
-            scale = Scale(unit=it.units.unit, pulses_per_unit=it.units.pulses_per_unit) if it.units else None
-            body = Body(built, it.number, it.name or "", scale, poll_interval_s=line.poll_interval_s)
+            body = Body(
+                built,
+                it.number,
+                it.name or "",
+                it.units,
+                position_tolerance=it.position_tolerance,
+                poll_interval_s=line.poll_interval_s,
+            )
+            body.on_news = partial(self._on_news, body)
             self._bodies[body.address] = body
         for group in line.groups:
-            self._add_group(built, group.number, list(group.members))
+            members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
+            self._add_group(Group(built, group.number, members))
 
-    def _add_group(self, line: Line, number: int, members: list[str]) -> Group:
-        group = Group(line, number, [self._bodies[f"{line.id}.{member}"] for member in members])
+    def _add_group(self, group: Group) -> None:
+        group.on_strangers = partial(self._on_strangers, group)
         self._groups[group.address] = group
-        return group
 
     # finding
 
@@ -196,6 +203,10 @@ class Plant:
     def bodies(self) -> list[Body]:
         """All bodies, in the order of the configuration."""
         return list(self._bodies.values())
+
+    def bodies_of(self, line: Line) -> list[Body]:
+        """The bodies of one line, in the order of the configuration."""
+        return [body for body in self.bodies() if body.line is line]
 
     def robots(self) -> list[Robot]:
         """All robots, in the order of the configuration."""
@@ -247,16 +258,29 @@ class Plant:
         number = _group_number(address, line)
         if any(body.line is not line for body in bodies):
             raise InvalidRequest("All members of a group are on one line; nothing was sent.")
-        old = self._groups.get(f"{line.id}.{number:02X}")
-        for body in (*bodies, *(old.members if old else ())):
+        group = Group(line, number, bodies, name)
+        async with self._defining:
+            await self._define(group, self._groups.get(group.address))
+            self._add_group(group)
+        return group
+
+    @staticmethod
+    async def _define(group: Group, old: Group | None) -> None:
+        """From the first word to the link master on, nothing but stops is sent to the number."""
+        for body in (*group.members, *(old.members if old else ())):
             if body.move is not None:
                 raise BodyBusy(
                     f"{body.address} is moving; nothing was sent.", "Wait for the end of its move."
                 )
-        await line.define_group(number, [body.number for body in bodies])
-        group = Group(line, number, bodies, name)
-        self._groups[group.address] = group
-        return group
+        if old is not None:
+            old.in_force = False
+            group.line.cancel(lambda it: it.body == old.number and it.lane is not Lane.STOP, old.redefined())
+        try:
+            await group.line.define_group(group.number, [body.number for body in group.members])
+        except GatewayError:  # refused, not sent, or about to be undone; whoever is cancelled does not know
+            if old is not None:
+                old.in_force = True
+            raise
 
     # news
 
@@ -290,22 +314,35 @@ class Plant:
             return
         address = f"{line.id}.{number:02X}"
         if what == "body.offline" and address in self._bodies:
-            self._bodies[address].forget_state()
-            self._bodies[address].went_silent = True
+            body = self._bodies[address]
+            if facts["asked"]:
+                body.fell_silent()
+            else:
+                body.out_of_sight()
         if what == "body.online" and address in self._bodies:
             self._bodies[address].look_due.set()
         self.events.publish(what, f"/bodies/{address}", facts)
 
-    def _bodies_of(self, line: Line) -> list[Body]:
-        return [body for body in self.bodies() if body.line is line]
-
     def _line_changed(self, line: Line, what: str) -> None:
         """What happens while a line is down is known only when its bodies have been asked."""
-        for body in self._bodies_of(line):
+        for body in self.bodies_of(line):
             if what == "line.down":
-                body.forget_state()
+                body.out_of_sight()
             elif what == "line.up" and body.moving is None:
                 body.look_due.set()
+
+    def _on_news(self, body: Body, kind: str, facts: dict[str, object]) -> None:
+        self.events.publish(kind, f"/bodies/{body.address}", facts)
+
+    def _on_strangers(self, group: Group, numbers: set[int]) -> None:
+        """The link master means others by the group than we do: who has obeyed may move now."""
+        strangers = [f"{group.line.id}.{number:02X}" for number in sorted(numbers)]
+        for address in strangers:
+            if address in self._bodies:
+                self._bodies[address].may_move()
+        group.line.counters["strangers_in_groups"] += 1
+        self.events.publish("group.strangers", f"/groups/{group.address}", {"bodies": strangers})
+        group.line.set_up_again(f"{', '.join(strangers)} obeyed group {group.short}")
 
     # rules and watching
 
@@ -313,7 +350,7 @@ class Plant:
         """A flash command holds up the line for 1.5 s: not while anything moves there, or may move."""
         if not exchange.command.takes_s:
             return None
-        code, bodies = exchange.command.code, self._bodies_of(line)
+        code, bodies = exchange.command.code, self.bodies_of(line)
         moving = [body.address for body in bodies if body.moving]
         if moving:
             return BodyBusy(f"{', '.join(moving)} moves; {code} was not sent.", "Wait for standstill.")
@@ -332,8 +369,8 @@ class Plant:
         numbers = line.groups.get(exchange.body, [exchange.body])
         stopping = [
             body.address
-            for body in self.bodies()
-            if body.line is line and body.number in numbers and self.stops.under_way(body)
+            for body in self.bodies_of(line)
+            if body.number in numbers and self.stops.under_way(body)
         ]
         if not stopping:
             return None
@@ -363,35 +400,12 @@ class Plant:
             body.look_due.clear()
             if body.line.state == "ready" and body.online and body.move is None:
                 try:
-                    await self._look_at(body)
+                    await body.look()
                 except GatewayError as error:
                     self.events.publish(
                         "body.unreadable", f"/bodies/{body.address}", {"detail": error.detail}
                     )
-            await wait_for(body.look_due, HEALTH_POLL_S)
-
-    async def _look_at(self, body: Body) -> None:
-        status, _ = await body.ask(GetControllerStatus())
-        bits = status.bits or 0
-        if body.move is not None:
-            return
-        if bits != body.status_bits:
-            body.status_bits = bits
-            named = names_of(bits, CONTROLLER_STATUS_BITS)
-            self.events.publish("body.status.changed", f"/bodies/{body.address}", {"status": named})
-        moving = bool(bits & 1)
-        if moving and not body.moving:
-            self.events.publish("body.motion.foreign", f"/bodies/{body.address}", {})
-        body.moving = moving
-        if not moving:
-            await self._look_where(body)
-
-    @staticmethod
-    async def _look_where(body: Body) -> None:
-        position, answer = await body.ask(GetPosition())
-        body.position, body.position_at = position.pulses, answer.at
-        if body.move is None:
-            body.rest_position = position.pulses
+            await body.look_wanted(HEALTH_POLL_S)
 
 
 def _group_number(address: str, line: Line) -> int:
@@ -409,9 +423,8 @@ T = TypeVar("T", Body, Group)
 
 
 def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -> T:
-    line_id, _, short = address.rpartition(".")
-    short = short.upper()
-    wanted = [line_id.lower()] if line_id else lines
+    line_id, _, short = numbered_address(address).rpartition(".")
+    wanted = [line_id] if line_id else lines
     found = [things[key] for line in wanted if (key := f"{line}.{short}") in things]
     if not found:
         raise NotFound(f"There is no {what} {address} in the configuration; nothing was sent.")

@@ -118,14 +118,15 @@ class PortLoop(ABC):
         while True:
             try:
                 await self.transport.open(self)
-            except TransportError as error:
-                self._went_down(str(error))
-            else:
                 self.counters["openings"] += 1
                 self._open = True
                 if await self._serve_until_lost():
                     pause_s = REOPEN_S[0]
-                await self.transport.close()
+            except TransportError as error:
+                self._went_down(str(error))
+            except Exception as fault:  # passed on, it would leave the line down for good, and nobody told
+                self._went_down(f"{type(fault).__name__}: {fault}", fault)
+            await self.transport.close()
             await asyncio.sleep(pause_s)
             pause_s = min(2 * pause_s, REOPEN_S[1])
 
@@ -143,7 +144,7 @@ class PortLoop(ABC):
                 await self._attention.wait()
         return was_ready
 
-    def _went_down(self, why: str) -> None:
+    def _went_down(self, why: str, fault: Exception | None = None) -> None:
         reason = why.removesuffix("Nothing was sent.").rstrip(" .")  # sentences say so themselves
         was_open, self._open, self._ready = self._open, False, False
         self._heard_out = False
@@ -152,7 +153,7 @@ class PortLoop(ABC):
         self._stuck_since = None
         self._break_off(reason)
         if changed:
-            log.warning("line %s is down: %s", self.id, reason)
+            log.warning("line %s is down: %s", self.id, reason, exc_info=fault)
             self.on_change("line.down", {"reason": reason})
         self._attention.set()
 

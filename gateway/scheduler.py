@@ -1,8 +1,8 @@
 """Whose turn it is on a line: a pure decision over what waits, without clock or I/O.
 
-Stops go before commands, commands before reads. Within a lane the bodies take turns, so that one busy body
-starves nobody; within a body the order of arrival holds. Equal reads that wait share one exchange, and so do
-equal stops.
+Stops go first, then what is asked to prove them, then commands, then reads. Within a lane the bodies take
+turns, so that one busy body starves nobody; within a body the order of arrival holds. Equal reads that wait
+share one exchange, and so do equal stops.
 """
 
 from collections import OrderedDict, deque
@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 
 from gateway.errors import Expired, QueueFull
-from gateway.exchange import Exchange, Lane
+from gateway.exchange import STOPS, Exchange, Lane
 
 QUEUE_LIMIT = 64
 """Exchanges that may wait for one body in one lane."""
@@ -55,14 +55,14 @@ class Scheduler:
     """What waits on one line, and which of it goes next."""
 
     def __init__(self) -> None:
-        self._lanes = {lane: _Turns() for lane in Lane}
+        self._lanes = [_Turns() for _ in Lane]
 
     def __bool__(self) -> bool:
-        return any(self._lanes.values())
+        return any(self._lanes)
 
-    def has(self, lane: Lane) -> bool:
-        """Whether anything waits in a lane."""
-        return bool(self._lanes[lane])
+    def has_stops(self) -> bool:
+        """Whether any stop waits."""
+        return any(self._lanes[lane] for lane in STOPS)
 
     def waiting(self, lane: Lane) -> int:
         """How many exchanges wait in a lane."""
@@ -78,7 +78,7 @@ class Scheduler:
             if other.shares(exchange):
                 other.waiters += exchange.waiters
                 return other
-        if exchange.lane is not Lane.STOP and len(queue) >= QUEUE_LIMIT:
+        if exchange.lane not in STOPS and len(queue) >= QUEUE_LIMIT:
             raise QueueFull(
                 f"{QUEUE_LIMIT} requests wait for this body already; nothing was sent.", "Try again later."
             )
@@ -101,11 +101,11 @@ class Scheduler:
 
     def remove(self, unwanted: Callable[[Exchange], bool]) -> list[Exchange]:
         """Take out everything unwanted, in whatever lane it waits."""
-        return [exchange for turns in self._lanes.values() for exchange in turns.remove(unwanted)]
+        return [exchange for turns in self._lanes for exchange in turns.remove(unwanted)]
 
     def expire(self, now: float) -> list[Exchange]:
         """Take out what could not be started in time, and tell those who waited."""
         late = self.remove(lambda it: it.expires_at is not None and it.expires_at <= now)
         for exchange in late:
-            exchange.settle(Expired("The line was not free in time; nothing was sent.", "Try again."))
+            exchange.settle(Expired())
         return late

@@ -3,30 +3,24 @@
 import asyncio
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from typing import Literal
+from typing import Any
 
 from pydantic import Field
 
 from gateway.bodies import Body, Group
-from gateway.errors import ControllerRefused, GatewayError, StoppedFirst
+from gateway.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.events import EventHub
 from gateway.exchange import Answered, Lane, Outcome
 from gateway.records import Record
+from gateway.stopping import CONFIRM_WITHIN_S, RECORD_WITHIN_S, Stopping, StopState
+from gateway.stopping import StopMode as StopMode
 from protocols.rorze.interpolation import StartInterpolation
 from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import EndProgram, GetProgramStatus
+from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetControllerStatus
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 
-StopMode = Literal["decelerate", "immediate"]
-
-REPEAT_S = 0.1
-"""A stop is repeated this often until standstill is proved."""
-CONFIRM_WITHIN_S = 2.0
-"""After this time without standstill an event calls for the hardware stop; the stop is still repeated."""
-GIVE_UP_AFTER_S = 60.0
-RECORD_WITHIN_S = 1.0
-UNCONFIRMED = "Standstill is not confirmed: use the hardware stop."
 PROGRAM_RUNS = 1
 """Bit 0 of a program's status (URD)."""
 
@@ -35,7 +29,7 @@ class StopReport(Record):
     """How far the stop of one body has come."""
 
     body_id: str
-    state: Literal["requested", "sent", "acknowledged", "confirmed", "not_sent"] = Field(
+    state: StopState = Field(
         "requested", description="Only confirmed means that the controller itself reports standstill."
     )
     position: int | None = Field(None, description="In pulses, at standstill.")
@@ -48,29 +42,35 @@ class Stops:
     def __init__(self, events: EventHub, groups_of: Callable[[Body], list[Group]]) -> None:
         self._events = events
         self._groups_of = groups_of
-        self._running: dict[tuple[Body, StopMode], asyncio.Task[None]] = {}
-        self._reports: dict[tuple[Body, StopMode], StopReport] = {}
+        self._running: dict[tuple[Body, StopMode], _BodyStop] = {}
+        self._tasks: dict[_BodyStop, asyncio.Task[None]] = {}
+        """Of these, and of those that are confirmed and whose moves have not been recorded yet."""
 
     def stop(self, bodies: Iterable[Body], mode: StopMode) -> "asyncio.Task[list[StopReport]]":
         """Stop bodies; every stop frame is queued before this returns, first those that reach whole groups.
 
+        What is being stopped so already is stopped again by itself: it gets no further frame from here.
         The result comes when all stand still, or after two seconds with what is known then.
         """
         wanted = self._with_interpolation_partners(bodies)
         for body in wanted:
             self._forbid_what_waits(body)
+        new = [body for body in wanted if (body, mode) not in self._running]
         for group in self._groups_within(wanted):
-            _submit_quietly(group, mode)
-        keys = [self._begin(body, mode) for body in wanted]
-        return asyncio.create_task(self._report(keys), name="stop report")
+            if not set(new).isdisjoint(group.members):
+                _submit_quietly(group, mode)
+        for body in new:
+            self._begin(body, mode)
+        running = [self._running[body, mode] for body in wanted]
+        return asyncio.create_task(self._report(running), name="stop report")
 
     def under_way(self, body: Body) -> bool:
         """Whether a stop of the body is not confirmed yet."""
-        return any(stopping is body for stopping, _ in self._running)
+        return any(stop.body is body for stop in self._tasks)
 
     async def close(self) -> None:
-        """Give up repeating."""
-        tasks = list(self._running.values())
+        """Give up repeating: nobody is there any more who could."""
+        tasks = list(self._tasks.values())
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
@@ -94,100 +94,171 @@ class Stops:
         numbers = {body.number, *(group.number for group in self._groups_of(body))}
         for number in numbers:
             body.line.gate.stop(number)
-        body.line.cancel(
-            lambda it: it.body in numbers and it.lane is Lane.COMMAND and not it.command.may_repeat(),
-            StoppedFirst(),
-        )
+        body.line.cancel(lambda it: it.body in numbers and it.lane is Lane.COMMAND, StoppedFirst())
 
-    def _begin(self, body: Body, mode: StopMode) -> tuple[Body, StopMode]:
-        key = (body, mode)
-        if key not in self._running:
-            self._reports[key] = report = StopReport(body_id=body.address)
-            first = _submit(body, mode, report)
-            task = asyncio.create_task(
-                self._see_through(body, mode, report, first), name=f"stop {body.address}"
-            )
-            self._running[key] = task
-            task.add_done_callback(lambda _: self._running.pop(key, None))
-            self._publish("body.stop.requested", body, report)
-        return key
+    def _begin(self, body: Body, mode: StopMode) -> None:
+        stop = _BodyStop(body, mode, self._events)
+        stop.submit()
+        task = asyncio.create_task(self._see_through(stop), name=f"stop {body.address}")
+        self._running[body, mode], self._tasks[stop] = stop, task
+        task.add_done_callback(lambda _: self._over(stop))
+        stop.publish("requested")
 
-    async def _report(self, keys: list[tuple[Body, StopMode]]) -> list[StopReport]:
-        reports = [self._reports[key] for key in keys]
-        tasks = [self._running[key] for key in keys if key in self._running]
-        if tasks:
-            await asyncio.wait(tasks, timeout=CONFIRM_WITHIN_S)
-        return reports
+    def _over(self, stop: "_BodyStop") -> None:
+        """Forget a stop, which a gateway that closes may not even have begun to see through."""
+        del self._tasks[stop]
+        self._forget(stop)
 
-    async def _see_through(
-        self, body: Body, mode: StopMode, report: StopReport, first: "asyncio.Future[Outcome] | None"
-    ) -> None:
-        """Repeat the stop until the controller stands still and runs no program that could move it again."""
-        loop = asyncio.get_running_loop()
-        warning = loop.call_later(CONFIRM_WITHIN_S, self._warn, body, report)
-        patient_until = loop.time() + CONFIRM_WITHIN_S
-        attempt = first
-        try:
-            async with asyncio.timeout(GIVE_UP_AFTER_S):
-                while True:
-                    if attempt is not None:
-                        await self._note(attempt, report)
-                        await self._end_program(body, mode)
-                    if await self._stands_still(body, report):
-                        break
-                    await asyncio.sleep(REPEAT_S)
-                    decelerates = mode == "decelerate" and report.state == "acknowledged"
-                    wait = decelerates and loop.time() < patient_until
-                    attempt = None if wait else _submit(body, mode, report)
-        except TimeoutError:
+    def _forget(self, stop: "_BodyStop") -> None:
+        if self._running.get((stop.body, stop.mode)) is stop:
+            del self._running[stop.body, stop.mode]
+
+    async def _report(self, stops: "list[_BodyStop]") -> list[StopReport]:
+        running = [self._tasks[stop] for stop in stops if stop in self._tasks]
+        if running:
+            await asyncio.wait(running, timeout=CONFIRM_WITHIN_S)
+        return [stop.report for stop in stops]
+
+    async def _see_through(self, stop: "_BodyStop") -> None:
+        """Repeat it until it is confirmed; from then on another stop is one of its own."""
+        await stop.see_through()
+        stop.withdraw()
+        self._forget(stop)
+        stop.body.stands()
+        stop.publish("confirmed")
+        await _move_recorded(stop.body)
+
+
+class _BodyStop(Stopping):
+    """The stop of one body, and of the user program that could start its next move."""
+
+    def __init__(self, body: Body, mode: StopMode, events: EventHub) -> None:
+        self.report = StopReport(body_id=body.address)
+        super().__init__(mode, self.report)
+        self.body = body
+        self._events = events
+        self._stop: asyncio.Future[Outcome] | None = None
+        self._end: asyncio.Future[Outcome] | None = None
+        """Of the program."""
+        self._waits = False
+        """Whether the last stop is not written yet."""
+        self._answers = True
+        """If not, the body may be dead, and nobody else need wait for it."""
+        self._why: str | None = f"{body.address} has not told yet whether its motor stands still."
+        self.tell()
+
+    # sending
+
+    def submit(self) -> None:
+        """Send the stop, unless one still waits for its turn.
+
+        The end of the program follows the reply, for the link may take one frame at a time; where none is
+        to be expected it goes at once.
+        """
+        if self._waits:
             return
-        finally:
-            warning.cancel()
-        body.moving = False
-        report.state, report.detail = "confirmed", None
-        self._publish("body.stop.confirmed", body, report)
-        await _move_recorded(body)
-
-    def _warn(self, body: Body, report: StopReport) -> None:
-        report.detail = UNCONFIRMED
-        self._publish("body.stop.unconfirmed", body, report)
-
-    @staticmethod
-    async def _note(attempt: "asyncio.Future[Outcome]", report: StopReport) -> None:
-        outcome = await attempt
-        if isinstance(outcome, Answered):
-            report.state = "acknowledged"
-        elif isinstance(outcome, GatewayError):
-            report.detail = outcome.detail
-
-    @staticmethod
-    async def _end_program(body: Body, mode: StopMode) -> None:
-        """A user program could start the next move: end it too (RC-420 manual 14, UES)."""
+        lane, self._waits = self._lane(), True
         try:
-            await body.ask(
-                EndProgram(motor="stop_immediately" if mode == "immediate" else "stop_decelerating")
-            )
-        except GatewayError:
-            return
-
-    @staticmethod
-    async def _stands_still(body: Body, report: StopReport) -> bool:
-        """Whether the status says so twice, and no program runs that could move the motor again."""
-        try:
-            if await _runs_pulses(body) or await _runs_program(body):
-                return False
-            position, _ = await body.ask(GetPosition(), lane=Lane.COMMAND)
-            if await _runs_pulses(body):
-                return False
+            self._stop = self._send(_stop_of(self.mode), self.note_written)
         except GatewayError as error:
-            if report.detail != UNCONFIRMED:
-                report.detail = error.detail
-            return False
-        report.position = position.pulses
-        return True
+            self.note_not_sent(error)
+            return
+        if lane is Lane.AGAIN:
+            self._end_program()
+        self._stop.add_done_callback(lambda stop: self._note(lane, stop.result()))
 
-    def _publish(self, kind: str, body: Body, report: StopReport) -> None:
-        self._events.publish(kind, f"/bodies/{body.address}", report.model_dump())
+    def _lane(self) -> Lane:
+        return Lane.STOP if self._answers else Lane.AGAIN
+
+    def note_written(self, at: float) -> None:
+        """It is on the wire."""
+        self._waits = False
+        super().note_written(at)
+
+    def note_not_sent(self, error: GatewayError) -> None:
+        """It could not be put on the wire."""
+        self._waits = False
+        super().note_not_sent(error)
+
+    def _send(
+        self, command: RorzeCommand[Any], on_written: Callable[[float], None] | None = None
+    ) -> "asyncio.Future[Outcome]":
+        return self.body.line.submit(self.body.number, command, self._lane(), on_written=on_written)
+
+    def _note(self, lane: Lane, outcome: Outcome) -> None:
+        self._answers = not isinstance(outcome, NoReply)
+        if isinstance(outcome, Answered) and self.report.state != "confirmed":
+            self.report.state = "acknowledged"
+        if isinstance(outcome, NotSent):
+            self.note_not_sent(outcome)
+        elif lane is Lane.STOP:
+            self._end_program()
+
+    def _end_program(self) -> None:
+        """End the user program, too (RC-420 manual 14, UES)."""
+        if self._end is not None and not self._end.done():
+            return
+        immediately = self.mode == "immediate"
+        with suppress(GatewayError):
+            self._end = self._send(
+                EndProgram(motor="stop_immediately" if immediately else "stop_decelerating")
+            )
+
+    def withdraw(self) -> None:
+        """Take back what still waits: it would stop the next move."""
+        number = self.body.number
+        self.body.line.cancel(lambda it: it.body == number and it.lane is Lane.AGAIN, StoppedFirst())
+
+    # seeing
+
+    async def stands_still(self) -> bool:
+        """Whether the status says so twice, and no program runs that could move the motor again."""
+        await _over(self._stop)
+        await _over(self._end)
+        try:
+            self._why = await self._why_not_still()
+        except GatewayError as error:
+            self._why = f"Nobody knows whether the motor stands still: {error.detail}"
+        else:
+            self._answers = True
+        self.tell()
+        return self._why is None
+
+    async def _why_not_still(self) -> str | None:
+        if await self._runs_pulses():
+            return "The motor has not come to rest."
+        if await self._runs_program():
+            return "A user program runs that could move the motor again."
+        position, _ = await self.body.ask(GetPosition(), lane=Lane.PROOF)
+        if await self._runs_pulses():
+            return "The motor has not come to rest."
+        self.report.position = position.pulses
+        return None
+
+    async def _runs_pulses(self) -> bool:
+        status, _ = await self.body.ask(GetControllerStatus(bit=0), lane=Lane.PROOF)
+        return bool(status.on)
+
+    async def _runs_program(self) -> bool:
+        try:
+            program, _ = await self.body.ask(GetProgramStatus(), lane=Lane.PROOF)
+        except ControllerRefused:  # it has no programs
+            return False
+        return bool(program.status & PROGRAM_RUNS)
+
+    def replies_heard(self) -> int:
+        """All of its line: while others are heard, its own turn comes."""
+        return self.body.line.counters["replies"]
+
+    # telling
+
+    def why_not(self) -> list[str]:
+        """What the controller has told, or why it has not."""
+        return [self._why] if self._why else []
+
+    def publish(self, what: str) -> None:
+        """Tell everybody how far it has come."""
+        self._events.publish(f"body.stop.{what}", f"/bodies/{self.body.address}", self.report.model_dump())
 
 
 async def _move_recorded(body: Body) -> None:
@@ -198,37 +269,16 @@ async def _move_recorded(body: Body) -> None:
                 await body.free.wait()
 
 
-async def _runs_pulses(body: Body) -> bool:
-    status, _ = await body.ask(GetControllerStatus(bit=0), lane=Lane.COMMAND)
-    return bool(status.on)
+async def _over(future: "asyncio.Future[Outcome] | None") -> None:
+    if future is not None:
+        await asyncio.wait({future})
 
 
-async def _runs_program(body: Body) -> bool:
-    try:
-        program, _ = await body.ask(GetProgramStatus(), lane=Lane.COMMAND)
-    except ControllerRefused:  # it has no programs
-        return False
-    return bool(program.status & PROGRAM_RUNS)
-
-
-def _submit(body: Body, mode: StopMode, report: StopReport) -> "asyncio.Future[Outcome] | None":
-    def written(_: float) -> None:
-        if report.state in ("requested", "not_sent"):
-            report.state = "sent"
-
-    command = StopImmediately() if mode == "immediate" else StopDecelerating()
-    try:
-        return body.line.submit(body.number, command, Lane.STOP, on_written=written)
-    except GatewayError as error:
-        if report.state == "requested":
-            report.state, report.detail = "not_sent", error.detail
-        return None
+def _stop_of(mode: StopMode) -> StopImmediately | StopDecelerating:
+    return StopImmediately() if mode == "immediate" else StopDecelerating()
 
 
 def _submit_quietly(group: Group, mode: StopMode) -> None:
     """One frame for all members; the single frames behind it do not depend on it."""
-    command = StopImmediately() if mode == "immediate" else StopDecelerating()
-    try:
-        group.line.submit(group.number, command, Lane.STOP)
-    except GatewayError:
-        return
+    with suppress(GatewayError):
+        group.line.submit(group.number, _stop_of(mode), Lane.STOP)

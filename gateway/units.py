@@ -21,7 +21,7 @@ class Scale(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     unit: Literal["mm", "um", "deg", "mdeg"]
-    pulses_per_unit: Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False)]
+    pulses_per_unit: Annotated[float, Field(gt=0, le=1_000_000_000, allow_inf_nan=False)]
 
     def pulses(self, value: float, unit: Unit) -> int:
         """The nearest whole number of pulses.

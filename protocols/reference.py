@@ -18,8 +18,10 @@ _HEAD = """\
 # The command tables
 
 Written from the rows in `protocols/` by `python -m protocols.reference`; `GET /commands` gives the same with
-the schemas of parameters and replies. *Retry* says what the gateway may do by itself when the outcome is not
-known (`read`, `setting`, `conditional`, `never`, `stop`).
+the schemas of parameters and replies. *Retry* says what comes of repeating a command when no reply came.
+By itself the gateway repeats only `read` and software stops. `setting`: read back, and repeat what
+differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is
+done twice.
 """
 _RORZE_HEAD = """\
 ## RC-420 and RC-400

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from inspect import getdoc
 from itertools import chain, product
 from types import NoneType, UnionType
@@ -29,18 +29,18 @@ class RangeFault(WireFault):
 
 
 class Retry(StrEnum):
-    """What may be done by itself when the outcome of a command is not known."""
+    """What comes of repeating a command when no reply came; only reads and stops are repeated by itself."""
 
     READ = "read"
-    """Changes nothing: may be repeated after a passed fence."""
+    """Changes nothing: repeated after a passed fence, unless it steps the position index."""
     SETTING = "setting"
-    """Absolute and readable: read back first, repeat only if it differs."""
+    """Never repeated by itself. Absolute and readable: read it back, and repeat it if it differs."""
     CONDITIONAL = "conditional"
-    """Repeating may hide an alarm, wear flash or move: only a person or evidence decides."""
+    """Never repeated by itself. Repeating may hide an alarm, wear flash or move: only a person decides."""
     NEVER = "never"
-    """Repeating does it twice."""
+    """Never repeated by itself: repeating does it twice."""
     STOP = "stop"
-    """Repeated until standstill is proved."""
+    """Harmless to repeat: a software stop is repeated until standstill is proved."""
 
 
 class Wire:
@@ -314,16 +314,22 @@ class Command(Spoken, Generic[R_co]):
     """Fields that the reply repeats and that must be equal."""
     example: ClassVar[tuple[str, ...]] = ()
     """Command and reply in turn, without CR, as the manual prints them (misprints mended, spaces removed)."""
+    _reply_type: ClassVar[type[Reply] | None] = None
 
     @classmethod
-    @cache
+    def __pydantic_init_subclass__(cls, **keywords: object) -> None:
+        """Note the R of `Command[R]`, for this class and its subclasses."""
+        super().__pydantic_init_subclass__(**keywords)
+        for argument in cls.__pydantic_generic_metadata__["args"]:
+            if isinstance(argument, type):
+                cls._reply_type = argument
+
+    @classmethod
     def reply_type(cls) -> type[Reply]:
-        """The R of `Command[R]`."""
-        for base in cls.__mro__:
-            arguments = getattr(base, "__pydantic_generic_metadata__", {}).get("args") or ()
-            if arguments and isinstance(arguments[0], type) and issubclass(arguments[0], Reply):
-                return arguments[0]
-        raise TypeError(f"{cls.__name__} does not say what is answered")
+        """What is answered: the R of `Command[R]`."""
+        if cls._reply_type is None:
+            raise TypeError(f"{cls.__name__} does not say what is answered")
+        return cls._reply_type
 
     @classmethod
     def name(cls) -> str:

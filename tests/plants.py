@@ -11,7 +11,11 @@ from typing import Any, NamedTuple, ParamSpec
 from gateway.bodies import Body
 from gateway.config import parse
 from gateway.events import Event
+from gateway.move_record import Move
 from gateway.plant import Plant
+from protocols.rorze.row import RorzeCommand
+from protocols.table import Ack
+from simulator.faults import Direction, Fault, Switch
 from simulator.rorze.controller import Rc420
 from simulator.rorze.line import Rc400Line, build_line
 from simulator.rorze.rc400 import LinkSettings
@@ -184,3 +188,39 @@ async def rig(
         yield running
     finally:
         await plant.close()
+
+
+# moves
+
+
+async def start(rig: Rig, command: RorzeCommand[Ack], address: str = "3F") -> Move:
+    """Start a move of one body."""
+    [move] = await rig.plant.moves.start(rig.body(address), command)
+    return move
+
+
+async def finished(rig: Rig, command: RorzeCommand[Ack], address: str = "3F") -> Move:
+    """Start a move of one body and wait for its end."""
+    move = await start(rig, command, address)
+    return await ended(rig, move)
+
+
+async def ended(rig: Rig, move: Move) -> Move:
+    """Wait for the end of a move."""
+    over = await rig.plant.moves.wait(move.id, 120.0)
+    assert over.status.final
+    return over
+
+
+def lose(rig: Rig, direction: Direction, frames: int = 1) -> None:
+    """Lose the next frames on the wire."""
+    rig.machine.faults.set(Switch(Fault.LOST, direction, next_frames=frames))
+
+
+async def finished_losing(rig: Rig, command: RorzeCommand[Ack], direction: Direction) -> Move:
+    """Start a move whose command or reply is lost, whatever is asked before it, and wait for its end."""
+    body = rig.body()
+    starting = asyncio.create_task(start(rig, command))
+    await rig.wire.begun(body.line.frame_of(body.number, command).removesuffix("\\r"))
+    lose(rig, direction)
+    return await ended(rig, await starting)

@@ -72,20 +72,27 @@ class SerialPort(StreamTransport):
         await super().close()
 
     async def _connect(self) -> tuple[asyncio.Transport, Session]:
-        loop = asyncio.get_running_loop()
         try:
             # An adapter may take hundreds of milliseconds to open: not on the event loop.
             self._port = await asyncio.to_thread(_open, self._device, self._baud)
+            return await self._serve(self._port)
         except (OSError, ValueError, termios.error) as error:
             reason = _REASONS.get(getattr(error, "errno", None) or 0, str(error))
             raise TransportUnavailable(
                 f"{self.address} was not opened: {reason}. Nothing was sent."
             ) from error
-        session = Session(self.address)
-        self._port.nudge = Nudge(loop, session.reply_is_near)
-        # Suspends nowhere, so that no byte arrives before the port's opener has heard that it is open.
-        channel, _ = await serial_asyncio.connection_for_serial(loop, lambda: session, self._port)
-        self._port.on_write_error = lambda error: loop.call_soon(session.fail, channel, error)
+
+    async def _serve(self, port: "_Port") -> tuple[asyncio.Transport, Session]:
+        """Give a port to the event loop; one that has gone in the meantime is closed."""
+        loop, session = asyncio.get_running_loop(), Session(self.address)
+        try:
+            # Suspends nowhere, so that no byte arrives before the port's opener has heard that it is open.
+            channel, _ = await serial_asyncio.connection_for_serial(loop, lambda: session, port)
+        except Exception:
+            port.close()
+            raise
+        port.nudge = Nudge(loop, session.reply_is_near)
+        port.on_write_error = lambda error: loop.call_soon(session.fail, channel, error)
         return channel, session
 
     def _held_by_system(self, _channel: asyncio.Transport) -> int:

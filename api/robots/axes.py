@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field, ValidationError
 from api.requests import RequestModel
 from gateway.errors import InvalidRequest
 from gateway.fics.units import RobotUnit
-from protocols.fics.notation import AxisName, AxisSystem, Number, Quantity, SpeedNumber
+from protocols.fics.notation import AxisName, Number, Quantity, SpeedNumber
 from protocols.fics.row import FicsCommand
 
 V = TypeVar("V")
@@ -49,11 +49,6 @@ class AxisValue(BaseModel):
     unit: str = Field(description="mm, pulse or degree; mm/s, kpps or rpm.")
 
 
-def system_of(unit: RobotUnit, axis: str) -> AxisSystem:
-    """What an axis is counted in, as the configuration says."""
-    return unit.systems[axis]
-
-
 def in_order(field: str, unit: RobotUnit, names: Sequence[str], given: Mapping[str, V]) -> list[V | None]:
     """Put values given by name into the order of the axes; null stands for an axis that is not named.
 
@@ -82,15 +77,14 @@ def numbers(
 
 
 def _require_unit(field: str, unit: RobotUnit, axis: str, measured: Measured) -> None:
-    system = system_of(unit, axis)
+    system = unit.systems[axis]
     expected = system.unit(measured.quantity)
     if measured.unit != expected:
         raise InvalidRequest(
             f"{field}.unit: axis {axis} of {unit.address} is set up for {expected}, not for "
             f"{measured.unit}; nothing was sent."
         )
-    if not system.can_hold(measured.quantity, measured.value):
-        raise InvalidRequest(f"{field}.value: pulses are whole numbers; nothing was sent.")
+    unit.require_value(axis, measured.quantity, measured.value, f"{field}.value")
 
 
 def build(field: str, row: type[FicsCommand[Any]], **parameters: object) -> FicsCommand[Any]:

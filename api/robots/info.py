@@ -1,18 +1,18 @@
 """Robots and their units over HTTP: what they are, where they stand, in which state, what is wrong."""
 
+from datetime import datetime
 from typing import Literal
 
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
 from api.problems import DECLARED
-from api.requests import json_response, new_router, plant_of
-from api.robots.axes import system_of
+from api.requests import age_ms_of, json_response, new_router, plant_of, utc_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.stops import StopBody, StopResult, perform_stop
 from gateway.fics.robot import Robot
 from gateway.fics.system_errors import RobotErrorRecord
-from gateway.fics.units import Coordinates, RobotUnit, UnknownReason
+from gateway.fics.units import Coordinates, RobotUnit, UnknownReason, at_rest
 from gateway.port import LineState
 from protocols.fics.notation import Quantity
 from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, MotionMode, SensorStates
@@ -58,7 +58,9 @@ class RobotInfo(BaseModel):
     name: str
     online: bool = Field(description="Whether it can be asked now, as far as is known.")
     mode: int = Field(description="Its communication mode: 3, or 2, in which ends are found by polling.")
-    moving: bool
+    moving: bool | None = Field(
+        description="Null while out of reach or after a move whose end nobody saw, until it is looked at."
+    )
     power_cycled: bool = Field(description="It has lost its power; motion is refused until acknowledged.")
     error: RobotErrorRecord | None = Field(description="The error that stands, as far as is known.")
     units: list[UnitInfo]
@@ -88,6 +90,8 @@ class UnitPosition(BaseModel):
     unit: int
     coordinates: Coordinates
     axes: dict[str, AxisPlace]
+    read_at: datetime = Field(description="When the robot's answer came.")
+    age_ms: float = Field(description="How old the answer was when it was passed on.")
 
 
 class AxisState(BaseModel):
@@ -107,8 +111,10 @@ class UnitStatus(BaseModel):
 
     robot_id: str
     unit: int
-    moving: bool
+    moving: bool = Field(description="Whether an axis moves, or a macro, homing or a move is under way.")
     axes: dict[str, AxisState] = Field(description="By motor axis.")
+    read_at: datetime = Field(description="When the answer to ACD came, the first of the two.")
+    age_ms: float
 
 
 class RobotErrors(BaseModel):
@@ -147,7 +153,7 @@ async def read_unit_position(
 ) -> Response:
     """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
     axes = unit_of(request, robot_id, unit)
-    places = await axes.position(coordinates)
+    places, at = await axes.position_at(coordinates)
     reasons = await axes.why_unknown(places)
     return json_response(
         UnitPosition(
@@ -157,11 +163,13 @@ async def read_unit_position(
             axes={
                 name: AxisPlace(
                     value=place,
-                    unit=system_of(axes, name).unit(Quantity.POSITION),
+                    unit=axes.systems[name].unit(Quantity.POSITION),
                     reason=reasons.get(name),
                 )
                 for name, place in places.items()
             },
+            read_at=utc_of(at),
+            age_ms=age_ms_of(at),
         )
     )
 
@@ -175,15 +183,17 @@ async def read_unit_position(
 async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
     axes = unit_of(request, robot_id, unit)
-    statuses = await axes.status()
+    statuses, at = await axes.status_at()
     reply: SensorStates = await axes.robot.read(GetAxisSensors(), unit)
     sensors = axes.by_axis(axes.motor_axes, reply.axes)
     return json_response(
         UnitStatus(
             robot_id=robot_id,
             unit=unit,
-            moving=any(status.moving for status in statuses.values()),
+            moving=not at_rest(statuses.values()),
             axes={name: _state(status, sensors[name]) for name, status in statuses.items()},
+            read_at=utc_of(at),
+            age_ms=age_ms_of(at),
         )
     )
 
@@ -193,8 +203,7 @@ async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber
 )
 async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Tell which errors stand, as the gateway has read them; nothing is sent, and nothing is cleared."""
-    robot = plant_of(request).robot(robot_id)
-    return json_response(RobotErrors(robot_id=robot.id, errors=await robot.errors()))
+    return json_response(_errors(plant_of(request).robot(robot_id)))
 
 
 @router.post(
@@ -206,8 +215,8 @@ async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
 async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
     robot = plant_of(request).robot(robot_id)
-    await robot.reset_errors()
-    return json_response(RobotErrors(robot_id=robot.id, errors=await robot.errors()))
+    await robot.errors_of_system.reset()
+    return json_response(_errors(robot))
 
 
 @router.post(
@@ -219,7 +228,7 @@ async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
 async def acknowledge_power_cycle(request: Request, robot_id: RobotId) -> Response:
     """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
     robot = plant_of(request).robot(robot_id)
-    await robot.acknowledge_power_cycle()
+    robot.power.acknowledge()
     return json_response(_info(robot))
 
 
@@ -235,6 +244,11 @@ async def stop_robot(request: Request, robot_id: RobotId, stop: StopBody) -> Res
 async def stop_unit(request: Request, robot_id: RobotId, unit: UnitNumber, stop: StopBody) -> Response:
     """Stop all axes of the unit's robot by software: it knows no stop of a single unit."""
     return await perform_stop(request, [], stop.mode, [unit_of(request, robot_id, unit).robot])
+
+
+def _errors(robot: Robot) -> RobotErrors:
+    standing = robot.latched_error
+    return RobotErrors(robot_id=robot.id, errors=[] if standing is None else [standing])
 
 
 def _info(robot: Robot) -> RobotInfo:
@@ -265,7 +279,7 @@ def _unit_info(unit: RobotUnit) -> UnitInfo:
 
 
 def _axes(unit: RobotUnit, names: list[str]) -> list[AxisInfo]:
-    systems = {name: system_of(unit, name) for name in names}
+    systems = {name: unit.systems[name] for name in names}
     return [
         AxisInfo(name=name, unit=system.unit(Quantity.POSITION), speed_unit=system.unit(Quantity.SPEED))
         for name, system in systems.items()

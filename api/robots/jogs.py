@@ -7,7 +7,6 @@ from pydantic import Field
 
 from api.problems import DECLARED
 from api.requests import RequestModel, json_response, new_router, plant_of
-from api.robots.fit import require_axis
 from api.robots.paths import RobotId
 from gateway.fics.jogs import JogSession
 from gateway.fics.units import RobotUnit
@@ -43,8 +42,8 @@ async def start_jog(request: Request, robot_id: RobotId, jog: JogRequest) -> Res
     responses=DECLARED,
 )
 async def keep_jogging(request: Request, robot_id: RobotId, jog_id: str) -> Response:
-    """Let the axis move for another half second; 409 when it was stopped already."""
-    return json_response(plant_of(request).robot(robot_id).heartbeat(jog_id))
+    """Let the axis move for another half second; 409 when it was stopped, or nobody can reach it."""
+    return json_response(plant_of(request).robot(robot_id).jogs.heartbeat(jog_id))
 
 
 @router.post(
@@ -55,7 +54,7 @@ async def keep_jogging(request: Request, robot_id: RobotId, jog_id: str) -> Resp
 )
 async def end_jog(request: Request, robot_id: RobotId, jog_id: str) -> Response:
     """Stop the axis, and answer when it stands still or the whole robot is being stopped."""
-    return json_response(await plant_of(request).robot(robot_id).end_jog(jog_id))
+    return json_response(await plant_of(request).robot(robot_id).jogs.end(jog_id))
 
 
 async def begin_jog(unit: RobotUnit, axis: str, direction: Literal["+", "-"]) -> Response:
@@ -64,6 +63,5 @@ async def begin_jog(unit: RobotUnit, axis: str, direction: Literal["+", "-"]) ->
     :raises InvalidRequest: the unit has no such axis.
     :raises GatewayError: the axis was not started, or is being stopped again.
     """
-    require_axis(unit, axis)
-    session = await unit.robot.jog(unit.number, axis, direction)
+    session = await unit.robot.jogs.start(unit.number, axis, direction)
     return json_response(session, 201, {"Location": f"/robots/{unit.robot.id}/jogs/{session.id}"})

@@ -8,23 +8,23 @@ from typing import Any, Final, Generic, TypeVar
 from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, ConfigDict
 
-from api.mirror import Endpoint, add_row, snake
+from api.mirror import AGE_HEADER, Endpoint, add_row, snake
 from api.problems import DECLARED
-from api.requests import Wait, json_response, new_router, plant_of
+from api.requests import Wait, age_ms_of, json_response, new_router, plant_of
 from api.robots.fit import require_fit
 from api.robots.jogs import begin_jog
 from api.robots.moves import ROBOT_ENDS_DECLARED, perform
 from api.robots.paths import RobotId, UnitNumber, unit_of
-from api.robots.soft_limits import uncrossed
 from api.stops import StopResult, perform_stop
 from gateway.fics.jogs import JogSession
 from gateway.fics.move_record import RobotMove
 from gateway.fics.robot import Robot
+from gateway.fics.soft_limits import uncrossed
 from gateway.stops import StopMode
 from protocols.fics import stops
 from protocols.fics.commands import ROWS, Row, of_the_robot
 from protocols.fics.jog import StartJog, StopJog
-from protocols.fics.row import Answered, FicsCommand
+from protocols.fics.row import FicsCommand, WhenAnswered
 from protocols.table import Reply
 
 R = TypeVar("R", bound=Reply)
@@ -33,10 +33,10 @@ ROBOT_STOP_MODES: Final[Mapping[Row, StopMode]] = {
     stops.StopAllDecelerating: "decelerate",
     stops.StopAllImmediately: "immediate",
 }
-_ANSWERED: Final[Mapping[Answered, str]] = {
-    Answered.ALWAYS: "answered at once",
-    Answered.ON_COMPLETION: "answered when it is done, in Ver.2 not at all",
-    Answered.AT_ONCE: "answered when it is accepted, in Ver.2 not at all",
+_ANSWERED: Final[Mapping[WhenAnswered, str]] = {
+    WhenAnswered.ALWAYS: "answered at once",
+    WhenAnswered.ON_COMPLETION: "answered when it is done, in Ver.2 not at all",
+    WhenAnswered.AT_ONCE: "answered when it is accepted, in Ver.2 not at all",
 }
 
 
@@ -62,7 +62,7 @@ def routers() -> list[APIRouter]:
             _robot_endpoint() if whole else _unit_endpoint(row),
             status_code=_status_of(row),
             response_model=_answer_type(row),
-            responses=ROBOT_ENDS_DECLARED if _is_move(row) else DECLARED,
+            responses=_responses(row),
             description=describe(row),
         )
     return [router]
@@ -83,6 +83,15 @@ def describe(row: Row) -> str:
 
 def _is_move(row: Row) -> bool:
     return row.starts_motion() and row is not StartJog
+
+
+def _responses(row: Row) -> dict[int | str, dict[str, Any]]:
+    if _is_move(row):
+        return ROBOT_ENDS_DECLARED
+    if not row.is_query():
+        return DECLARED
+    age = {"description": "How old the answer is, in milliseconds.", "schema": {"type": "number"}}
+    return {**DECLARED, 200: {"description": "The robot's reply.", "headers": {AGE_HEADER: age}}}
 
 
 def _status_of(row: Row) -> int:
@@ -149,7 +158,8 @@ async def _stop_jog(request: Request, robot_id: RobotId, unit: UnitNumber, comma
 
 
 async def _send(robot: Robot, command: FicsCommand[Any], unit: int | None) -> Response:
-    replies = await robot.ask_all(command, unit)
+    replies, at = await robot.ask_all(command, unit)
+    headers = {AGE_HEADER: str(age_ms_of(at))} if command.is_query() else None
     if command.ends_with:
-        return json_response(_answer_type(type(command))(replies=list(replies)))
-    return json_response(replies[0] if replies else command.reply_type()())
+        return json_response(_answer_type(type(command))(replies=list(replies)), headers=headers)
+    return json_response(replies[0] if replies else command.reply_type()(), headers=headers)

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 
 from api.problems import DECLARED
 from api.requests import RequestModel, json_response, new_router
-from api.robots.axes import Amounts, AxisValue, numbers, system_of
+from api.robots.axes import Amounts, AxisValue, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.strict_json import read_body
 from gateway.errors import InvalidRequest
@@ -151,14 +151,14 @@ async def _store(unit: RobotUnit, positions: list[Numbered]) -> Response:
 def _named(unit: RobotUnit, values: list[float | None]) -> dict[str, AxisValue]:
     padded = values + [None] * (len(unit.axes) - len(values))
     return {
-        name: AxisValue(value=value, unit=system_of(unit, name).unit(Quantity.POSITION))
+        name: AxisValue(value=value, unit=unit.systems[name].unit(Quantity.POSITION))
         for name, value in unit.by_axis(unit.axes, padded).items()
         if value is not None
     }
 
 
 def _header(unit: RobotUnit) -> list[str]:
-    return [NUMBER, *(f"{name} {system_of(unit, name).unit(Quantity.POSITION)}" for name in unit.axes)]
+    return [NUMBER, *(f"{name} {unit.systems[name].unit(Quantity.POSITION)}" for name in unit.axes)]
 
 
 def _parse(unit: RobotUnit, content: bytes) -> list[Numbered]:

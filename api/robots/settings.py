@@ -7,10 +7,12 @@ from pydantic import BaseModel, Field
 
 from api.problems import DECLARED
 from api.requests import RequestModel, json_response, new_router
-from api.robots.axes import Amounts, AxisSpeeds, AxisValue, build, in_order, numbers, system_of
+from api.robots.axes import Amounts, AxisSpeeds, AxisValue, build, in_order, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
-from api.robots.soft_limits import uncrossed
-from gateway.errors import GatewayError, InvalidRequest
+from api.robots.read_back import reading_back
+from gateway.errors import ControllerRefused, GatewayError, InvalidRequest
+from gateway.fics.errors import PartlyChanged, RobotFailed
+from gateway.fics.soft_limits import uncrossed
 from gateway.fics.units import Coordinates, RobotUnit
 from protocols.fics import homing, motor_axes, soft_limits, speeds
 from protocols.fics.homing import TYPES, TypeNumber
@@ -161,7 +163,8 @@ async def change_settings(
     if not commands:
         raise InvalidRequest("No setting is named; nothing was sent.")
     await _send_all(axes, await uncrossed(axes, commands))
-    return json_response(await _read(axes, list(commands)))
+    with reading_back(f"The settings of {axes.address} were changed"):
+        return json_response(await _read(axes, list(commands)))
 
 
 async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]]) -> None:
@@ -170,7 +173,10 @@ async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]]) -> None:
             await unit.robot.ask(change, unit.number)
         except GatewayError as error:
             changed = ", ".join(earlier.wire_name() for earlier in changes[:done]) or "nothing"
-            error.detail += f" Of the settings asked for, {changed} was changed before it."
+            changed = f"Of the settings asked for, {changed} was changed"
+            if done and not isinstance(error, ControllerRefused | RobotFailed):
+                raise PartlyChanged(changed, error) from error
+            error.detail += f" {changed} before it."
             raise
 
 
@@ -197,6 +203,6 @@ async def _value(unit: RobotUnit, name: str) -> Any:
     if setting.quantity is None:
         return values
     return {
-        axis: AxisValue(value=value, unit=system_of(unit, axis).unit(setting.quantity))
+        axis: AxisValue(value=value, unit=unit.systems[axis].unit(setting.quantity))
         for axis, value in values.items()
     }

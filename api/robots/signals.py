@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 from api.problems import DECLARED
 from api.requests import RequestModel, json_response, new_router, plant_of
 from api.robots.paths import RobotId
+from api.robots.read_back import reading_back
 from gateway.errors import InvalidRequest
 from gateway.fics.robot import Robot
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
@@ -96,7 +97,8 @@ async def switch_output(
     """Switch an output on or off (IOT), and read its channel back."""
     robot = plant_of(request).robot(robot_id)
     await robot.ask(SwitchOutput(channel=channel, bit=bit, on=output.on))
-    return await _read(robot, GetOutputChannel, channel, 1)
+    with reading_back(f"Output {channel}-{bit} of {robot.id} was switched {'on' if output.on else 'off'}"):
+        return await _read(robot, GetOutputChannel, channel, 1)
 
 
 @router.get(
@@ -130,7 +132,8 @@ async def set_variable(
     """Set a variable (VAR), and read it back."""
     robot = plant_of(request).robot(robot_id)
     await robot.ask(SetVariable(number=number, value=variable.value))
-    return json_response(await robot.read(GetVariable(number=number)))
+    with reading_back(f"Variable {number} of {robot.id} was set"):
+        return json_response(await robot.read(GetVariable(number=number)))
 
 
 def _range(what: str, first: int, count: int, last: int) -> range:

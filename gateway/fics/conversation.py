@@ -11,24 +11,24 @@ No clock and no port: times are given, frames are taken and handed out.
 import random
 from collections import Counter, deque
 from collections.abc import Callable
+from enum import Enum
 from itertools import cycle
 from typing import Any
 
 from gateway.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, StoppedFirst
 from gateway.exchange import Lane
 from gateway.fics.errors import RobotOffline
-from gateway.fics.exchange import Answered, Exchange
+from gateway.fics.exchange import Answered, Exchange, Outcome
 from protocols.fics import row
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Frame, Garbage, Refusal, Terminator, encode
 from protocols.fics.positions import BeginPositionUpload, EndPositionUpload
-from protocols.fics.row import FicsCommand
+from protocols.fics.row import UPLOAD_ERROR, Block, FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
-from protocols.fics.system import GetSystemVersion, SetCommunicationMode
+from protocols.fics.system import GetSystemVersion, HostMode, SetCommunicationMode
 from protocols.fics.variables import GetVariable
 from protocols.table import Reply, Retry
 
-SILENT_MODE = 2
 FENCE_TRIES = 3
 VARIABLES = 100
 """Variables a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
@@ -38,6 +38,18 @@ MOST_ASKED = 1000
 """So many different questions are remembered; then a fence lets them be forgotten."""
 READ_REPEATS = 2
 """How often a query without a usable answer is repeated, each time after a passed fence."""
+NO_UPLOAD = "E08"
+"""The refusal of a position where no upload is open (C-HOST manual 2-12); that of POF 2 is an assumption."""
+
+
+class Upload(Enum):
+    """An upload of positions, in which a robot takes positions only, and no stop (C-HOST manual 1-7)."""
+
+    NONE = "none"
+    OPEN = "open"
+    """As far as is known: its end was not sent, or not taken."""
+    ENDED = "ended"
+    """Its end was sent in Ver.2, where nobody tells whether it was heard."""
 
 
 class Conversation:
@@ -56,12 +68,13 @@ class Conversation:
         self.terminator = terminator
         self.reply_timeout_s = reply_timeout_s
         self.late_reply_s = late_reply_s
-        self.mode = SILENT_MODE
+        self.mode: int = HostMode.VER_2
         """The mode the robot is believed to be in."""
         self.online = True
         self.in_step = True
-        self.uploading = False
-        """Between POF 1 and POF 2 a robot takes positions only, and no stop (C-HOST manual 1-7)."""
+        self._upload = Upload.NONE
+        self._upload_begun = 0
+        """The number of the frame that began the last one: only what was written later can prove its end."""
         self.stop_epoch = 0
         self.unheard = 0
         """How often something was said that may have been refused without a word."""
@@ -87,7 +100,6 @@ class Conversation:
         self._fence_tries = 0
         self._closed_at_try: int | None = None
         """The try of the fence before which the end of an open upload was sent."""
-        self._uploads = 0
         self._written = 0
         self._last_unrepeatable = ""
         """The name of the last answered command that is not a mere read, until a fence has passed."""
@@ -115,13 +127,16 @@ class Conversation:
             self._submit_stop(exchange)
 
     def _submit_stop(self, stop: Exchange) -> None:
-        """Queue a stop: once where an equal one still waits, and an immediate one before all others."""
+        """Queue a stop: once where an equal one still waits, and an immediate one before all others.
+
+        Where an upload may be open its end goes first of all, as often as nobody has heard it.
+        """
         for waiting in self._stops:
             if waiting.frame == stop.frame:
                 waiting.joined.append(stop)
                 return
-        if self.uploading and not self._closing():
-            self._stops.append(self.exchange(EndPositionUpload(), Lane.STOP))
+        if self._upload is not Upload.NONE and not self._closing():
+            self._stops.appendleft(self.exchange(EndPositionUpload(), Lane.STOP))
         if isinstance(stop.command, StopAllImmediately):
             first = sum(isinstance(it.command, EndPositionUpload) for it in self._stops)
             self._stops.insert(first, stop)
@@ -172,19 +187,23 @@ class Conversation:
         if exchange.lane is Lane.COMMAND and exchange.epoch != self.stop_epoch:
             return StoppedFirst()
         if exchange.expires_at is not None and now >= exchange.expires_at:
-            return Expired("The robot was not free in time; nothing was sent.", "Try again.")
+            return Expired("robot")
         return None
 
     def _interposed(self) -> Exchange:
         """Between two commands of one name goes a fence: no copy of the first answer counts for the second.
 
-        Between equal reads only where something was done in between, and never in an upload, which takes
-        positions only.
+        Between equal reads only where something was done in between, and never in an upload. Before what an
+        upload would not let through goes a fence, too, if one may be open; it ends the upload.
         """
-        if self.uploading or not self._may_get_a_copy(self._queue[0].command):
+        command = self._queue[0].command
+        in_upload = self._upload is not Upload.NONE
+        may_go = command.during_upload if in_upload else not self._may_get_a_copy(command)
+        if may_go:
             return self._queue.popleft()
         self._lose_step()
-        self._closed_at_try = self._fence_tries  # nothing is in doubt, an upload neither
+        if self._upload is not Upload.OPEN:
+            self._closed_at_try = self._fence_tries  # only if the fence fails an upload may be open
         return self._recovery()
 
     def _may_get_a_copy(self, command: FicsCommand[Any]) -> bool:
@@ -204,9 +223,14 @@ class Conversation:
         """How many exchanges of a lane wait to be written."""
         return sum(it.lane is lane for it in (*self._stops, *self._urgent, *self._queue))
 
+    @property
+    def uploading(self) -> bool:
+        """Whether an upload is open, as far as is known."""
+        return self._upload is Upload.OPEN
+
     def doubt_upload(self) -> None:
-        """A stop was refused as it is in an upload: the end of one goes before the next stop, to be sure."""
-        self.uploading = self.uploading or self._uploads > 0
+        """Something was refused as it is in an upload: the end of one goes before whatever follows."""
+        self._upload = Upload.OPEN
 
     def _closing(self) -> bool:
         """Whether the end of an upload is on its way."""
@@ -214,8 +238,8 @@ class Conversation:
 
     def _recovery(self) -> Exchange:
         """What brings the line into step again: an open upload must be ended before anything is answered."""
-        # In Ver.2 nobody tells whether the end of an upload was heard.
-        may_be_open = self.uploading or (self.mode == SILENT_MODE and self._uploads > 0)
+        # In Ver.2 an upload nobody here knows of would be as silent.
+        may_be_open = self._upload is not Upload.NONE or self.mode == HostMode.VER_2
         if may_be_open and self._closed_at_try != self._fence_tries:
             self._closed_at_try = self._fence_tries
             return self.exchange(EndPositionUpload(), Lane.STOP)
@@ -238,8 +262,7 @@ class Conversation:
         exchange.number = self._written
         command = exchange.command
         if isinstance(command, BeginPositionUpload):
-            self.uploading = True
-            self._uploads += 1
+            self._upload, self._upload_begun = Upload.OPEN, exchange.number
         if isinstance(command, GetVariable) and exchange is not self._fence:
             self._asked_for.append(command.number)
         silent = self._is_silent(command)
@@ -253,13 +276,13 @@ class Conversation:
             self.unheard += 1
         exchange.unheard = self.unheard
         if silent:
-            if isinstance(command, EndPositionUpload):
-                self.uploading = False
+            if isinstance(command, EndPositionUpload) and self._upload is Upload.OPEN:
+                self._upload = Upload.ENDED
             exchange.settle(Answered(confirmed=False))
         elif exchange.lane is Lane.STOP:
             exchange.deadline = deadline + (STANDSTILL_S if isinstance(command, StopAllDecelerating) else 0.0)
             self._stopping.append(exchange)
-        elif command.starts_motion() and command.answered is not row.Answered.AT_ONCE:
+        elif command.starts_motion() and command.answered is not row.WhenAnswered.AT_ONCE:
             self._motion = exchange
         else:
             exchange.deadline = deadline
@@ -269,7 +292,7 @@ class Conversation:
     def _is_silent(self, command: FicsCommand[Any]) -> bool:
         """Whether it gets no answer in this mode; a change of mode is answered as the new mode answers."""
         mode = command.mode if isinstance(command, SetCommunicationMode) else self.mode
-        return mode == SILENT_MODE and not command.is_query()
+        return mode == HostMode.VER_2 and not command.is_query()
 
     # what comes back
 
@@ -288,8 +311,7 @@ class Conversation:
                 self.counters["replies"] += 1
                 if isinstance(outcome, Refusal):
                     self._refused = outcome.name
-                if isinstance(exchange.command, BeginPositionUpload) and isinstance(outcome, Refusal):
-                    self.uploading = False
+                self._learn_of_upload(exchange, outcome)
                 if exchange is self._fence and isinstance(outcome, Refusal):
                     self._let_go(exchange)
                     self._fence_failed()  # a refusal has no number of its own, so it proves nothing
@@ -300,6 +322,21 @@ class Conversation:
             self.counters["strays"] += 1
             self._noise("an answer to another command")
         return None
+
+    def _learn_of_upload(self, exchange: Exchange, outcome: Outcome) -> None:
+        """No upload is open if its end was taken, or anything else that an upload does not let through."""
+        command = exchange.command
+        ends, begins = isinstance(command, EndPositionUpload), isinstance(command, BeginPositionUpload)
+        if not isinstance(outcome, Refusal):
+            closed = (ends or not command.during_upload) and exchange.number > self._upload_begun
+        else:
+            closed = (begins and outcome.error != UPLOAD_ERROR) or (ends and outcome.error == NO_UPLOAD)
+        if closed:
+            self._upload = Upload.NONE
+        elif isinstance(outcome, Refusal) and _only_an_upload_explains(command, outcome):
+            self.doubt_upload()
+            if self.in_step:
+                self._lose_step()  # the fence ends it
 
     def _under_way(self) -> list[Exchange]:
         """What awaits its answer, in the order in which it was written: a robot answers equal names so."""
@@ -326,15 +363,20 @@ class Conversation:
 
     def _answered(self, exchange: Exchange) -> None:
         self._let_go(exchange)
-        if isinstance(exchange.command, EndPositionUpload):
-            self.uploading = False
         self.online = True
         if exchange is self._fence:
             self._fence = None
+            self._rule_out_answers_before(exchange)
             self._last_unrepeatable = self._refused = ""
             self._outdated.clear()
             self._asked.clear()
             self._regain_step()
+
+    def _rule_out_answers_before(self, fence: Exchange) -> None:
+        """What was to be answered at once and was not never will be; a decelerating stop is at standstill."""
+        for stop in [it for it in self._stopping if it.number < fence.number]:
+            if not isinstance(stop.command, StopAllDecelerating):
+                self._doubt(stop, NoReply(_sent(stop, "no answer came"), _remedy(stop)))
 
     def _let_go(self, exchange: Exchange) -> None:
         if exchange in self._stopping:
@@ -425,7 +467,6 @@ class Conversation:
     def lose_motion(self, reason: NoReply, unsent: Cancelled) -> None:
         """The robot has forgotten what it was doing; what was to follow is not written."""
         motion, self._motion = self._motion, None
-        self.uploading = False
         if motion is not None:
             motion.settle(reason)
         self._withdraw_commands(unsent)
@@ -435,7 +476,7 @@ class Conversation:
         written = [*self._under_way(), *([self._suspect] if self._suspect else [])]
         waiting = [*self._stops, *self._urgent, *self._queue]
         self._awaiting = self._motion = self._suspect = self._fence = None
-        self._stopping, self.in_step, self.uploading = [], True, False  # the next opening ends an upload
+        self._stopping, self.in_step = [], True
         self._stops, self._urgent, self._queue = deque(), deque(), deque()
         for exchange in written:
             exchange.settle(exchange.late_answer or lost)
@@ -446,8 +487,15 @@ class Conversation:
 def offline_error(robot_id: str) -> RobotOffline:
     """The error of whoever asks a robot that does not answer."""
     return RobotOffline(
-        f"Robot {robot_id} does not answer; nothing was sent.", "Check its power, its cable and its port."
+        f"Robot {robot_id} gives no usable answer; nothing was sent.",
+        "Check its power, its cable, its port and its teaching terminal.",
     )
+
+
+def _only_an_upload_explains(command: FicsCommand[Any], refusal: Refusal) -> bool:
+    """Whether neither the teaching terminal nor motion refuses this command so (C-HOST manual 1-7)."""
+    edited = Block.TERMINAL_EDITS in command.blocked
+    return refusal.error == UPLOAD_ERROR and not command.during_upload and not edited
 
 
 def _sent(exchange: Exchange, what: str) -> str:

@@ -1,15 +1,15 @@
 """Saying one command and finding out what became of it: in Ver.3 the robot tells, in Ver.2 ERR does."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
-from contextlib import suppress
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager, suppress
 from typing import Any
 
-from gateway.errors import Cancelled, GatewayError, NoReply, NotSent
+from gateway.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.exchange import Lane
 from gateway.fics.errors import ErrorStands, RobotFailed, RobotRefused
 from gateway.fics.exchange import Answered, Exchange, Outcome
-from gateway.fics.line import SILENT, FicsLine
+from gateway.fics.line import FicsLine
 from protocols.fics.alarms import (
     CurrentError,
     ErrorDetail,
@@ -20,6 +20,7 @@ from protocols.fics.alarms import (
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.row import FicsCommand
+from protocols.fics.system import HostMode
 from protocols.table import Reply
 
 ALARM_STANDS = "E02"
@@ -60,7 +61,7 @@ class Dialogue:
             raise
         if isinstance(outcome, Answered) and not outcome.confirmed:
             outcome = await self._verdict(exchange)
-        elif isinstance(outcome, NoReply) and command.blocked and self._line.mode == SILENT:
+        elif isinstance(outcome, NoReply) and command.blocked and self._line.mode == HostMode.VER_2:
             outcome = await self._why_unanswered(exchange, outcome)
         if isinstance(outcome, Failure):
             await self._heed(outcome.error)
@@ -109,7 +110,7 @@ class Dialogue:
         except asyncio.CancelledError:
             self._line.withdraw(exchange, _forsaken())
             raise
-        if self._line.mode == SILENT and written.done():
+        if self._line.mode == HostMode.VER_2 and written.done():
             outcome = await self._silent_outcome(exchange)
         outcome.add_done_callback(self._heed_alarm)
         return exchange, outcome
@@ -154,12 +155,12 @@ class Dialogue:
 
         :raises NotSent: the robot did not tell its error, so the next command must not be sent.
         """
-        if self._line.mode == SILENT and self._line.unheard != self._asked_after:
+        if self._line.mode == HostMode.VER_2 and self._line.unheard != self._asked_after:
             await self._must_take_error()
 
     async def _see_no_error(self, motion: FicsCommand[Any]) -> None:
         """See that a motion meets no error; in Ver.2 an error would hide its refusal, so it is asked for."""
-        if self._line.mode == SILENT:
+        if self._line.mode == HostMode.VER_2:
             await self._must_take_error()
         if self.error_stands():
             raise ErrorStands(
@@ -189,7 +190,7 @@ class Dialogue:
 
     async def _verdict(self, exchange: Exchange) -> Outcome:
         """Ask for the error, in Ver.2 the only way to hear of a refusal (C-HOST manual 1-1-1, 2-12)."""
-        command = exchange.command
+        command, cleared = exchange.command, self._asked_after
         try:
             error = await self.take_error()
         except GatewayError:
@@ -199,8 +200,9 @@ class Dialogue:
         kind = lookup(error).kind
         if kind is ErrorKind.NONE:
             return Answered()
-        if kind is ErrorKind.UNKNOWN or self._asked_after != exchange.unheard:
-            return _nobody_knows(command)  # it may be that of what was garbled meanwhile
+        alone = cleared + 1 == exchange.unheard == self._asked_after
+        if kind is ErrorKind.UNKNOWN or not alone:
+            return _nobody_knows(command)  # it may be that of what else was said, or garbled, since the last
         if error.startswith("E"):
             return Refusal(command.wire_name(), error)
         if isinstance(command, ResetErrors) or command.starts_motion():
@@ -226,6 +228,19 @@ class Dialogue:
         if not isinstance(verdict, Answered):
             future.set_result(verdict)
         return future
+
+
+@asynccontextmanager
+async def in_time(expires_at: float) -> AsyncIterator[None]:
+    """Do what has to be done before a command is written, until that would come too late.
+
+    :raises Expired: it took too long.
+    """
+    try:
+        async with asyncio.timeout_at(expires_at):
+            yield
+    except TimeoutError:
+        raise Expired("robot") from None
 
 
 def _forsaken() -> Cancelled:

@@ -1,6 +1,8 @@
 """What can go wrong with a robot besides what can go wrong with anything."""
 
-from gateway.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
+from typing import ClassVar
+
+from gateway.errors import BodyBusy, ControllerRefused, GatewayError, Moved, NoReply, NotSent, StoppedFirst
 from protocols.fics.errors import lookup
 
 
@@ -23,13 +25,21 @@ class RobotFailed(GatewayError):
 
     kind = "robot-failed"
     title = "The robot reports an error"
-    moved = "unknown"
+    moved: ClassVar[Moved] = "unknown"
 
     def __init__(self, robot_id: str, code: str, fics_error: str) -> None:
         row = lookup(fics_error)
         super().__init__(f"{code} of {robot_id} ended with error {fics_error}: {row.en}", row.remedy_en)
         self.command_code = code
         self.fics_error = fics_error
+
+
+class ErrorRemains(RobotFailed):
+    """Errors of the system were to be reset, and one still stands; DRT moves nothing (C-HOST manual 2-14)."""
+
+    kind = "error-remains"
+    title = "The error still stands"
+    moved = "no"
 
 
 class RobotBusy(BodyBusy):
@@ -107,9 +117,45 @@ class UploadBrokenOff(GatewayError):
         )
 
 
+class NotReadBack(GatewayError):
+    """Something was changed, and what it is now could not be read."""
+
+    kind = "not-read-back"
+    title = "Changed, but not read back"
+
+    def __init__(self, done: str, cause: GatewayError) -> None:
+        super().__init__(f"{done}, but could not be read back: {_why(cause)}", "Read it again.")
+
+
+class PartlyChanged(GatewayError):
+    """Some of several things were changed, the rest were not."""
+
+    kind = "partly-changed"
+    title = "Only some of it was changed"
+
+    def __init__(self, changed: str, cause: GatewayError) -> None:
+        super().__init__(
+            f"{changed}, then the change was broken off: {_why(cause)}", "Read, and change the rest."
+        )
+
+
+class JogOutOfReach(GatewayError):
+    """A heartbeat came while the robot was out of reach: the axis may move, and nobody can stop it."""
+
+    kind = "jog-out-of-reach"
+    title = "The JOG is out of reach"
+    moved = "unknown"
+    retryable = True
+
+
 class JogOver(GatewayError):
     """The JOG session has ended: its axis was stopped."""
 
     kind = "jog-over"
     title = "The JOG is over"
     moved = "yes"
+
+
+def _why(cause: GatewayError) -> str:
+    """Why the rest was not done; that nothing was sent is true of the rest alone."""
+    return f"{cause.title[0].lower()}{cause.title[1:]}." if isinstance(cause, NotSent) else cause.detail

@@ -11,7 +11,11 @@ from gateway.scheduler import QUEUE_LIMIT
 
 
 class Floor:
-    """A lock that goes to the confirmation of stops first, to commands before reads, and to each in turn."""
+    """A lock that goes to the confirmation of stops first, to commands before reads, and to each in turn.
+
+    Too many commands or reads are turned away. What goes before them the gateway asks for itself, to prove
+    how a stop or a move ends: of that there is little, and it is never turned away.
+    """
 
     def __init__(self) -> None:
         self._taken = False
@@ -37,7 +41,7 @@ class Floor:
 
     async def _wait(self, lane: Lane) -> None:
         queue = self._waiting[lane]
-        if lane is not Lane.STOP and len(queue) >= QUEUE_LIMIT:
+        if lane >= Lane.COMMAND and len(queue) >= QUEUE_LIMIT:
             raise QueueFull(
                 f"{QUEUE_LIMIT} requests wait for this robot already; nothing was sent.", "Try again later."
             )

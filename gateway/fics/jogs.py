@@ -9,10 +9,10 @@ from pydantic import Field
 
 from gateway.errors import GatewayError, NotFound
 from gateway.exchange import Lane
-from gateway.fics.errors import JogOver, RobotBusy, RobotRefused, UnitNotSelected
-from gateway.fics.line import SILENT
+from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, RobotRefused, UnitNotSelected
 from gateway.records import Record
 from protocols.fics.jog import StartJog, StopJog
+from protocols.fics.system import HostMode
 
 if TYPE_CHECKING:
     from gateway.fics.robot import Accepted, Robot
@@ -69,7 +69,7 @@ class Jogs:
     async def start(self, unit: int, axis: str, direction: Literal["+", "-"]) -> JogSession:
         """Start to jog an axis (C-HOST manual 2-2).
 
-        :raises NotFound: the unit has no such axis; nothing was sent.
+        :raises InvalidRequest: the unit has no such axis; nothing was sent.
         :raises RobotBusy: the axis was not seen to stand still since its last JOG; nothing was sent.
         :raises RobotRefused: the robot refused; nothing moved.
         :raises NotSent: it was not sent; the error says why.
@@ -114,7 +114,7 @@ class Jogs:
 
     async def _hear(self, session: JogSession, command: StartJog, accepted: "Accepted") -> None:
         """Wait for the answer, which comes at once; in Ver.2 there is only one where it was refused."""
-        if self._robot.mode == SILENT and not accepted.outcome.done():
+        if self._robot.mode == HostMode.VER_2 and not accepted.outcome.done():
             return
         try:
             self._robot.dialogue.answered(command, await accepted.outcome)
@@ -132,8 +132,16 @@ class Jogs:
 
         :raises NotFound: there was no such session.
         :raises JogOver: the axis was stopped.
+        :raises JogOutOfReach: nobody can keep it, or stop it; the session is lost as if none had come.
         """
         running = self._find(session_id)
+        if not self._robot.online:
+            session = running.session
+            raise JogOutOfReach(
+                f"Robot {self._robot.id} is out of reach: axis {session.axis} of unit {session.unit} may go "
+                "on moving, and no software can stop it until the robot answers again.",
+                "Use the hardware stop.",
+            )
         running.alarm.cancel()
         running.alarm = asyncio.get_running_loop().call_later(HEARTBEAT_S, self._missed, running.session)
         return running.session
@@ -152,7 +160,7 @@ class Jogs:
     async def stop(self, unit: int, axis: str) -> None:
         """Stop an axis, whoever lets it jog, until it stands still or the robot is being stopped.
 
-        :raises NotFound: the unit has no such axis; nothing was sent.
+        :raises InvalidRequest: the unit has no such axis; nothing was sent.
         :raises UnitNotSelected: the robot would stop the axis of another unit; nothing was stopped.
         :raises RobotBusy: it was sent, and the axis was not seen to stand still within a second.
         :raises GatewayError: it was not sent, or not answered; the error says which.
@@ -269,18 +277,21 @@ class Jogs:
             return  # the line is down; it is seen below that the axis does not stand still
 
     async def _see_still(self, session: JogSession) -> None:
-        """Repeat the end of the JOG until the axis stands still; stop the whole robot if it does not."""
-        loop = asyncio.get_running_loop()
-        patient_until = loop.time() + STILL_WITHIN_S
-        while not await self._is_settled(session):
-            if loop.time() >= patient_until:
-                self._robot.publish("robot.jog.not_stopped", session.model_dump())
-                await self._robot.stop("immediate")
-                return
-            await asyncio.sleep(LOOK_AGAIN_S)
-            if session.id in self._unsettled:
-                self._send_stop(session)
-        self._settle(session)
+        """Repeat the end of the JOG until the axis stands still; stop the whole robot if it does not tell so.
+
+        That stop is never given up.
+        """
+        try:
+            async with asyncio.timeout(STILL_WITHIN_S):
+                while not await self._is_settled(session):
+                    await asyncio.sleep(LOOK_AGAIN_S)
+                    if session.id in self._unsettled:
+                        self._send_stop(session)
+        except TimeoutError:
+            self._robot.publish("robot.jog.not_stopped", session.model_dump())
+            await self._robot.stop("immediate")
+        else:
+            self._settle(session)
 
     async def _is_settled(self, session: JogSession) -> bool:
         """Whether the axis stands still, or the stop of the whole robot sees to that."""
@@ -300,7 +311,7 @@ class Jogs:
 
     async def _stands_still(self, unit: int, axis: str) -> bool:
         try:
-            axes = await self._robot.unit(unit).status()
+            axes = await self._robot.unit(unit).status(Lane.PROOF)  # no read of others wears out patience
         except GatewayError:
             return False
         return not any(axes[motor].moving for motor in self._motors(unit, axis))
@@ -314,13 +325,8 @@ class Jogs:
     def _motors(self, unit: int, axis: str) -> set[str]:
         """The motors that move an axis; all of them where nobody knows which.
 
-        :raises NotFound: the unit has no such axis.
+        :raises InvalidRequest: the unit has no such axis.
         """
         axes = self._robot.unit(unit)
-        known = dict.fromkeys((*axes.axes, *axes.motor_axes))
-        if axis not in known:
-            raise NotFound(
-                f"Unit {unit} of {self._robot.id} has no axis {axis}, but {', '.join(known)}; nothing was "
-                "sent."
-            )
+        axes.require_axis(axis)
         return set(axes.motors_behind(axis) or axes.motor_axes)

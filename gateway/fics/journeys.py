@@ -7,25 +7,26 @@ from datetime import UTC, datetime
 from typing import Any
 
 from gateway.errors import GatewayError, MoveFailed, NoReply, NotExecuted, NotSent
+from gateway.exchange import Lane
+from gateway.fics.dialogue import in_time
 from gateway.fics.errors import PowerCycled, RobotFailed, RobotRefused
 from gateway.fics.exchange import Answered, Outcome
-from gateway.fics.line import SILENT
 from gateway.fics.move_record import RobotMove
 from gateway.fics.pace import PATIENCE, PATIENCE_S, longest_s, paces_of
 from gateway.fics.robot import Accepted, Robot
 from gateway.fics.targets import TOLERANCE, furthest_miss, require_known, target_of
 from gateway.fics.units import RobotUnit, at_rest, in_trouble
-from gateway.move_record import MoveStatus
-from gateway.moves import LOST_AFTER_S
-from protocols.fics.homing import HomeRobot
+from gateway.move_record import LOST_AFTER_S, MoveStatus
 from protocols.fics.link import Failure, Refusal
-from protocols.fics.macros import RunMacro
 from protocols.fics.moves import MoveToPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisStatus
+from protocols.fics.system import HostMode
 
 ANSWER_AFTER_REST_S = 0.5
 """An answer that comes later than this after standstill is taken for lost."""
+PROOF = Lane.PROOF
+"""What proves how a move ends is asked before all that others want of the robot."""
 
 Advance = Callable[[RobotUnit, RobotMove, MoveStatus, GatewayError | None], None]
 
@@ -51,7 +52,8 @@ class Journey:
         """From the queue to the end."""
         expires_at = asyncio.get_running_loop().time() + start_within_s
         try:
-            await self._know_the_way()
+            async with in_time(expires_at):
+                await self._know_the_way()
             accepted = await self.robot.begin(
                 self.command,
                 self.unit.number,
@@ -88,7 +90,7 @@ class Journey:
         """Know where the axes stand and should come to: what the move needs, and what proves its end."""
         unit, move = self.unit, self.move
         try:
-            start = await self._position()
+            start = await self.unit.position(self.move.coordinates, Lane.COMMAND)
             stored = await self._stored()
         except NoReply as error:
             raise NotSent(
@@ -104,16 +106,11 @@ class Journey:
             paces = await paces_of(unit, move.coordinates)
             move.longest_s = longest_s(start, move.target_position, paces)
 
-    async def _position(self) -> dict[str, float | None]:
-        return await self.unit.position(self.move.coordinates)
-
     async def _stored(self) -> list[float | None] | None:
         """The position it is to go to, if it goes by a number; the robot refuses one that is not set."""
         if not isinstance(self.command, MoveToPosition):
             return None
-        number = self.command.position
-        found = await self.robot.positions(number, number, self.unit.number)
-        return found[0][1] if found else None
+        return await self.unit.stored(self.command.position)
 
     # on the way
 
@@ -149,7 +146,8 @@ class Journey:
 
     async def _rests_without_answer(self, accepted: Accepted) -> bool:
         """Whether the axes stand still for certain, and the answer, where there is one, stays away."""
-        if self.robot.mode != SILENT or self.move.status is MoveStatus.SENT:  # it may begin a little late
+        begins_late = self.move.status is MoveStatus.SENT  # as it may
+        if begins_late or self.robot.mode != HostMode.VER_2:
             await asyncio.wait({accepted.outcome}, timeout=ANSWER_AFTER_REST_S)
             if accepted.outcome.done():
                 return False
@@ -161,14 +159,16 @@ class Journey:
         loop = asyncio.get_running_loop()
         give_up_at = loop.time() + LOST_AFTER_S
         while loop.time() < give_up_at:
+            axes = None
+            with suppress(GatewayError):
+                axes = list((await self.unit.status(PROOF)).values())
             if self.robot.power_cycled:
                 self._lost("power_cycled", _without_power(self.robot))
                 return None
-            try:
-                return list((await self.unit.status()).values())
-            except GatewayError:
-                self._tell(None)  # whoever began it need not wait for what nobody knows
-                await asyncio.sleep(self.robot.poll_interval_s)
+            if axes is not None:
+                return axes
+            self._tell(None)  # whoever began it need not wait for what nobody knows
+            await asyncio.sleep(self.robot.poll_interval_s)
         self._lost(None, _gone(self.robot))
         return None
 
@@ -208,7 +208,7 @@ class Journey:
         """The axes stand still, and nothing more will be said about it."""
         self.move.completion = "inferred"
         self.move.evidence.append("The axes were seen to stand still twice (ACD).")
-        if self.robot.mode != SILENT:
+        if self.robot.mode != HostMode.VER_2:
             self.move.evidence.append("The answer of the robot stayed away.")
         try:
             await self.robot.see_power()
@@ -217,12 +217,9 @@ class Journey:
             return
         except GatewayError as unseen:
             self.move.evidence.append(unseen.detail)
-        await self.robot.look_for_errors()
+        await self.robot.errors_of_system.look()
         await self._read_position()
-        if self._forgot_its_origin(axes):
-            self.robot.lost_power(certain=False)
-            self._lost("power_cycled", _without_power(self.robot))
-        elif self._stopped():
+        if self._stopped():
             await self._ended()
         else:
             await self._weigh(axes)
@@ -260,7 +257,7 @@ class Journey:
         """With an error of the system: that of a stop, or one that came by itself."""
         await self._read_position()
         if not looked:
-            await self.robot.look_for_errors()
+            await self.robot.errors_of_system.look()
         if self._stopped():
             self.move.end_cause = "stop_command"
             self._advance(MoveStatus.STOPPED)
@@ -288,7 +285,7 @@ class Journey:
         """A place that cannot be read is not known: the one before proves nothing."""
         self.move.position = None
         with suppress(GatewayError):
-            self.move.position = await self._position()
+            self.move.position = await self.unit.position(self.move.coordinates, PROOF)
 
     def _stopped(self) -> bool:
         """Whether a stop was sent since the move was admitted."""
@@ -311,22 +308,17 @@ class Journey:
 
     def _proves_nothing(self) -> bool:
         """Whether nobody knows the place it should have come to, or the one it has; nor whether it began."""
-        if self.move.position is None and self.move.target_position:
-            return True
+        if self._miss() and not self._seen_to_move():
+            return True  # a way so short that its roundings hide it
+        target = self.move.target_position
+        if target and (self.move.position is None or None not in target.values()):
+            return self._miss() is None
         return self._miss() is None and not self._seen_to_move()
 
     def _seen_to_move(self) -> bool:
         """Whether the axes moved when they were asked, or stand where they did not."""
         moved = self.move.position not in (None, self.move.start_position)
         return moved or self.move.status is MoveStatus.MOVING
-
-    def _forgot_its_origin(self, axes: list[AxisStatus]) -> bool:
-        """Whether motors that had been homed are not any more, as after power-on; homing begins so itself."""
-        if isinstance(self.command, HomeRobot | RunMacro):
-            return False
-        start = self.move.start_position or {}
-        homed = bool(start) and None not in start.values()
-        return homed and not all(axis.origin_done for axis in axes)
 
 
 def _gone(robot: Robot) -> MoveFailed:

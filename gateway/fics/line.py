@@ -6,18 +6,19 @@ import random
 from typing import Any
 
 from gateway.carrier import Carrier
-from gateway.errors import Cancelled, Expired, GatewayError, NoReply
+from gateway.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.exchange import Lane
 from gateway.fics.conversation import Conversation, offline_error
 from gateway.fics.exchange import Answered, Exchange, Outcome
 from gateway.fics.floor import Floor
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Frame, Refusal, Terminator, Ver2Reader, Ver3Reader
-from protocols.fics.row import FicsCommand
+from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand
 from protocols.fics.system import (
     CommunicationMode,
     GetCommunicationMode,
     GetSystemVersion,
+    HostMode,
     SetCommunicationMode,
     SystemVersion,
 )
@@ -25,13 +26,16 @@ from transports.base import Transport
 
 log = logging.getLogger(__name__)
 
-SILENT = 2
-"""The mode of power-on, in which most commands are not answered."""
 ASK_AGAIN_S = (0.5, 2.0)
 """First and longest pause before a robot that is silent, or in the wrong mode, is asked again."""
+READY_WITHIN_S = 2.0
+"""Whoever asks while the robot is being set up waits so long for that, reckoned from its beginning."""
 REMEDY = "Read status and position."
 CLEARING = b"\rPOF 2\r"
-"""Ends a half command and an upload that an earlier life may have left open: a robot in one takes no stop."""
+"""Ends a half command and an upload that an earlier life may have left open: a robot in one takes no stop.
+
+Whether that was heard is seen by the question for the mode, which no robot in an upload answers.
+"""
 
 
 class FicsLine(Carrier[Exchange, Frame]):
@@ -45,7 +49,7 @@ class FicsLine(Carrier[Exchange, Frame]):
         transport: Transport,
         robot_id: str,
         *,
-        mode: int = 3,
+        mode: int = HostMode.VER_3,
         terminator: Terminator = "cr",
         reply_timeout_s: float = 0.5,
         late_reply_s: float = 2.0,
@@ -71,6 +75,8 @@ class FicsLine(Carrier[Exchange, Frame]):
         """Whether it was silent, or its port gone, since."""
         self._missing = False
         """Whether its silence has been told."""
+        self._patient_until = 0.0
+        """Until when whoever asks may wait for the set-up."""
 
     # what it is now
 
@@ -115,7 +121,7 @@ class FicsLine(Carrier[Exchange, Frame]):
 
     async def _set_up(self, *, fresh: bool) -> None:
         """Bring the robot into its mode, as often as it takes (C-HOST manual 1-1-1, 2-37)."""
-        self._ready = False
+        self._begin_set_up()
         if fresh:
             await self._clear_with(CLEARING, self.late_reply_s)
         pause_s = ASK_AGAIN_S[0]
@@ -124,7 +130,7 @@ class FicsLine(Carrier[Exchange, Frame]):
             pause_s = min(2 * pause_s, ASK_AGAIN_S[1])
         if not self._open:
             return
-        if self.mode == SILENT:
+        if self.mode == HostMode.VER_2:
             await self._tell(TakeCurrentError())  # what the clearing has left: an error of the system stays
         self._known, self._ready, self._was_away = True, self._open, False
         if not self._ready:
@@ -136,41 +142,47 @@ class FicsLine(Carrier[Exchange, Frame]):
             self.on_change("robot.online", {})
         self._pump()
 
+    def _begin_set_up(self) -> None:
+        """From now on only stops are said to the robot, until it is set up."""
+        self._ready = False
+        self._patient_until = self._loop.time() + READY_WITHIN_S
+
     async def _agree_on_mode(self) -> bool:
         """Find out the robot's mode, and change it if it is another; whether it is right now."""
         self._reader = Ver3Reader()  # reads both, while the mode is not known
         found = await self._find_mode()
         if found is None:
             return False
-        if self._known and (found != self.mode or (self._was_away and self.mode == SILENT)):
+        if self._known and (found != self.mode or (self._was_away and self.mode == HostMode.VER_2)):
             self._lost_power(certain=found != self.mode)
         if found != self.mode:
             await self._tell(SetCommunicationMode(mode=self.mode))
             found = await self._find_mode()
-        if found == SILENT:
+        if found == HostMode.VER_2:
             self._reader = Ver2Reader()
         self._talk.mode = found or self.mode
         return found == self.mode
 
     async def _find_mode(self) -> int | None:
-        """Ask for the mode; None if the robot is silent.
+        """Ask for the mode; None if the robot is silent, or refuses everything as in an upload.
 
         In motion the question is blocked: refused in Ver.3 and not answered in Ver.2. The version is told at
         any time, in Ver.3 with that of C-HOST (C-HOST manual 2-36).
         """
         outcome = await self._tell(GetCommunicationMode())
         if isinstance(outcome, Refusal):
-            return 3
+            return HostMode.VER_3 if outcome.error == BLOCK_ERRORS[Block.MOTION] else None
         if isinstance(outcome, Answered) and isinstance(reply := outcome.replies[0], CommunicationMode):
             return reply.mode
         outcome = await self._tell(GetSystemVersion())
         if isinstance(outcome, Answered) and isinstance(version := outcome.replies[0], SystemVersion):
-            return SILENT if version.c_host is None else 3
+            return HostMode.VER_2 if version.c_host is None else HostMode.VER_3
         return None
 
     def power_was_lost(self, reason: str) -> None:
         """The robot was found in the mode of power-on: nothing is said to it until it is set up again."""
-        self._ready = self._known = False
+        self._known = False
+        self._begin_set_up()
         self._lost_power(certain=True)
         self.set_up_again(reason)
 
@@ -184,8 +196,10 @@ class FicsLine(Carrier[Exchange, Frame]):
         self.on_change("robot.power_cycled", {"certain": certain})
 
     def _robot_is_silent(self) -> None:
-        self._was_away = self._missing = True
-        self.on_change("robot.offline", {})
+        self._was_away = True
+        if not self._missing:
+            self._missing = True
+            self.on_change("robot.offline", {})
         self.set_up_again("the robot does not answer")
 
     async def _tell(self, command: FicsCommand[Any]) -> Outcome:
@@ -206,18 +220,35 @@ class FicsLine(Carrier[Exchange, Frame]):
 
         :raises LineDown: the port is not open; nothing was queued.
         :raises RobotOffline: the robot does not answer (stops are sent nevertheless).
+        :raises NotSent: the robot is being set up, and that takes long (stops are sent nevertheless).
         """
         if not self._open:
             raise self._down()
         if not self._talk.online and exchange.lane is not Lane.STOP:
             raise offline_error(self._talk.robot_id)
+        if not self._ready and exchange.lane is not Lane.STOP:
+            self._wait_for_set_up(exchange)
         future = exchange.future = self._loop.create_future()
         self._talk.submit(exchange)
         if exchange.expires_at is not None:
-            late = Expired("The line was not free in time; nothing was sent.", "Try again.")
+            late = Expired()
             self._loop.call_at(exchange.expires_at, self.withdraw, exchange, late)
         self._pump()
         return future
+
+    def _wait_for_set_up(self, exchange: Exchange) -> None:
+        """Let an exchange wait for the robot to be set up, but not for long.
+
+        :raises NotSent: it has waited long enough.
+        """
+        late = NotSent(f"Robot {self._talk.robot_id} is being set up; nothing was sent.", "Try again later.")
+        if self._loop.time() >= self._patient_until:
+            raise late
+        self._loop.call_at(self._patient_until, self._give_up_waiting, exchange, late)
+
+    def _give_up_waiting(self, exchange: Exchange, reason: NotSent) -> None:
+        if not self._ready:
+            self.withdraw(exchange, reason)
 
     def withdraw(self, exchange: Exchange, reason: GatewayError) -> None:
         """Take back an exchange that is not written yet; one that is stays as it is."""

@@ -119,8 +119,8 @@ def check(unit: RobotUnit, command: FicsCommand[Any]) -> None:
     """
     if type(command) not in KINDS:
         raise InvalidRequest(f"{command.wire_name()} starts no move; nothing was sent.")
-    if isinstance(command, StepAxis) and command.axis not in (*unit.axes, *unit.motor_axes):
-        raise InvalidRequest(f"{unit.address} has no axis {command.axis}; nothing was sent.")
+    if isinstance(command, StepAxis):
+        unit.require_axis(command.axis)
     if isinstance(command, AxesMove):
         unit.require_values(coordinates_of(unit, command), command.coordinates)
 

@@ -68,7 +68,9 @@ async def _foresee(plan: PlannedRobotMove, unit: RobotUnit, command: FicsCommand
     plan.start_position = start = await unit.position(plan.coordinates)
     stored = None
     if isinstance(command, MoveToPosition):
-        stored = await _stored(unit, command.position)
+        stored = await unit.stored(command.position)
+        if stored is None:
+            raise _NotCalculable(f"It would be refused: position {command.position} is not set.")
     plan.target_position = target = target_of(unit, command, start, stored)
     await require_known(unit, command, start, target)
     if target is None:
@@ -84,13 +86,6 @@ def _ways(plan: PlannedRobotMove, command: FicsCommand[Any]) -> dict[str, float]
     start, target = plan.start_position or {}, plan.target_position or {}
     ways = {axis: abs((place or 0.0) - (start[axis] or 0.0)) for axis, place in target.items()}
     return {axis: way for axis, way in ways.items() if way}
-
-
-async def _stored(unit: RobotUnit, number: int) -> list[float | None]:
-    for found, coordinates in await unit.robot.positions(number, number, unit.number):
-        if found == number:
-            return coordinates
-    raise _NotCalculable(f"It would be refused: position {number} is not set.")
 
 
 async def _duration_s(unit: RobotUnit, coordinates: Coordinates, ways: dict[str, float]) -> float:

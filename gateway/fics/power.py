@@ -1,16 +1,16 @@
-"""Power lost and back: seen by the mode, kept in mind until somebody knows, and the speeds set again."""
+"""Power lost and back: seen by the mode or the origins, kept in mind, and the speeds set again."""
 
 from typing import TYPE_CHECKING, Any, Final
 
 from gateway.errors import NoReply, NotSent
 from gateway.fics.errors import PowerCycled, RobotRefused, SpeedsNotRestored
 from gateway.fics.exchange import Answered
-from gateway.fics.line import SILENT
 from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.motor_axes import GetMotorSpeedPercent, SetMotorSpeedPercent
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
-from protocols.fics.system import CommunicationMode, GetCommunicationMode
+from protocols.fics.status import AxisStatuses, GetAxisStatus, MotionMode
+from protocols.fics.system import CommunicationMode, GetCommunicationMode, HostMode
 
 if TYPE_CHECKING:
     from gateway.fics.exchange import Outcome
@@ -44,12 +44,16 @@ class Power:
         """By unit, as last set, or as read before; an axis nobody spoke of is missing."""
         self._due: set[int] = set()
         """The units whose speeds have to be set again before any move."""
+        self._certain = True
+        """Whether the loss that nobody has acknowledged is certain."""
+        self._homed: dict[int, set[int]] = {}
+        """By unit, the places of the motors that had their origins when they were last looked at."""
 
     def lost(self, *, certain: bool) -> None:
         """It has been switched off and on, or seems to: keep it from moving until somebody knows."""
         self._due = set(self._speeds)
         if not self.cycled:
-            self.cycled = True
+            self.cycled, self._certain = True, certain
             self._robot.errors_of_system.latched = None
             self._robot.publish("robot.power_cycled", {"certain": certain, **self._speeds_told()})
 
@@ -66,19 +70,21 @@ class Power:
         """
         if self.cycled:
             raise PowerCycled(
-                f"Robot {self._robot.id} has been switched off and on: nothing is homed, and speeds the "
-                f"gateway does not know are 100 % again; {what} was not sent.",
+                f"{self._what_happened()}: nothing is homed then, and speeds the gateway does not know are "
+                f"100 % again; {what} was not sent.",
                 ACKNOWLEDGE,
             )
 
     async def see(self) -> None:
         """See that the robot has not been switched off: then it is in Ver.2; call it with the floor held.
 
+        Where that is its own mode only `verify` can tell.
+
         :raises PowerCycled: it has.
         :raises NotSent: it did not tell.
         """
         robot = self._robot
-        if robot.mode == SILENT:
+        if robot.mode == HostMode.VER_2:
             return
         unanswered = NotSent(
             f"Robot {robot.id} did not answer MOD, so nobody knows whether it has lost its power; "
@@ -94,24 +100,60 @@ class Power:
             self._refuse()
 
     def _refuse(self) -> None:
-        raise PowerCycled(
-            f"Robot {self._robot.id} has been switched off and on; nothing was sent.", ACKNOWLEDGE
+        raise PowerCycled(f"{self._what_happened()}; nothing was sent.", ACKNOWLEDGE)
+
+    def _what_happened(self) -> str:
+        has_been = "has been" if self._certain else "seems to have been"
+        return f"Robot {self._robot.id} {has_been} switched off and on"
+
+    # origins
+
+    def _note_origins(self, unit: "RobotUnit", found: AxisStatuses) -> None:
+        """In Ver.2 a loss of power shows in origins that are gone, though nothing has homed the robot.
+
+        Homing begins with that, and macros may home, whoever runs them.
+        """
+        before = self._homed.pop(unit.number, set())
+        if any(it.motion_mode in (MotionMode.HOMING, MotionMode.MACRO) for it in found.axes):
+            return
+        self._homed[unit.number] = {place for place, axis in enumerate(found.axes) if axis.origin_done}
+        if self._robot.mode == HostMode.VER_2 and before - self._homed[unit.number]:
+            self.lost(certain=False)
+
+    def forget_origins(self) -> None:
+        """Something of ours begins that may home the robot."""
+        self._homed.clear()
+
+    async def _look_at_origins(self, unit: "RobotUnit") -> None:
+        unanswered = NotSent(
+            f"{unit.address} did not answer ACD, so nobody knows whether it has lost its power; nothing more "
+            "was sent.",
+            "Try again.",
         )
+        reply = await self._robot.dialogue.prepare(GetAxisStatus(), unanswered)
+        if isinstance(reply, AxisStatuses):
+            self._note_origins(unit, reply)
 
     # speeds
 
     def note(self, unit: "RobotUnit", command: FicsCommand[Any], outcome: "Outcome") -> None:
-        """Keep the speed percentages that were set, or read first; forget those nobody can be sure of."""
+        """Keep the speed percentages that were set, or read first; forget those nobody can be sure of.
+
+        What was read of origins is kept, too.
+        """
         if isinstance(command, SetSpeedPercent | SetMotorSpeedPercent):
             self._note_set(unit, command, outcome)
-        elif isinstance(outcome, Answered) and unit.number not in self._due:
-            for reply in outcome.replies:
-                if isinstance(reply, SpeedPercents):
-                    names = unit.names(_coordinates(command))
-                    known = self._speeds.setdefault(unit.number, {})
-                    for axis, percent in zip(names, reply.percents, strict=False):
-                        # What was set counts: a robot tells 100 % after a loss of power nobody has seen yet.
-                        known.setdefault(axis, percent)
+        for reply in outcome.replies if isinstance(outcome, Answered) else ():
+            if isinstance(reply, AxisStatuses):
+                self._note_origins(unit, reply)
+            elif isinstance(reply, SpeedPercents) and unit.number not in self._due:
+                self._note_read(unit, _coordinates(command), reply)
+
+    def _note_read(self, unit: "RobotUnit", coordinates: "Coordinates", found: SpeedPercents) -> None:
+        known = self._speeds.setdefault(unit.number, {})
+        for axis, percent in zip(unit.names(coordinates), found.percents, strict=False):
+            # What was set counts: a robot tells 100 % after a loss of power nobody has seen yet.
+            known.setdefault(axis, percent)
 
     def _note_set(
         self, unit: "RobotUnit", command: SetSpeedPercent | SetMotorSpeedPercent, outcome: "Outcome"
@@ -141,17 +183,21 @@ class Power:
         self._robot.publish("robot.speeds.restored", self._speeds_told())
 
     async def verify(self, unit: "RobotUnit", coordinates: "Coordinates") -> None:
-        """In Ver.2, where the mode cannot tell of a loss of power: see that the speeds are as they were left.
+        """In Ver.2, where the mode tells of no loss of power: see that origins and speeds are as they were.
 
         Call it with the floor held and the unit selected.
 
         :raises PowerCycled: they are those of power-on.
+        :raises NotSent: it did not tell.
         """
-        known = self._known(unit, coordinates)
-        if self._robot.mode != SILENT or all(percent == FULL_SPEED for percent in known.values()):
+        if self._robot.mode != HostMode.VER_2:
             return
-        if await self._differ(unit, coordinates, known):
+        await self._look_at_origins(unit)
+        known = self._known(unit, coordinates)
+        slower = any(percent != FULL_SPEED for percent in known.values())
+        if not self.cycled and slower and await self._differ(unit, coordinates, known):
             self.lost(certain=False)
+        if self.cycled:
             self._refuse()
 
     async def _set_again(self, unit: "RobotUnit", coordinates: "Coordinates") -> None:

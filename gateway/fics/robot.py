@@ -2,16 +2,19 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, NamedTuple
+from contextlib import AsyncExitStack
+from typing import Any, NamedTuple
 
-from gateway.errors import Expired, GatewayError, InvalidRequest, NotFound, StoppedFirst
+from gateway.errors import InvalidRequest, NotFound, StoppedFirst
 from gateway.exchange import Lane
-from gateway.fics.dialogue import Dialogue
+from gateway.fics.dialogue import Dialogue, in_time
+from gateway.fics.downloads import download
 from gateway.fics.errors import ErrorStands, RobotBusy
-from gateway.fics.exchange import Answered, Exchange, Outcome
-from gateway.fics.jogs import Jogs, JogSession
+from gateway.fics.exchange import Exchange, Outcome
+from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.power import Power
+from gateway.fics.queries import Heard, Queries, heard_now
 from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStopReport, RobotStops
 from gateway.fics.system_errors import RobotErrorRecord, SystemErrors
@@ -23,7 +26,7 @@ from protocols.fics.axis_settings import AxisSetting
 from protocols.fics.commands import of_the_robot
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StartJog, StopJog
-from protocols.fics.link import Completion, Failure
+from protocols.fics.link import Completion, Failure, Refusal
 from protocols.fics.macros import RunMacro
 from protocols.fics.positions import (
     LAST_POSITION,
@@ -34,8 +37,9 @@ from protocols.fics.positions import (
     UploadPosition,
 )
 from protocols.fics.row import Block, FicsCommand
+from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import SelectUnit, SetCommunicationMode
-from protocols.table import Reply, Retry
+from protocols.table import Reply
 
 Publish = Callable[[str, str, dict[str, Any], str | None], str]
 """Type, subject, data and correlation of an event; gives its cursor."""
@@ -46,11 +50,11 @@ _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
     UploadPosition: "Upload positions as a whole: an open upload takes no stop.",
     EndPositionUpload: "Upload positions as a whole: the gateway ends each upload itself.",
     StartJog: "Open a JOG session, whose heartbeat keeps the axis moving.",
+    StopJog: "Stop the axis, or its JOG session.",
+    StopAllDecelerating: "Stop the robot, which sees to its standstill.",
+    StopAllImmediately: "Stop the robot, which sees to its standstill.",
     SetCommunicationMode: "Set the mode of the line in the configuration.",
 }
-
-Question = tuple[int | None, str]
-"""A unit, or none, and the text of a query."""
 
 
 class Accepted(NamedTuple):
@@ -59,6 +63,10 @@ class Accepted(NamedTuple):
     exchange: Exchange
     outcome: "asyncio.Future[Outcome]"
     """Ver.2: only a refusal ever comes here."""
+
+    def was_refused(self) -> bool:
+        """Whether nothing moved because of it."""
+        return self.outcome.done() and isinstance(self.outcome.result(), Refusal)
 
 
 class Robot:
@@ -80,22 +88,24 @@ class Robot:
         self.poll_interval_s = poll_interval_s
         self.motion: FicsCommand[Any] | None = None
         """The motion command of ours that is under way."""
-        self.moves_by_itself = False
-        """Whether it was seen to move without a command of ours."""
+        self._moved: RobotUnit | None = None
+        """The unit the last one was sent to."""
+        self.moves_by_itself: bool | None = None
+        """Whether it was seen to move without a command of ours; None until somebody has looked."""
+        self.look_due = asyncio.Event()
+        """Nobody knows whether it moves: it is to be looked at now, not at the next round."""
         self.idle = asyncio.Event()
         """No unit has a move that is not over."""
         self.stopping = False
         """Whether a stop is not confirmed yet."""
         self.dialogue = Dialogue(robot_id, line)
+        self.queries = Queries(self)
         self.selection = Selection(self)
         self.power = Power(self)
         self.errors_of_system = SystemErrors(self)
         self.stops = RobotStops(self)
         self.jogs = Jogs(self)
         self._publish = publish
-        self._asked: dict[Question, asyncio.Task[Answered | GatewayError]] = {}
-        """Queries that wait for the floor; an equal one shares the answer."""
-        self._asking: set[asyncio.Task[Answered | GatewayError]] = set()
         self.dialogue.error_stands = lambda: self.latched_error is not None
         self.idle.set()
         line.on_change = self._line_changed
@@ -106,9 +116,7 @@ class Robot:
         await self.stops.close()
         await self.errors_of_system.close()
         await self.line.close()
-        for question in self._asking:
-            question.cancel()
-        await asyncio.gather(*self._asking, return_exceptions=True)
+        await self.queries.close()
 
     # what it is now
 
@@ -123,9 +131,9 @@ class Robot:
         return self.line.mode
 
     @property
-    def moving(self) -> bool:
-        """Whether it moves, as far as is known."""
-        return self.motion is not None or self.moves_by_itself
+    def moving(self) -> bool | None:
+        """Whether it moves, as far as is known; None where nobody has looked since it was out of reach."""
+        return True if self.motion is not None else self.moves_by_itself
 
     @property
     def power_cycled(self) -> bool:
@@ -157,22 +165,21 @@ class Robot:
         :raises RobotFailed: it ended with an error of the system.
         :raises GatewayError: it was not sent, or not answered; the error says which.
         """
-        replies = await self.ask_all(command, unit)
+        replies = (await self.ask_all(command, unit)).replies
         return replies[0] if replies else Completion(command.wire_name())
 
-    async def ask_all(self, command: FicsCommand[Any], unit: int | None = None) -> tuple[Reply, ...]:
+    async def ask_all(self, command: FicsCommand[Any], unit: int | None = None) -> Heard:
         """Send a command and give all its replies; errors as of `ask`."""
-        for kept_back, remedy in _KEPT_BACK.items():
-            if isinstance(command, kept_back):
-                raise InvalidRequest(f"{command.wire_name()} is not sent alone; nothing was sent.", remedy)
-        if command.starts_motion():
-            raise InvalidRequest(f"{command.wire_name()} starts a move; nothing was sent.", "Start a move.")
+        _require_alone(command)
         if isinstance(command, TakeCurrentError):
-            return (CurrentError(error=await self.take_error()),)
+            return heard_now(CurrentError(error=await self.errors_of_system.take()))
         if isinstance(command, ResetErrors):
-            await self.reset_errors()
-            return ()
-        return (await self.converse(command, unit)).replies
+            await self.errors_of_system.reset()
+            return heard_now()
+        if isinstance(command, DownloadPositions):
+            axes = self._only_unit(command) if unit is None else self.unit(unit)
+            return await download(axes, command)
+        return await self.converse(command, unit)
 
     async def read(self, query: FicsCommand[Any], unit: int | None = None, lane: Lane = Lane.READ) -> Any:
         """Send a query and give its reply; errors as of `ask`."""
@@ -180,21 +187,16 @@ class Robot:
 
     async def converse(
         self, command: FicsCommand[Any], unit: int | None = None, lane: Lane = Lane.READ
-    ) -> Answered:
+    ) -> Heard:
         """Send a command that starts no move, in turn; errors as of `ask`. `lane` is that of a query."""
-        if command.retry is Retry.STOP:
-            if not isinstance(command, StopJog):
-                self.line.begin_stop()
-            return self.dialogue.answered(command, await self.send_stop(command))
         number = self._unit_of(command, unit)
         self.require_free(command)
-        if not command.is_query():
-            return await self._do(command, number)
-        if lane is Lane.READ:
-            return await self._share(command, number)
-        return await self._query(command, number, lane)
+        if command.is_query():
+            return await self.queries.ask(command, number, lane)
+        await self._do(command, number)
+        return heard_now()
 
-    async def _do(self, command: FicsCommand[Any], number: int | None) -> Answered:
+    async def _do(self, command: FicsCommand[Any], number: int | None) -> None:
         """Send a command that changes something, to a unit the robot has just confirmed."""
         epoch = self.line.stop_epoch
         async with self.line.floor.held(Lane.COMMAND):
@@ -203,57 +205,12 @@ class Robot:
             if number is not None:
                 await self.selection.make(number, afresh=True)
             outcome = await self.dialogue.say(command, epoch)
-            self._learn(command, number, outcome)
+            self.learn(command, number, outcome)
         if isinstance(outcome, Failure):
-            await self.look_for_errors()
-        return self.dialogue.answered(command, outcome)
+            await self.errors_of_system.look()
+        self.dialogue.answered(command, outcome)
 
-    async def _query(
-        self,
-        query: FicsCommand[Any],
-        number: int | None,
-        lane: Lane,
-        begun: Callable[[], object] = lambda: None,
-    ) -> Answered:
-        async with self.line.floor.held(lane):
-            begun()
-            if number is not None:
-                await self.selection.make(number, afresh=isinstance(query, DownloadPositions))
-            outcome = await self.dialogue.say(query, self.line.stop_epoch)
-            self._learn(query, number, outcome)
-        return self.dialogue.answered(query, outcome)
-
-    async def _share(self, query: FicsCommand[Any], number: int | None) -> Answered:
-        """Send a query once for all who ask the same before its turn comes."""
-        question = (number, query.text())
-        task = self._asked.get(question)
-        if task is None:
-            task = asyncio.create_task(self._ask_for_all(query, number), name=f"question {query.text()}")
-            self._asked[question] = task
-            self._asking.add(task)
-            task.add_done_callback(self._asking.discard)
-        answer = await asyncio.shield(task)
-        if isinstance(answer, GatewayError):
-            raise answer
-        return answer
-
-    async def _ask_for_all(self, query: FicsCommand[Any], number: int | None) -> Answered | GatewayError:
-        question = (number, query.text())
-        mine = asyncio.current_task()
-
-        def begun() -> None:
-            """Whoever asks from now on wants a later answer."""
-            if self._asked.get(question) is mine:
-                del self._asked[question]
-
-        try:
-            return await self._query(query, number, Lane.READ, begun)
-        except GatewayError as error:
-            return error
-        finally:
-            begun()
-
-    def _learn(self, command: FicsCommand[Any], number: int | None, outcome: Outcome) -> None:
+    def learn(self, command: FicsCommand[Any], number: int | None, outcome: Outcome) -> None:
         """Note what the gateway has to remember of what was said."""
         if isinstance(command, SelectUnit):
             self.selection.forget()
@@ -284,19 +241,21 @@ class Robot:
         """
 
         def note(now: float) -> None:
-            self.motion = command
+            self.motion, self._moved = command, self.unit(unit)
             for it in self.units:
                 it.stood_still &= it.number != unit and not isinstance(command, _MOVES_ALL_UNITS)
+            if isinstance(command, _MOVES_ALL_UNITS):
+                self.power.forget_origins()
             on_written(now)
 
-        async with self.line.floor.held(Lane.COMMAND):
-            if self.line.stop_epoch != epoch:
-                raise StoppedFirst
-            self.require_fit_for_motion(command)
-            await self._make_sure(command, self.unit(unit))
-            self.require_fit_for_motion(command)
-            if asyncio.get_running_loop().time() >= expires_at:
-                raise Expired("The robot was not free in time; nothing was sent.", "Try again.")
+        async with AsyncExitStack() as stack:
+            async with in_time(expires_at):
+                await stack.enter_async_context(self.line.floor.held(Lane.COMMAND))
+                if self.line.stop_epoch != epoch:
+                    raise StoppedFirst
+                self.require_fit_for_motion(command)
+                await self._make_sure(command, self.unit(unit))
+                self.require_fit_for_motion(command)
             exchange, outcome = await self.dialogue.start(
                 command, epoch=epoch, expires_at=expires_at, on_written=note
             )
@@ -317,6 +276,10 @@ class Robot:
         self.motion = None
         if accepted is not None and not accepted.outcome.done():
             self.line.give_up(accepted.exchange)
+        refused = accepted is not None and accepted.was_refused()
+        if self._moved is not None and not self._moved.stood_still and not refused:
+            self.moves_by_itself = None
+            self.look_due.set()
 
     async def send_stop(self, command: FicsCommand[Any]) -> Outcome:
         """Send a stop ahead of everything."""
@@ -356,8 +319,11 @@ class Robot:
             return self.unit(unit).number
         if isinstance(command, _MOVES_ALL_UNITS) or of_the_robot(type(command)):
             return None
+        return self._only_unit(command).number
+
+    def _only_unit(self, command: FicsCommand[Any]) -> RobotUnit:
         if len(self.units) == 1:
-            return self.units[0].number
+            return self.units[0]
         raise InvalidRequest(f"{command.wire_name()} acts on one unit; nothing was sent.", "Say on which.")
 
     # what takes several commands
@@ -365,18 +331,6 @@ class Robot:
     def stop(self, mode: StopMode) -> "asyncio.Task[RobotStopReport]":
         """Stop all axes; the stop is queued before this returns, ahead of everything."""
         return self.stops.stop(mode)
-
-    async def jog(self, unit: int, axis: str, direction: Literal["+", "-"]) -> JogSession:
-        """Start to jog an axis, which stops when its heartbeat does; errors as of `Jogs.start`."""
-        return await self.jogs.start(unit, axis, direction)
-
-    def heartbeat(self, session_id: str) -> JogSession:
-        """Keep an axis jogging; errors as of `Jogs.heartbeat`."""
-        return self.jogs.heartbeat(session_id)
-
-    async def end_jog(self, session_id: str) -> JogSession:
-        """Stop an axis that jogs; errors as of `Jogs.end`."""
-        return await self.jogs.end(session_id)
 
     async def upload_positions(
         self, positions: Sequence[tuple[int, Sequence[float | None]]], unit: int | None = None
@@ -402,34 +356,14 @@ class Robot:
     async def positions(
         self, first: int = 1, last: int = LAST_POSITION, unit: int | None = None
     ) -> list[tuple[int, list[float | None]]]:
-        """Read the stored positions of a unit in turn; the robot ends at the first number without one.
-
-        :raises GatewayError: they were not read.
-        """
+        """Read the stored positions of a unit in turn; errors as of `download`."""
         if not 1 <= first <= last <= LAST_POSITION:
             raise InvalidRequest(f"Positions go from 1 to {LAST_POSITION}; nothing was sent.")
-        query = DownloadPositions(first=first, count=last - first + 1)
-        replies = (await self.converse(query, unit)).replies
+        replies = (await self.ask_all(DownloadPositions(first=first, count=last - first + 1), unit)).replies
         found = [list(it.coordinates) for it in replies if isinstance(it, StoredPosition)]
         return list(enumerate(found, first))
 
-    # errors and power
-
-    async def take_error(self) -> str:
-        """Ask for the present error (C-HOST manual 2-12); errors as of `SystemErrors.take`."""
-        return await self.errors_of_system.take()
-
-    async def look_for_errors(self) -> None:
-        """Find out which error stands."""
-        await self.errors_of_system.look()
-
-    async def errors(self) -> list[RobotErrorRecord]:
-        """The error that stands, as the gateway knows it; the robot is not asked."""
-        return [] if self.latched_error is None else [self.latched_error]
-
-    async def reset_errors(self) -> None:
-        """Reset the errors of the system (C-HOST manual 2-14); errors as of `SystemErrors.reset`."""
-        await self.errors_of_system.reset()
+    # power
 
     async def see_power(self) -> None:
         """See that the robot has not been switched off.
@@ -445,14 +379,6 @@ class Robot:
         async with self.line.floor.held(Lane.COMMAND):
             await self.power.restore()
 
-    def lost_power(self, *, certain: bool) -> None:
-        """It has been switched off and on, or seems to: keep it from moving until somebody knows."""
-        self.power.lost(certain=certain)
-
-    async def acknowledge_power_cycle(self) -> None:
-        """Let the robot move again: whoever calls this knows what it has forgotten."""
-        self.power.acknowledge()
-
     # news
 
     def publish(self, kind: str, data: dict[str, Any], correlation: str | None = None) -> str:
@@ -467,9 +393,23 @@ class Robot:
         if self.motion is None or what == "robot.power_cycled":
             self.selection.forget()  # in motion no other unit can be selected
         self._forget_paces()
+        self.moves_by_itself = self.moves_by_itself or None
+        self.look_due.set()
         if what == "robot.power_cycled":
-            self.lost_power(certain=bool(facts["certain"]))
+            self.power.lost(certain=bool(facts["certain"]))
         elif what.startswith("robot."):
             self.publish(what, dict(facts))
         else:
             self._publish(what, f"/lines/{self.line.id}", dict(facts), None)
+
+
+def _require_alone(command: FicsCommand[Any]) -> None:
+    """Refuse what is not sent by itself.
+
+    :raises InvalidRequest: it is part of something larger, or moves something.
+    """
+    for kept_back, remedy in _KEPT_BACK.items():
+        if isinstance(command, kept_back):
+            raise InvalidRequest(f"{command.wire_name()} is not sent alone; nothing was sent.", remedy)
+    if command.starts_motion():
+        raise InvalidRequest(f"{command.wire_name()} starts a move; nothing was sent.", "Start a move.")

@@ -36,7 +36,7 @@ class Selection:
         :raises RobotRefused: the teaching terminal keeps the robot from it.
         """
         robot = self._robot
-        known = self.unit == number or self._only(number)
+        known = self.unit == number or self.only(number)
         if known and (robot.motion is not None or not afresh):
             return
         if robot.motion is not None and not isinstance(robot.motion, RunMacro):
@@ -58,7 +58,7 @@ class Selection:
             )
         self.unit = number
 
-    def _only(self, number: int) -> bool:
+    def only(self, number: int) -> bool:
         """Whether nothing else can be selected."""
         return number == UNIT_OF_POWER_ON and len(self._robot.units) == 1
 

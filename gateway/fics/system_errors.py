@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gateway.errors import GatewayError, NoReply
 from gateway.exchange import Lane
-from gateway.fics.errors import RobotFailed
+from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed
 from gateway.records import Record
 from protocols.fics.alarms import DetailKind, ErrorDetail, ResetErrors
 from protocols.fics.errors import ErrorKind, lookup
@@ -75,14 +75,22 @@ class SystemErrors:
     async def reset(self) -> None:
         """Reset the errors of the system, and see whether one still stands (DRT, C-HOST manual 2-14).
 
-        :raises GatewayError: it was not done, or its cause is still there.
+        :raises ErrorRemains: its cause is still there.
+        :raises NotReadBack: it was done, and nobody knows what still stands.
+        :raises GatewayError: it was not done.
         """
-        await self._robot.converse(ResetErrors())
+        try:
+            await self._robot.converse(ResetErrors())
+        except RobotFailed as failed:
+            raise ErrorRemains(self._robot.id, ResetErrors.code, failed.fics_error) from None
         if self.latched is not None:
             self._are_reset("gateway")
-        error = await self.take()
+        try:
+            error = await self.take()
+        except GatewayError as unread:
+            raise NotReadBack(f"The errors of {self._robot.id} were reset", unread) from unread
         if lookup(error).kind is ErrorKind.FICS:
-            raise RobotFailed(self._robot.id, ResetErrors.code, error)
+            raise ErrorRemains(self._robot.id, ResetErrors.code, error)
 
     def _look_soon(self) -> None:
         task = asyncio.create_task(self.look(), name=f"errors of {self._robot.id}")

@@ -9,8 +9,12 @@ from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
 from protocols.fics.moves import AxesMove, MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.row import FicsCommand
 
-TOLERANCE = 0.01
-"""A successful move may end so far from its target, in the unit of the axis: displays round."""
+DISPLAYED = 0.01
+"""The smallest amount a robot displays, in mm and degrees: an assumption. Pulses are whole."""
+TOLERANCE = 2 * DISPLAYED
+"""A successful move may end so far from its target: its start and its end were both rounded for display."""
+NOISE_DIGITS = 6
+"""Decimals behind these are those of binary numbers, not of places."""
 
 _WHY: dict[UnknownReason, str] = {
     "not_homed": "it is not homed",
@@ -94,5 +98,5 @@ def furthest_miss(target: Places | None, position: Places | None) -> float | Non
         found = position.get(axis)
         if wanted is None or found is None:
             return None
-        misses.append(abs(wanted - found))
+        misses.append(round(abs(wanted - found), NOISE_DIGITS))
     return max(misses)

@@ -69,44 +69,88 @@ class RobotUnit:
         """The motors that move an axis: all that are no user axes, where it is converted."""
         return [it for it in self.motor_axes if it not in self.axes] if self.converted(axis) else [axis]
 
-    def require_values(self, coordinates: Coordinates, values: Iterable[float | None]) -> None:
-        """Refuse coordinates that its axes cannot have.
+    def require_axis(self, axis: str) -> None:
+        """Refuse an axis that is neither a user axis nor a motor axis.
+
+        :raises InvalidRequest: it is neither.
+        """
+        known = dict.fromkeys((*self.axes, *self.motor_axes))
+        if axis not in known:
+            raise InvalidRequest(f"axis: {self.address} has the axes {', '.join(known)}; nothing was sent.")
+
+    def require_values(
+        self,
+        coordinates: Coordinates,
+        values: Iterable[float | None],
+        quantity: Quantity | None = Quantity.POSITION,
+        called: str = "coordinates",
+    ) -> None:
+        """Refuse values that its axes cannot have; without a `quantity` all axes have the same unit.
 
         :raises InvalidRequest: there are more of them than axes, or one is a fraction of a pulse.
         """
         names, given = self.names(coordinates), list(values)
         if len(given) > len(names):
             raise InvalidRequest(
-                f"{self.address} has the axes {', '.join(names)}, and {len(given)} coordinates "
+                f"{self.address} has the axes {', '.join(names)}, and {len(given)} {called} "
                 "were given; nothing was sent."
             )
         for name, value in zip(names, given, strict=False):
-            if value is not None and not self.systems[name].can_hold(Quantity.POSITION, value):
-                raise InvalidRequest(f"Axis {name}: pulses are whole, {value} is not; nothing was sent.")
+            if value is not None and quantity is not None:
+                self.require_value(name, quantity, value)
+
+    def require_value(self, axis: str, quantity: Quantity, value: float, field: str = "") -> None:
+        """Refuse a value that an axis cannot have; `field` is where the request says it.
+
+        :raises InvalidRequest: it is a fraction of a pulse.
+        """
+        if not self.systems[axis].can_hold(quantity, value):
+            where = field or f"Axis {axis}"
+            raise InvalidRequest(f"{where}: pulses are whole, {value:g} is not; nothing was sent.")
 
     # asking
 
-    async def position(self, coordinates: Coordinates = "user") -> dict[str, float | None]:
+    async def position(
+        self, coordinates: Coordinates = "user", lane: Lane = Lane.READ
+    ) -> dict[str, float | None]:
         """Read the position; an axis is null while its position is not known (C-HOST manual 2-9, 4-4).
 
         :raises GatewayError: it was not read.
         """
+        return (await self.position_at(coordinates, lane))[0]
+
+    async def position_at(
+        self, coordinates: Coordinates = "user", lane: Lane = Lane.READ
+    ) -> tuple[dict[str, float | None], float]:
+        """Read the position as `position` does, and tell when the answer came, on the event loop's clock."""
         query = GetUserPosition() if coordinates == "user" else GetMotorPosition()
-        reply = await self.robot.read(query, self.number)
+        (reply,), at = await self.robot.converse(query, self.number, lane)
         values = reply.coordinates
         names = self.names(coordinates)
         if len(values) == 1 and values[0] is None:
             values = [None] * len(names)
-        return self.by_axis(names, values)
+        return self.by_axis(names, values), at
 
     async def status(self, lane: Lane = Lane.READ) -> dict[str, AxisStatus]:
         """Read the status of its motor axes (C-HOST manual 2-10).
 
         :raises GatewayError: it was not read.
         """
-        reply = await self.robot.read(GetAxisStatus(), self.number, lane)
+        return (await self.status_at(lane))[0]
+
+    async def status_at(self, lane: Lane = Lane.READ) -> tuple[dict[str, AxisStatus], float]:
+        """Read the status as `status` does, and tell when the answer came, on the event loop's clock."""
+        (reply,), at = await self.robot.converse(GetAxisStatus(), self.number, lane)
         self.stood_still = at_rest(reply.axes)
-        return self.by_axis(self.motor_axes, reply.axes)
+        return self.by_axis(self.motor_axes, reply.axes), at
+
+    async def stored(self, number: int) -> list[float | None] | None:
+        """Read a stored position; None where it is not set.
+
+        :raises GatewayError: it was not read.
+        """
+        found = await self.robot.positions(number, number, self.number)
+        return found[0][1] if found else None
 
     def by_axis(self, names: Sequence[str], values: Sequence[V]) -> dict[str, V]:
         """Give the robot's values their names.

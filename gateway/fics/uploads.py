@@ -1,7 +1,7 @@
 """Positions to be stored: a robot numbers them by itself from a first one on, and takes no stop meanwhile."""
 
 from collections.abc import AsyncIterator, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
@@ -43,14 +43,18 @@ async def upload(robot: "Robot", runs: list[Run], epoch: int) -> None:
 
 @asynccontextmanager
 async def _open(robot: "Robot", first: int, epoch: int) -> AsyncIterator[None]:
-    """Open an upload, and end it whatever has happened in between."""
+    """Open an upload, and end it whatever has happened in between.
+
+    Where its end is not heard, the line sees to that before anything else is said.
+    """
     dialogue, line = robot.dialogue, robot.line
     try:
         dialogue.answered(UPLOAD, await dialogue.say(BeginPositionUpload(first=first), epoch))
         yield
     finally:
         if line.uploading:
-            await dialogue.say(EndPositionUpload(), line.stop_epoch)
+            with suppress(GatewayError):
+                await dialogue.say(EndPositionUpload(), line.stop_epoch)
 
 
 def runs_of(positions: Sequence[tuple[int, Sequence[float | None]]]) -> list[Run]:

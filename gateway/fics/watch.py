@@ -1,15 +1,18 @@
 """What happens to a robot without us: power that was lost, errors, motion nobody here asked for."""
 
 import asyncio
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from gateway.errors import GatewayError
 from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused
 from gateway.fics.units import at_rest
 from gateway.port import LineState
+from protocols.fics.system import GetUnit
 
 if TYPE_CHECKING:
     from gateway.fics.robot import Robot
+    from gateway.fics.units import RobotUnit
 
 HEALTH_POLL_S = 5.0
 """A robot that does nothing for us is asked for its mode, errors and status this often."""
@@ -21,6 +24,7 @@ BUSY = "E01"
 async def watch(robot: "Robot") -> None:
     """Look again and again, and publish what is found."""
     while True:
+        robot.look_due.clear()
         if robot.line.state is LineState.READY and robot.motion is None and not robot.stopping:
             try:
                 await _look(robot)
@@ -28,23 +32,37 @@ async def watch(robot: "Robot") -> None:
                 pass  # it has been told, or moves for us by now
             except GatewayError as error:
                 robot.publish("robot.unreadable", {"detail": error.detail})
-        await asyncio.sleep(HEALTH_POLL_S)
+        with suppress(TimeoutError):
+            async with asyncio.timeout(HEALTH_POLL_S):
+                await robot.look_due.wait()
 
 
 async def _look(robot: "Robot") -> None:
     await robot.see_power()
-    await robot.look_for_errors()
+    await robot.errors_of_system.look()
     await robot.restore_speeds()
-    moves = False
-    for unit in robot.units:
-        try:
-            axes = (await unit.status()).values()
-        except RobotRefused as refused:
-            moves |= refused.fics_error == BUSY
-            continue
-        moves |= not at_rest(axes)
+    moves = await _moves(robot)
     if robot.motion is not None:
         return
     if moves and not robot.moves_by_itself:
         robot.publish("robot.motion.foreign", {})
     robot.moves_by_itself = moves
+
+
+async def _moves(robot: "Robot") -> bool | None:
+    """Whether the unit moves that the robot acts on; None while the terminal keeps it from telling.
+
+    Another unit is not selected just to be looked at: the terminal would show it (C-HOST manual 2-1).
+    """
+    try:
+        axes = (await (await _present_unit(robot)).status()).values()
+    except RobotRefused as refused:
+        return True if refused.fics_error == BUSY else None
+    return not at_rest(axes)
+
+
+async def _present_unit(robot: "Robot") -> "RobotUnit":
+    if len(robot.units) == 1:
+        return robot.units[0]
+    known = robot.selection.unit
+    return robot.unit((await robot.read(GetUnit())).host_unit if known is None else known)

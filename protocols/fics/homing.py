@@ -1,6 +1,5 @@
 """Homing and its settings (C-HOST manual 2-4, 2-25 to 2-28)."""
 
-from enum import IntEnum
 from typing import Annotated
 
 from pydantic import Field
@@ -15,26 +14,6 @@ from protocols.fics.axis_settings import (
 from protocols.fics.notation import AXES, Cut, ListLength, PerAxis, Whole, Within
 from protocols.fics.row import Deed, Query
 from protocols.table import Reply, Retry
-
-
-class HomingType(IntEnum):
-    """How an axis finds its origin (C-HOST manual 2-25)."""
-
-    INDEX = 0
-    """Origin sensor, then the encoder's Z phase."""
-    SENSOR = 1
-    """Origin sensor alone."""
-    INDEX_ONE_WAY = 2
-    """As 0, without turning back at the sensor."""
-    SENSOR_ONE_WAY = 3
-    """As 1, without turning back at the sensor."""
-    INDEX_AT_LIMIT = 4
-    """As 0, with the limit sensor in the direction of homing for the origin sensor."""
-    SENSOR_AT_LIMIT = 5
-    """As 1, with the limit sensor in the direction of homing for the origin sensor."""
-    INDEX_FAST = 6
-    """Fast: decelerates and stops when the Z phase is found."""
-
 
 TYPES = (
     "0 encoder Z phase, 1 no Z phase, 2 and 3 the same without turning back at the sensor, "

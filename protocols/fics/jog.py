@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 
 from protocols.fics.notation import AxisName, Direction, Whole, expected
-from protocols.fics.row import Answered, Deed
+from protocols.fics.row import Deed, WhenAnswered
 from protocols.table import Retry
 
 AXIS = "X Y Z .. for a user axis, A B C .. for a motor axis, @ for theta."
@@ -15,7 +15,7 @@ class StartJog(
     Deed,
     code="JOG",
     args="{axis}{direction}",
-    answered=Answered.AT_ONCE,
+    answered=WhenAnswered.AT_ONCE,
     blocked="abc",
     motion=True,
     retry=Retry.NEVER,
@@ -35,7 +35,7 @@ class StopJog(
     Deed,
     code="JOG",
     args="{axis}",
-    answered=Answered.AT_ONCE,
+    answered=WhenAnswered.AT_ONCE,
     blocked="ab",
     retry=Retry.STOP,
     example=("JOG X", "JOG"),

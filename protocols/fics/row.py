@@ -12,7 +12,7 @@ R_co = TypeVar("R_co", bound=Reply, covariant=True)
 NAME_LENGTH = 3
 
 
-class Answered(StrEnum):
+class WhenAnswered(StrEnum):
     """When a command is answered, in either communication mode (C-HOST manual 1-1-1, 1-7)."""
 
     ALWAYS = "always"
@@ -48,7 +48,7 @@ UPLOAD_ERROR: Final = "E03"
 class FicsCommand(Command[R_co], args=""):
     """A row of C-HOST manual 1-7 or 4-1; a setting and its query are two rows of the same name."""
 
-    answered: ClassVar[Answered] = Answered.ON_COMPLETION
+    answered: ClassVar[WhenAnswered] = WhenAnswered.ON_COMPLETION
     blocked: ClassVar[frozenset[Block]] = frozenset()
     """The states in which it is refused."""
     during_upload: ClassVar[bool] = False
@@ -65,7 +65,7 @@ class FicsCommand(Command[R_co], args=""):
         *,
         code: str | None = None,
         args: str | None = None,
-        answered: Answered | None = None,
+        answered: WhenAnswered | None = None,
         blocked: str | None = None,
         during_upload: bool | None = None,
         motion: bool | None = None,
@@ -102,7 +102,7 @@ class FicsCommand(Command[R_co], args=""):
     @classmethod
     def is_query(cls) -> bool:
         """Whether it is answered with data, in both modes."""
-        return cls.answered is Answered.ALWAYS
+        return cls.answered is WhenAnswered.ALWAYS
 
     def may_repeat(self) -> bool:
         """Whether it may be sent again by itself."""
@@ -114,7 +114,7 @@ class FicsCommand(Command[R_co], args=""):
         return cls.motion
 
 
-class Query(FicsCommand[R_co], answered=Answered.ALWAYS, retry=Retry.READ):
+class Query(FicsCommand[R_co], answered=WhenAnswered.ALWAYS, retry=Retry.READ):
     """A command that is answered with data and changes nothing."""
 
 

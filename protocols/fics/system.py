@@ -1,5 +1,6 @@
 """Which unit is spoken to, how it answers, and what system it is (C-HOST manual 2-1, 2-36, 2-37)."""
 
+from enum import IntEnum
 from typing import Annotated
 
 from pydantic import Field
@@ -31,6 +32,15 @@ class SelectUnit(
     """
 
     unit: Unit = Field(description="Number of the unit, from 1.")
+
+
+class HostMode(IntEnum):
+    """How the host is answered (C-HOST manual 1-1-1)."""
+
+    VER_2 = 2
+    """The mode of power-on: most commands are silent."""
+    VER_3 = 3
+    """Every command is answered."""
 
 
 Mode = Annotated[int, Within(2, 3), Whole()]

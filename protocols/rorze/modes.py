@@ -7,7 +7,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from protocols.rorze.inputs_outputs import SENSORS, InputMask, OutputMask, SensorMask
 from protocols.rorze.notation import Bounds, Hex, Interval, SignedValue, Word
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import MODE_NAMES, ModeName, RorzeCommand
 from protocols.table import Ack, Reply, Retry, SyntaxFault, Wire, wire_of
 
 SETTING_ERRORS = frozenset({0x4A, 0x50})
@@ -116,7 +116,7 @@ def _each_once(kinds: list[str]) -> list[str]:
 StatusKind = Literal["controller", "end_cause", "sensors", "inputs", "outputs", "position"]
 StatusKinds = Annotated[list[StatusKind], AfterValidator(_each_once), Letters()]
 Masks = Annotated[EventMask, Lettered(EventMask)]
-Mode = Annotated[Literal["stepping", "encoder", "servo"], Word(stepping="0", encoder="1", servo="2")]
+Mode = Annotated[ModeName, Word(**{name: digit for digit, name in MODE_NAMES.items()})]
 Format = Annotated[Literal["pulse_direction", "cw_ccw"], Word(pulse_direction="0", cw_ccw="1")]
 
 KINDS = "What event messages carry; empty for nothing."

@@ -1,6 +1,8 @@
 """The columns of the RC-420 command table, and the body numbers a command can be addressed to."""
 
-from typing import ClassVar, TypeVar
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar, Final, Literal, TypeVar
 
 from protocols.rorze.notation import PositionReference
 from protocols.table import Command, Reply, Retry
@@ -11,6 +13,10 @@ LAST_BODY = 0x77
 FIRST_GROUP, LAST_GROUP = 0x80, 0x9E
 MOVE_ENDED, EVENT, LINK_MASTER = 0x7D, 0x7E, 0x7F
 
+ModeName = Literal["stepping", "encoder", "servo"]
+MODE_NAMES: Final[Mapping[str, ModeName]] = MappingProxyType({"0": "stepping", "1": "encoder", "2": "servo"})
+"""The operating modes (RC-420 manual 13.1)."""
+
 MAX_COMMAND_LENGTH = 60
 """Characters between introducer and CR; longer commands are refused with error 23h (RC-420 manual 12)."""
 
@@ -19,7 +25,7 @@ class RorzeCommand(Command[R_co]):
     """A row of RC-420 manual chapter 19, with the columns of its page in chapter 14."""
 
     modes: ClassVar[str] = "012"
-    """Operating modes in which it is allowed: 0 stepping, 1 encoder, 2 servo."""
+    """Operating modes in which it is allowed, by their digits."""
     moving: ClassVar[bool] = True
     """Allowed while the motor moves."""
     program: ClassVar[bool] = True

@@ -30,7 +30,21 @@ async def test_the_position_cannot_be_set_while_the_motor_moves(stand: Stand) ->
     await stand.teach_speeds("3F")
     await stand.post("/bodies/3F/moves", RELATIVE)
     answer = await stand.client.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"})
-    assert (answer.status_code, answer.json()["code"]) == (409, "0x50")
+    assert answer.status_code == 409
+    assert "still has the move" in answer.json()["detail"]
+    assert not [frame for frame in stand.frames() if "6PS" in frame]
+
+
+@on_stand()
+async def test_what_was_read_by_anybody_is_what_a_body_is_described_with(stand: Stand) -> None:
+    await stand.send("01", "set-position", position=1500)
+    await stand.get("/bodies/01/position")
+    assert (await stand.get("/bodies/01")).json()["position"] == 1500
+    await stand.client.put("/bodies/01/position", json={"value": 0, "unit": "pulse"})
+    assert (await stand.get("/bodies/01")).json()["position"] in (None, 0)
+    await asyncio.sleep(0.5)
+    described = (await stand.get("/bodies/01")).json()
+    assert (described["position"], described["position_read_at"] is None) == (0, False)
 
 
 @on_stand()

@@ -144,8 +144,7 @@ async def running_line(
     **options: Any,
 ) -> AsyncIterator[Line]:
     """A line that is set up and ready; the far end's notes begin after that."""
-    line = Line("line1", far_end, bodies, rng=random.Random(1), **options)
-    line.groups = groups or {}
+    line = Line("line1", far_end, bodies, groups, rng=random.Random(1), **options)
     line.start()
     await until(lambda: line.state is LineState.READY)
     far_end.written.clear()

@@ -79,6 +79,7 @@ def test_units_and_names_are_optional() -> None:
     assert second.name == "旋回"
     assert second.units is not None
     assert (second.units.unit, second.units.pulses_per_unit) == ("mm", 100.0)
+    assert (second.units.pulses(1.5, "mm"), second.position_tolerance) == (150, 0)
 
 
 def test_a_configuration_cannot_be_changed() -> None:
@@ -102,7 +103,11 @@ def test_a_configuration_cannot_be_changed() -> None:
             "17: lines[0].bodies[1].units.pulses_by_unit: unknown key; did you mean pulses_per_unit?",
         ),
         ("[server]", "[sever]", "1: sever: unknown key; did you mean server?"),
-        ('name = "旋回"', "zzz = 1", "16: lines[0].bodies[1].zzz: unknown key; known are id, name, units"),
+        (
+            'name = "旋回"',
+            "zzz = 1",
+            "16: lines[0].bodies[1].zzz: unknown key; known are id, name, units, position_tolerance",
+        ),
     ],
 )
 def test_an_unknown_key_is_refused_with_its_line_and_a_guess(old: str, new: str, said: str) -> None:
@@ -127,6 +132,16 @@ def test_an_unknown_key_is_refused_with_its_line_and_a_guess(old: str, new: str,
             "12: lines[0].bodies[0].id: must be two hex digits from 00 to 77, not '٠٠'",
         ),
         ('"8a"', '"9F"', "20: lines[0].groups[0].id: must be two hex digits from 80 to 9E, not '9F'"),
+        (
+            'name = "旋回"',
+            "position_tolerance = -1",
+            "16: lines[0].bodies[1].position_tolerance: must be greater than or equal to 0, not -1",
+        ),
+        (
+            'name = "旋回"',
+            "position_tolerance = 0.5",
+            "16: lines[0].bodies[1].position_tolerance: must be a valid integer, not 0.5",
+        ),
         ("= 100 }", "= 0 }", "17: lines[0].bodies[1].units.pulses_per_unit: must be greater than 0, not 0"),
         (
             "= 100 }",

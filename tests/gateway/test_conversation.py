@@ -55,8 +55,14 @@ class Talk:
     loop: asyncio.AbstractEventLoop
     now: float = 0.0
 
-    def ask(self, command: RorzeCommand[Any], body: int = 2, expires_at: float | None = None) -> Future:
-        exchange = self.talk.exchange(body, command, lane_of(command))
+    def ask(
+        self,
+        command: RorzeCommand[Any],
+        body: int = 2,
+        expires_at: float | None = None,
+        lane: Lane | None = None,
+    ) -> Future:
+        exchange = self.talk.exchange(body, command, lane_of(command) if lane is None else lane)
         exchange.expires_at = expires_at
         future = waiting(exchange, self.loop)
         self.talk.scheduler.submit(exchange)
@@ -232,6 +238,38 @@ def test_a_fence_is_passed_by_its_own_number_only(it: Talk) -> None:
     assert isinstance(move.result(), NoReply)
 
 
+def test_the_witness_for_a_silent_body_is_the_one_heard_last(it: Talk) -> None:
+    for body in (5, 4, 3):
+        it.ask(READ, body)
+        it.next()
+        it.answer()
+    it.talk.offline.add(3)
+    it.ask(READ, 2)
+    it.next()
+    it.fall_silent()
+    for _ in range(FENCE_TRIES):
+        assert it.next() == "fence 02 3ND"
+        it.fall_silent()
+    assert it.next() == "fence 04 3ND"
+    it.answer()
+    assert it.talk.offline == {2, 3}
+    assert it.talk.in_step
+
+
+def test_a_witness_from_the_same_fuse_is_followed_by_another(it: Talk) -> None:
+    for body in (4, 5, 3):
+        it.ask(READ, body)
+        it.next()
+        it.answer()
+    it.ask(READ, 2)
+    it.next()
+    for _ in range(1 + 2 * FENCE_TRIES):
+        it.fall_silent()
+        it.next()
+    it.answer()
+    assert it.talk.offline == {2, 3}
+
+
 @pytest.mark.parametrize(("offline", "proof"), [((), 3), ((3,), 4), ((3, 4), 3)])
 def test_a_group_is_stood_for_by_the_first_member_that_answers(
     it: Talk, offline: tuple[int, ...], proof: int
@@ -294,9 +332,9 @@ def test_a_read_with_a_number_of_its_own_leaves_the_line_in_step(it: Talk) -> No
 # silence
 
 
-def test_after_two_silent_bodies_nobody_else_is_asked(it: Talk) -> None:
-    presence: list[tuple[int, bool]] = []
-    it.talk.on_presence = lambda body, here: presence.append((body, here))
+def test_after_three_silent_bodies_nobody_else_is_asked_and_the_others_are_not_blamed(it: Talk) -> None:
+    offline: list[tuple[int, bool]] = []
+    it.talk.on_offline = lambda body, asked: offline.append((body, asked))
     asked = [it.ask(READ, body) for body in it.talk.bodies]
     it.next()
     fences = []
@@ -304,8 +342,8 @@ def test_after_two_silent_bodies_nobody_else_is_asked(it: Talk) -> None:
     while written := it.next():
         fences.append(written)
         it.fall_silent()
-    assert fences == ["fence 02 3ND"] * FENCE_TRIES + ["fence 03 3ND"] * FENCE_TRIES
-    assert presence == [(body, False) for body in it.talk.bodies]
+    assert fences == [f"fence {body:02X} 3ND" for body in (2, 3, 4) for _ in range(FENCE_TRIES)]
+    assert offline == [(2, True), (3, True), (4, True), (5, False)]
     assert isinstance(asked[0].result(), NoReply)
     assert {type(future.result()) for future in asked[1:]} == {BodyOffline}
 
@@ -320,6 +358,63 @@ def test_whoever_makes_a_noise_is_not_silent(it: Talk) -> None:
         it.talk.noise("noise", it.now)
         it.fall_silent()
     assert list(dict.fromkeys(fenced)) == [f"fence {body:02X} 3ND" for body in (2, 3, 4, 5)]
+
+
+def test_nobody_waits_for_what_a_silent_body_answers_to_a_stop(it: Talk) -> None:
+    it.talk.offline.add(2)
+    stop = it.ask(STOP)
+    it.ask(READ, 3)
+    assert it.next() == "02 5IS"
+    assert it.next() == "03 6PD"
+    it.answer()
+    assert it.hear(Answer(2, "5IS", ""))
+    assert isinstance(stop.result(), Answered)
+    assert not it.talk.offline
+
+
+def test_a_link_that_takes_one_frame_at_a_time_waits_for_a_silent_body_too(it: Talk) -> None:
+    it.talk.interject_stops = False
+    it.talk.offline.add(2)
+    it.ask(STOP)
+    it.ask(READ, 3)
+    assert it.next() == "02 5IS"
+    assert it.next() == ""
+    it.fall_silent()
+    assert it.next() == "03 6PD"
+
+
+def test_equal_stops_of_a_silent_body_are_not_under_way_twice(it: Talk) -> None:
+    it.talk.offline.add(2)
+    it.ask(STOP)
+    it.next()
+    it.ask(STOP)
+    assert it.next() == ""
+    it.fall_silent()
+    assert it.next() == "02 5IS"
+
+
+def test_stops_of_bodies_that_may_be_dead_leave_fences_their_turn(it: Talk) -> None:
+    read = it.ask(READ, 5)
+    it.next()
+    it.ask(STOP, 2, lane=Lane.AGAIN)
+    it.ask(STOP, 3, lane=Lane.AGAIN)
+    assert it.next() == "02 5IS", "the reply is waited for, so stops may go"
+    it.now += 0.1
+    it.hear(Answer(2, "5IS", ""))
+    it.now += 0.4
+    it.talk.pass_deadlines(it.now, None)
+    assert it.next() == "fence 05 3ND"
+    assert it.next() == "03 5IS"
+    assert not read.done()
+
+
+def test_a_stop_that_may_be_in_vain_does_not_follow_another_at_once(it: Talk) -> None:
+    it.ask(STOP, 2, lane=Lane.AGAIN)
+    assert it.next() == "02 5IS"
+    it.ask(STOP, 3, lane=Lane.AGAIN)
+    assert it.next() == ""
+    it.ask(STOP, 4)
+    assert it.next() == "04 5IS", "a new one does"
 
 
 def test_stops_and_probes_for_a_silent_body_stay_in_the_queue(it: Talk) -> None:

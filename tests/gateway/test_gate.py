@@ -51,6 +51,13 @@ def test_whatever_goes_in_the_command_lane_obeys_the_stop() -> None:
     assert isinstance(gate.refuses(admitted, now=0.0), Cancelled)
 
 
+def test_what_proves_a_stop_passes_however_often_the_stop_is_asked_for_again() -> None:
+    gate = Gate()
+    admitted = exchange(GetPosition(), lane=Lane.PROOF, epoch=gate.epoch(2))
+    gate.stop(2)
+    assert gate.refuses(admitted, now=0.0) is None
+
+
 @pytest.mark.parametrize(("now", "passes"), [(4.999, True), (5.0, False), (1e9, False)])
 def test_no_command_starts_later_than_its_sender_allowed(now: float, passes: bool) -> None:
     refusal = Gate().refuses(exchange(MOVE, expires_at=5.0), now)

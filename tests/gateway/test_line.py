@@ -35,6 +35,8 @@ from tests.gateway.far_end import LATENCY_S, SET_UP_FRAMES, FarEnd, running_line
 from tests.virtual_time import run_virtual
 from transports.base import STUCK_S
 
+REPLY_TIMEOUT_S, LATE_REPLY_S = 0.5, 2.0
+
 MOVE = MoveClockwise(distance=500)
 MOVE_FRAME = "&021+M500"
 READ = GetPosition()
@@ -58,8 +60,7 @@ def pulses(outcome: Outcome, body: int = 2) -> int:
 @virtual
 async def test_an_opening_poisons_what_was_left_half_sent_and_then_tells_the_link_master_everything() -> None:
     far = FarEnd()
-    line = Line("line1", far, [2, 3])
-    line.groups = {0x80: [2, 3]}
+    line = Line("line1", far, [2, 3], {0x80: [2, 3]})
     changes: list[str] = []
     line.on_change = lambda what, _: changes.append(what)
     line.start()
@@ -290,7 +291,7 @@ async def test_after_a_timeout_nothing_is_sent_before_a_fence_has_passed() -> No
         assert isinstance(await other, Answered)
         assert far.frames == [MOVE_FRAME, "fence 02", "&031+M500"]
         sent_at, fence_at, other_at = (at for at, _ in far.written)
-        assert fence_at == pytest.approx(sent_at + line.reply_timeout_s)
+        assert fence_at == pytest.approx(sent_at + REPLY_TIMEOUT_S)
         assert other_at == pytest.approx(fence_at + LATENCY_S)
 
 
@@ -365,7 +366,7 @@ async def test_a_reply_that_comes_in_pieces_is_waited_for_but_not_for_ever() -> 
         sent_at = far.times_of(MOVE_FRAME)[0]
         await until(lambda: far.frames[-1] == "fence 02", within_s=4)
         fence_at = far.times_of("fence 02")[0]
-        assert fence_at <= sent_at + line.reply_timeout_s + line.late_reply_s + 1e-6
+        assert fence_at <= sent_at + REPLY_TIMEOUT_S + LATE_REPLY_S + 1e-6
         outcome.cancel()
 
 
@@ -483,7 +484,7 @@ async def test_a_body_that_fails_three_fences_is_offline_and_the_others_go_on() 
             "fence 03",
             "&036PD",
         ]
-        assert changes == [("body.offline", {"body": 2})]
+        assert changes == [("body.offline", {"body": 2, "asked": True})]
         with pytest.raises(BodyOffline):
             ask(line, READ)
         assert line.state is LineState.READY
@@ -878,7 +879,7 @@ async def test_a_port_that_takes_no_bytes_is_opened_anew() -> None:
         move, read = ask(line, MOVE), ask(line, READ)
         assert isinstance(await read, Cancelled)
         assert isinstance(await move, NoReply)
-        noticed_after_s = line.reply_timeout_s + STUCK_S
+        noticed_after_s = REPLY_TIMEOUT_S + STUCK_S
         assert asyncio.get_running_loop().time() == pytest.approx(stuck_at + noticed_after_s, abs=0.01)
         far.stuck = False
         await until(lambda: line.state is LineState.READY)

@@ -7,49 +7,24 @@ import pytest
 
 from gateway.errors import BodyBusy, BodyOffline, Cancelled, ControllerRefused, Expired, LineDown
 from gateway.move_record import MoveStatus
-from gateway.moves import LOST_AFTER_S, Move
 from gateway.stops import StopMode
 from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
 from protocols.rorze.notation import PositionReference
-from protocols.rorze.origin import Home, HomeFastThenStop
+from protocols.rorze.origin import Home
 from protocols.rorze.position import GetPosition, SetPosition
 from protocols.rorze.position_table import SetPositionEntry
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack
-from simulator.faults import Direction, Fault, Switch
-from simulator.rorze.controller import Rc420, Response
+from simulator.faults import Direction
+from simulator.rorze.controller import Rc420, StallFinder
 from simulator.rorze.world import EMS, Span
-from tests.plants import Rig, in_virtual_time, rig
+from tests.plants import ended, finished, in_virtual_time, lose, rig, start
 
 Change = Callable[[Rc420], object]
 
 LONG = MoveClockwise(distance=50_000)
 SHORT = MoveClockwise(distance=5_000)
 TO_5000 = MoveTo(position=5_000)
-
-
-async def start(rig: Rig, command: RorzeCommand[Ack], address: str = "3F") -> Move:
-    """Start a move of one body."""
-    [move] = await rig.plant.moves.start(rig.body(address), command)
-    return move
-
-
-async def finished(rig: Rig, command: RorzeCommand[Ack], address: str = "3F") -> Move:
-    """Start a move of one body and wait for its end."""
-    move = await start(rig, command, address)
-    return await ended(rig, move)
-
-
-async def ended(rig: Rig, move: Move) -> Move:
-    """Wait for the end of a move."""
-    over = await rig.plant.moves.wait(move.id, 120.0)
-    assert over.status.final
-    return over
-
-
-def lose(rig: Rig, direction: Direction, frames: int = 1) -> None:
-    """Lose the next frames on the wire."""
-    rig.machine.faults.set(Switch(Fault.LOST, direction, next_frames=frames))
 
 
 # the good end
@@ -136,7 +111,8 @@ async def test_the_second_of_two_moves_needs_no_question_where_the_first_has_end
         await finished(it, SHORT)
         sent = len(it.wire.sent)
         move = await start(it, SHORT)
-        assert "&3F6PD" not in it.wire.frames(sent)[:1]
+        frames = it.wire.frames(sent)
+        assert not {"&3F9CD", "&3F6PD"} & set(frames[: frames.index("&3F1+M5000")])
         assert (await ended(it, move)).position == 10_000
 
 
@@ -157,7 +133,7 @@ def _ems(axis: Rc420) -> None:
 
 
 def _stalled(axis: Rc420) -> None:
-    axis.stalled = True
+    axis.stalls.add(StallFinder.SENSOR)
 
 
 def _at_the_limit(axis: Rc420) -> None:
@@ -191,13 +167,33 @@ async def test_a_refusal_moves_nothing_and_says_why(
 
 
 @in_virtual_time
-async def test_a_body_that_another_host_moves_refuses_and_is_known_to_move() -> None:
+async def test_a_body_that_another_host_moves_is_sent_nothing_and_is_known_to_move() -> None:
     async with rig() as it:
         it.axis().execute("1+MZ", asyncio.get_running_loop().time())
-        with pytest.raises(ControllerRefused, match=r"1\+M"):
+        sent = len(it.wire.sent)
+        with pytest.raises(BodyBusy, match=r"line1\.3F moves already, .*; 1\+M was not sent"):
             await start(it, SHORT)
+        [move] = it.plant.moves.of(it.body())
+        assert (move.status, move.sent_at) == (MoveStatus.CANCELLED, None)
+        await asyncio.sleep(0.1)
         assert it.body().moving
-        assert it.body().rest_position is None
+        assert it.body().rest is None
+        assert it.types("body.motion") == ["body.motion.foreign"]
+        assert not [frame for frame in it.wire.frames(sent) if "1+M" in frame]
+
+
+@in_virtual_time
+async def test_a_body_that_begins_to_move_just_before_the_command_refuses_and_is_known_to_move() -> None:
+    async with rig(baud=9600) as it:
+        starting = asyncio.create_task(start(it, SHORT))
+        await it.wire.begun("&3F1+M5000")
+        it.axis().execute("1+MZ", asyncio.get_running_loop().time())
+        with pytest.raises(ControllerRefused, match=r"1\+M"):
+            await starting
+        assert it.body().moving is None
+        await asyncio.sleep(0.2)
+        assert it.body().moving
+        assert it.body().rest is None
 
 
 @in_virtual_time
@@ -326,307 +322,6 @@ async def test_a_move_of_a_body_that_is_offline_is_cancelled() -> None:
         assert it.plant.moves.of(it.body())[0].status is MoveStatus.CANCELLED
 
 
-# no reply
-
-
-@in_virtual_time
-async def test_a_lost_command_is_found_not_executed_and_not_sent_again() -> None:
-    async with rig() as it:
-        await finished(it, TO_5000)
-        lose(it, Direction.REQUESTS)
-        move = await finished(it, LONG)
-        assert (move.status, move.end_cause) == (MoveStatus.FAILED, "not_executed")
-        assert move.error is not None
-        assert (move.error.type, move.error.moved) == ("not-executed", "no")
-        assert "has not" in move.error.detail
-        assert it.wire.frames().count("&3F1+M50000") == 1
-        assert not it.executed("1+M")
-
-
-@in_virtual_time
-async def test_a_lost_reply_is_made_good_by_the_running_motor() -> None:
-    async with rig() as it:
-        await finished(it, TO_5000)
-        lose(it, Direction.REPLIES)
-        move = await finished(it, LONG)
-        assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 55_000)
-        assert "executed although no reply came" in move.evidence[0]
-        assert move.acknowledged_at is None
-        assert it.wire.frames().count("&3F1+M50000") == 1
-
-
-@in_virtual_time
-async def test_a_lost_reply_is_made_good_by_a_motor_that_stands_at_the_target() -> None:
-    async with rig() as it:
-        await finished(it, TO_5000)
-        lose(it, Direction.REPLIES)
-        move = await finished(it, MoveClockwise(distance=10))
-        assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 5_010)
-        assert "stands at the target" in move.evidence[0]
-
-
-@in_virtual_time
-async def test_a_lost_reply_of_homing_stays_unknown_when_the_motor_stands_still() -> None:
-    async with rig() as it:
-        await it.body().ask(GetPosition())
-        it.touch(0x3F, lambda axis: axis.world.forced.update({EMS: True}))
-        lose(it, Direction.REPLIES)
-        it.body().position_at = asyncio.get_running_loop().time()
-        move = await finished(it, Home())
-        assert move.status is MoveStatus.UNKNOWN
-        assert "proves nothing" in move.evidence[0]
-        assert move.error is not None
-        assert move.error.moved == "unknown"
-
-
-def mishear(rig: Rig, monkeypatch: pytest.MonkeyPatch, said: str, heard: str) -> None:
-    """Let an axis hear another command than was sent."""
-    execute = rig.axis().execute
-    monkeypatch.setattr(
-        rig.axis(), "execute", lambda text, now: execute(heard if text == said else text, now)
-    )
-
-
-@in_virtual_time
-async def test_a_garbled_distance_is_found_by_the_final_position(monkeypatch: pytest.MonkeyPatch) -> None:
-    async with rig() as it:
-        mishear(it, monkeypatch, said="1+M5000", heard="1+M5001")
-        move = await finished(it, SHORT)
-        assert (move.status, move.end_cause) == (MoveStatus.FAILED, "position_mismatch")
-        assert (move.target_position, move.position) == (5_000, 5_001)
-        assert move.error is not None
-        assert move.error.moved == "yes"
-
-
-@in_virtual_time
-async def test_one_garbled_position_does_not_make_a_good_move_fail(monkeypatch: pytest.MonkeyPatch) -> None:
-    async with rig() as it:
-        move = await start(it, SHORT)
-        execute = it.axis().execute
-        garbled: list[str] = []
-
-        def once_garbled(text: str, now: float) -> Response:
-            response = execute(text, now)
-            if text != "6PD" or it.axis().motor.moving or garbled:
-                return response
-            garbled.append(text)
-            return Response("+000005001")
-
-        monkeypatch.setattr(it.axis(), "execute", once_garbled)
-        await ended(it, move)
-        assert garbled
-        assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 5_000)
-
-
-@in_virtual_time
-async def test_one_garbled_status_does_not_end_a_move_that_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    async with rig() as it:
-        move = await start(it, LONG)
-        await asyncio.sleep(0.5)
-        execute = it.axis().execute
-        garbled: list[str] = []
-
-        def once_garbled(text: str, now: float) -> Response:
-            response = execute(text, now)
-            if text != "9CD" or garbled:
-                return response
-            garbled.append(text)
-            return Response("H00")
-
-        monkeypatch.setattr(it.axis(), "execute", once_garbled)
-        await ended(it, move)
-        assert garbled
-        assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 50_000)
-
-
-@in_virtual_time
-async def test_a_silent_body_has_lost_its_move() -> None:
-    async with rig() as it:
-        move = await start(it, LONG)
-        await asyncio.sleep(0.5)
-        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
-        cut_at = asyncio.get_running_loop().time()
-        await ended(it, move)
-        assert move.status is MoveStatus.LOST
-        assert LOST_AFTER_S <= asyncio.get_running_loop().time() - cut_at < LOST_AFTER_S + 5
-        assert "body.offline" in it.types()
-
-
-@pytest.mark.parametrize("away_s", [0.2, 5.0])
-@in_virtual_time
-async def test_a_body_that_lost_its_power_in_the_middle_has_lost_its_move(away_s: float) -> None:
-    async with rig() as it:
-        await finished(it, SHORT)
-        move = await start(it, LONG)
-        await asyncio.sleep(0.5)
-        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
-        await asyncio.sleep(away_s)
-        it.machine.switch_body(0x3F, on=True, now=asyncio.get_running_loop().time())
-        await ended(it, move)
-        assert move.status is MoveStatus.LOST
-        assert move.error is not None
-        assert "power" in move.error.detail
-
-
-@in_virtual_time
-async def test_a_search_in_which_the_power_was_lost_has_not_found_the_origin() -> None:
-    async with rig() as it:
-        it.touch(0x3F, lambda axis: setattr(axis.world, "origin", Span(-90_000, -80_000)))
-        move = await start(it, Home())
-        await asyncio.sleep(0.5)
-        it.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
-        await asyncio.sleep(5.0)
-        it.machine.switch_body(0x3F, on=True, now=asyncio.get_running_loop().time())
-        await ended(it, move)
-        assert move.status is MoveStatus.LOST
-
-
-def cut_power(rig: Rig) -> None:
-    """Take the power away."""
-    rig.machine.switch_body(0x3F, on=False, now=asyncio.get_running_loop().time())
-
-
-async def brown_out(rig: Rig) -> None:
-    """Leave the controller without power for 50 ms."""
-    cut_power(rig)
-    await asyncio.sleep(0.05)
-    rig.machine.switch_body(0x3F, on=True, now=asyncio.get_running_loop().time())
-
-
-def far_from_home(axis: Rc420) -> None:
-    """Put the origin where a search takes seconds."""
-    axis.world.origin = Span(-90_000, -80_000)
-
-
-HOME = HomeFastThenStop()
-TO_0 = MoveTo(position=0)
-BACK_TO_0 = MoveCounterclockwise(distance=50_000)
-
-
-@pytest.mark.parametrize("command", [HOME, TO_0, BACK_TO_0])
-@in_virtual_time
-async def test_a_move_to_0_in_which_the_power_was_lost_for_a_moment_is_not_taken_for_done(
-    command: RorzeCommand[Ack],
-) -> None:
-    async with rig() as it:
-        it.touch(0x3F, far_from_home)
-        await finished(it, LONG)
-        move = await start(it, command)
-        await asyncio.sleep(0.5)
-        await brown_out(it)
-        await ended(it, move)
-        assert (move.status, move.end_cause, move.position) == (MoveStatus.UNKNOWN, None, 0)
-        assert "as after a loss of power" in move.evidence[-1]
-        assert move.error is not None
-        assert "lost its power" in move.error.detail
-        assert move.error.moved == "unknown"
-
-
-@in_virtual_time
-async def test_a_search_after_a_search_in_which_the_power_was_lost_is_not_taken_for_done() -> None:
-    async with rig() as it:
-        it.touch(0x3F, far_from_home)
-        await finished(it, HOME)
-        await finished(it, LONG)
-        move = await start(it, HOME)
-        await asyncio.sleep(0.5)
-        await brown_out(it)
-        await ended(it, move)
-        assert move.status is MoveStatus.UNKNOWN
-
-
-@pytest.mark.parametrize("command", [HOME, TO_0, BACK_TO_0])
-@in_virtual_time
-async def test_a_move_to_0_whose_end_is_announced_has_succeeded(command: RorzeCommand[Ack]) -> None:
-    async with rig() as it:
-        await finished(it, LONG)
-        move = await finished(it, command)
-        assert (move.status, move.end_cause, move.position) == (MoveStatus.SUCCEEDED, "normal", 0)
-        assert (move.completion, move.evidence) == ("frame", [])
-
-
-def forget_set_up(rig: Rig) -> None:
-    """Restart the link master: it announces no end from now on."""
-    rig.machine.power_off(asyncio.get_running_loop().time())
-    rig.machine.power_on(asyncio.get_running_loop().time())
-
-
-@pytest.mark.parametrize("command", [TO_0, BACK_TO_0])
-@in_virtual_time
-async def test_an_end_at_0_that_nobody_announces_proves_nothing_to_who_was_never_homed(
-    command: RorzeCommand[Ack],
-) -> None:
-    async with rig() as it:
-        await finished(it, LONG)
-        forget_set_up(it)
-        move = await finished(it, command)
-        assert (move.status, move.completion) == (MoveStatus.UNKNOWN, "polling")
-        assert it.axis().position(asyncio.get_running_loop().time()) == 0
-
-
-@pytest.mark.parametrize("command", [HOME, TO_0, BACK_TO_0])
-@in_virtual_time
-async def test_an_end_at_0_that_nobody_announces_is_proved_by_a_homing_that_is_remembered(
-    command: RorzeCommand[Ack],
-) -> None:
-    async with rig() as it:
-        it.touch(0x3F, far_from_home)
-        await finished(it, HOME)
-        await finished(it, LONG)
-        forget_set_up(it)
-        move = await finished(it, command)
-        assert (move.status, move.completion, move.position) == (MoveStatus.SUCCEEDED, "polling", 0)
-        assert "has kept its power" in move.evidence[-1]
-
-
-@in_virtual_time
-async def test_an_end_that_is_announced_late_is_waited_for_at_0() -> None:
-    async with rig() as it:
-        await finished(it, LONG)
-        forget_set_up(it)
-        move = await start(it, TO_0)
-        await asyncio.sleep(2.3)
-        assert not it.axis().motor.moving
-        assert not move.status.final
-        it.body().move_ended.set()
-        await ended(it, move)
-        assert (move.status, move.completion) == (MoveStatus.SUCCEEDED, "frame")
-
-
-@in_virtual_time
-async def test_a_move_after_a_loss_of_power_at_rest_starts_where_the_controller_says() -> None:
-    async with rig() as it:
-        await finished(it, SHORT)
-        await asyncio.sleep(1.0)
-        await brown_out(it)
-        move = await finished(it, SHORT)
-        assert (move.start_position, move.target_position) == (0, 5_000)
-        assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 5_000)
-
-
-@in_virtual_time
-async def test_a_loss_of_power_just_before_a_move_is_named_as_a_cause_of_its_wrong_end() -> None:
-    async with rig() as it:
-        await finished(it, SHORT)
-        await brown_out(it)
-        move = await finished(it, SHORT)
-        assert (move.status, move.end_cause) == (MoveStatus.FAILED, "position_mismatch")
-        assert move.error is not None
-        assert "lost its power" in move.error.remedy
-
-
-@in_virtual_time
-async def test_a_cable_pulled_in_the_middle_and_put_back_costs_nothing() -> None:
-    async with rig() as it:
-        move = await start(it, LONG)
-        await asyncio.sleep(0.5)
-        it.wire.unplug()
-        await asyncio.sleep(1.0)
-        it.wire.plugged_in = True
-        await ended(it, move)
-        assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 50_000)
-
-
 # groups
 
 
@@ -677,6 +372,27 @@ async def test_a_lost_group_command_is_resolved_for_each_member() -> None:
         for move in moves:
             await ended(it, move)
         assert [move.end_cause for move in moves] == ["not_executed", "not_executed"]
+
+
+@in_virtual_time
+async def test_what_one_member_will_not_tell_beforehand_is_no_refusal_of_the_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with rig() as it:
+        axis = it.axis(0x01)
+        execute = axis.execute
+        monkeypatch.setattr(
+            axis, "execute", lambda text, now: execute("3PDP[4000]" if text.startswith("3PD") else text, now)
+        )
+        it.axis(0x00).execute("1+MZ", asyncio.get_running_loop().time())
+        await it.body("00").look()
+        it.axis(0x00).execute("5IS", asyncio.get_running_loop().time())
+        await it.body("00").look()
+        with pytest.raises(ControllerRefused, match=r"line1\.01 refused 3PD"):
+            await it.plant.moves.start(it.plant.group("80"), MoveTo(position=PositionReference(position=25)))
+        one, other = (it.plant.moves.of(it.body(address))[0] for address in ("00", "01"))
+        assert (one.status, other.status) == (MoveStatus.CANCELLED, MoveStatus.REJECTED)
+        assert [it.body(address).moving for address in ("00", "01")] == [False, False]
 
 
 @in_virtual_time

@@ -1,16 +1,35 @@
 """The plant: addresses, rules across bodies, and what it notices by itself."""
 
 import asyncio
+from pathlib import Path
 
 import pytest
 
-from gateway.errors import Ambiguous, BodyBusy, ControllerRefused, InvalidRequest, NotFound
-from gateway.plant import HEALTH_POLL_S
+from gateway.bodies import MotorState
+from gateway.config import Units, parse
+from gateway.errors import (
+    Ambiguous,
+    BodyBusy,
+    ControllerRefused,
+    GatewayError,
+    InvalidRequest,
+    NoReply,
+    NotFound,
+)
+from gateway.move_record import Move
+from gateway.plant import HEALTH_POLL_S, Plant
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.origin import GetHomingDistance
-from simulator.rorze.world import EMS
-from tests.plants import Rig, in_virtual_time, rig
+from protocols.rorze.programs import RunProgram, StepProgram
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.speeds import SetStartSpeed
+from protocols.table import Ack
+from simulator.faults import Direction
+from simulator.rorze.line import build_line
+from simulator.rorze.rc400 import LinkSettings
+from simulator.rorze.world import EMS, Span
+from tests.plants import SET_UP_S, Rig, Wire, configuration, in_virtual_time, lose, rig
 
 FAR = MoveClockwise(distance=50_000)
 
@@ -129,6 +148,109 @@ async def test_a_group_is_not_changed_under_a_moving_member() -> None:
         await it.plant.moves.wait(move.id, 10.0)
 
 
+async def settled(rig: Rig, moves: list[Move]) -> None:
+    """Wait for the ends of moves."""
+    for move in moves:
+        assert (await rig.plant.moves.wait(move.id, 60.0)).status.final
+
+
+@in_virtual_time
+async def test_while_a_group_is_defined_anew_nothing_but_a_stop_goes_to_its_number() -> None:
+    async with rig(bodies=(0, 1, 2, 3), baud=9600) as it:
+        await asyncio.sleep(2.0)
+        old = it.plant.group("80")
+        sent = len(it.wire.sent)
+        defining = asyncio.create_task(it.plant.define_group("80", ["02", "03"]))
+        await asyncio.sleep(0)
+        with pytest.raises(BodyBusy, match=r"line1\.80 is being defined anew; nothing was sent"):
+            await it.plant.moves.start(it.plant.group("80"), FAR)
+        with pytest.raises(BodyBusy, match="defined anew"):
+            await it.plant.group("80").ask(GetHomingDistance())
+        it.plant.stops.stop(old.members, "immediate")
+        new = await defining
+        assert [body.short for body in new.members] == ["02", "03"]
+        with pytest.raises(BodyBusy, match="defined anew"):
+            await it.plant.moves.start(old, FAR)
+        assert "&801+M50000" not in it.wire.frames(sent)
+        assert "&805IS" in it.wire.frames(sent)
+        moves = await it.plant.moves.start(new, FAR)
+        assert [move.body_id for move in moves] == ["line1.02", "line1.03"]
+        await settled(it, moves)
+        assert {fact.body for fact in it.truth.of("pulses_start")} == {2, 3}
+
+
+@in_virtual_time
+async def test_what_waits_for_a_group_does_not_reach_the_members_of_its_next_definition() -> None:
+    async with rig(bodies=(0, 1, 2, 3), baud=9600) as it:
+        await asyncio.sleep(2.0)
+        blocking = asyncio.create_task(it.body("00").ask(GetHomingDistance()))
+        await asyncio.sleep(0)
+        waiting = asyncio.create_task(it.plant.group("80").ask(SetStartSpeed(speed=700)))
+        await asyncio.sleep(0)
+        await it.plant.define_group("80", ["02", "03"])
+        with pytest.raises(BodyBusy, match="defined anew"):
+            await waiting
+        await blocking
+        assert not it.executed("OLS")
+
+
+@in_virtual_time
+async def test_a_definition_that_is_refused_leaves_the_old_group_in_force(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with rig(bodies=(0, 1, 2, 3)) as it:
+        line = it.plant.line("line1")
+
+        async def refused(_group: int, _members: list[int]) -> None:
+            raise ControllerRefused("line1.7F", "XVS", 0x4A)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(line, "define_group", refused)
+            with pytest.raises(ControllerRefused):
+                await it.plant.define_group("80", ["02", "03"])
+        moves = await it.plant.moves.start(it.plant.group("80"), FAR)
+        assert [move.body_id for move in moves] == ["line1.00", "line1.01"]
+        await settled(it, moves)
+
+
+@in_virtual_time
+async def test_a_definition_whose_reply_is_lost_is_undone_before_the_group_moves() -> None:
+    async with rig(bodies=(0, 1, 2, 3), baud=9600) as it:
+        await asyncio.sleep(2.0)
+        defining = asyncio.create_task(it.plant.define_group("80", ["02", "03"]))
+        await it.wire.begun("&7FXVS80,02,03")
+        lose(it, Direction.REPLIES)
+        with pytest.raises(NoReply):
+            await defining
+        moves = await it.plant.moves.start(it.plant.group("80"), FAR)
+        await settled(it, moves)
+        assert {fact.body for fact in it.truth.of("pulses_start")} == {0, 1}
+        frames = it.wire.frames()
+        assert frames.index("&801+M50000") > frames.index("&7FXVS80,02,03") + 1
+        assert "&7FXVS80,00,01" in frames[frames.index("&7FXVS80,02,03") : frames.index("&801+M50000")]
+
+
+@in_virtual_time
+async def test_a_body_that_obeys_a_group_it_is_no_member_of_is_looked_at_and_the_group_told_again() -> None:
+    async with rig() as it:
+        await asyncio.sleep(2.0)
+        it.machine.receive(b"&7FXVS80,00,01,3F\r", now())
+        it.machine.take_output(now())
+        moves = await it.plant.moves.start(it.plant.group("80"), FAR)
+        await asyncio.sleep(0.5)
+        assert it.axis().motor.moving
+        assert it.body().moving
+        with pytest.raises(BodyBusy, match=r"line1\.3F"):
+            await it.body("3F").ask(SaveSettings())
+        [event] = it.events("group.strangers")
+        assert (event.subject, event.data) == ("/groups/line1.80", {"bodies": ["line1.3F"]})
+        assert [it.subject for it in it.events("body.motion.foreign")] == ["/bodies/line1.3F"]
+        assert it.plant.line("line1").counters["strangers_in_groups"] == 1
+        assert it.wire.frames().count("&7FXVS80,00,01") == 2
+        await settled(it, moves)
+        assert {move.status.value for move in moves} == {"succeeded"}
+
+
 # rules
 
 
@@ -175,7 +297,93 @@ async def test_a_body_that_is_not_there_does_not_keep_the_others_from_their_flas
         assert "&00FIS" in it.wire.frames()
 
 
+RUNS_FOR_LONG = "2+M900000"
+
+
+def run_by_hand(rig: Rig, number: int = 0x3F) -> None:
+    """Let another host start a motor."""
+    rig.axis(number).execute(RUNS_FOR_LONG, now())
+    rig.machine.look_after(number)
+    rig.wire.turn()
+
+
+async def refused_flash(rig: Rig) -> GatewayError:
+    """Try to write the flash of another body than the one that may move."""
+    with pytest.raises(BodyBusy) as refusal:
+        await rig.body("00").ask(SaveSettings())
+    return refusal.value
+
+
+@in_virtual_time
+async def test_a_refusal_does_not_make_flash_forget_a_motion_that_somebody_else_began() -> None:
+    async with rig(settings=LinkSettings(error_codes=False)) as it:
+        run_by_hand(it)
+        await asyncio.sleep(HEALTH_POLL_S + 1.0)
+        with pytest.raises(BodyBusy, match="by no move of this gateway"):
+            await it.plant.moves.start(it.body(), FAR)
+        await refused_flash(it)
+        assert it.axis().motor.moving
+        assert it.types("body.motion") == ["body.motion.foreign"]
+
+
+@in_virtual_time
+async def test_after_a_refusal_flash_waits_until_the_body_has_been_looked_at() -> None:
+    async with rig(settings=LinkSettings(error_codes=False), baud=9600) as it:
+        await asyncio.sleep(2.0)
+        starting = asyncio.create_task(it.plant.moves.start(it.body(), FAR))
+        await it.wire.begun("&3F1+M50000")
+        it.axis().execute(RUNS_FOR_LONG, now())
+        with pytest.raises(ControllerRefused):
+            await starting
+        assert "not known yet" in str(await refused_flash(it))
+        await asyncio.sleep(0.5)
+        assert "line1.3F moves" in str(await refused_flash(it))
+        assert it.types("body.motion") == ["body.motion.foreign"]
+
+
+@pytest.mark.parametrize("command", [RunProgram(), StepProgram()])
+@in_virtual_time
+async def test_after_a_program_was_started_flash_waits_until_the_body_has_been_looked_at(
+    command: RorzeCommand[Ack], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig(baud=9600) as it:
+        await asyncio.sleep(2.0)
+        execute = it.axis().execute
+        monkeypatch.setattr(
+            it.axis(),
+            "execute",
+            lambda text, at: execute(RUNS_FOR_LONG if text.startswith(command.code) else text, at),
+        )
+        await it.body().ask(command)
+        assert "not known yet" in str(await refused_flash(it))
+        await asyncio.sleep(0.5)
+        assert "line1.3F moves" in str(await refused_flash(it))
+        assert "&00FIS" not in it.wire.frames()
+
+
 # what it notices by itself
+
+
+@in_virtual_time
+async def test_an_error_bit_that_a_move_of_ours_sets_is_reported() -> None:
+    async with rig() as it:
+        it.touch(0x3F, lambda axis: setattr(axis.world, "cw_limit", Span(20_000, 21_000)))
+        already = len(it.events())
+        [move] = await it.plant.moves.start(it.body(), FAR)
+        await it.plant.moves.wait(move.id, 60.0)
+        assert move.end_cause == "cw_limit"
+        changes = [event for event in it.events()[already:] if event.type == "body.status.changed"]
+        assert [event.data for event in changes] == [{"status": ["limit_error"]}]
+
+
+@in_virtual_time
+async def test_that_a_move_of_ours_makes_pulses_run_is_no_change_of_status() -> None:
+    async with rig() as it:
+        already = len(it.events())
+        [move] = await it.plant.moves.start(it.body(), FAR)
+        await it.plant.moves.wait(move.id, 60.0)
+        await asyncio.sleep(2 * HEALTH_POLL_S)
+        assert "body.status.changed" not in [event.type for event in it.events()[already:]]
 
 
 @in_virtual_time
@@ -196,7 +404,7 @@ async def test_a_motor_that_ran_before_the_gateway_is_known_to_run_as_soon_as_th
 async def test_motion_that_nobody_here_asked_for_is_reported_once_and_forgets_the_position() -> None:
     async with rig() as it:
         await asyncio.sleep(HEALTH_POLL_S)
-        assert it.body().rest_position == 0
+        assert it.body().rest == MotorState(0, 0)
         it.axis().execute("1+MZ", now())
         await asyncio.sleep(3 * HEALTH_POLL_S)
         assert it.types("body.motion") == ["body.motion.foreign"]
@@ -206,7 +414,7 @@ async def test_motion_that_nobody_here_asked_for_is_reported_once_and_forgets_th
         it.axis().execute("5IS", now())
         await asyncio.sleep(HEALTH_POLL_S + 1.0)
         assert not it.body().moving
-        assert it.body().rest_position == it.axis().position(now())
+        assert it.body().rest == MotorState(0, it.axis().position(now()))
 
 
 @in_virtual_time
@@ -295,3 +503,43 @@ async def test_a_pulled_cable_is_reported_and_everything_is_set_up_when_it_is_ba
         assert it.plant.line("line1").state == "ready"
         assert it.wire.frames(sent)[:4] == ["!" * 61, "&7FXID", "&7FXRSM1", "&7FXVS80,00,01"]
         assert it.types("line.")[-2:] == ["line.down", "line.up"]
+
+
+# what it is made of
+
+
+def tracing_plant(trace_file: Path, trace_entries: int) -> Plant:
+    """A plant that nobody starts, with a trace in a file."""
+    options = f'trace_file = "{trace_file}"\ntrace_entries = {trace_entries}'
+    config = parse(configuration(options=options), "test.toml")
+    return Plant(config, open_transport=lambda _: Wire(build_line((0x00, 0x01, 0x3F), 0.0)))
+
+
+@in_virtual_time
+async def test_a_trace_that_is_not_kept_in_memory_is_written_to_its_file_all_the_same(tmp_path: Path) -> None:
+    plant = tracing_plant(tmp_path / "trace.jsonl", trace_entries=0)
+    await plant.start()
+    await asyncio.sleep(SET_UP_S)
+    await plant.close()
+    assert plant.recorders["line1"].entries() == []
+    assert "&7FXID" in (tmp_path / "trace.jsonl").read_text()
+
+
+@in_virtual_time
+async def test_a_body_is_as_its_configuration_says() -> None:
+    tables = 'bodies = [{id = "3F", position_tolerance = 3, units = {unit = "mm", pulses_per_unit = 100.0}}]'
+    text = configuration(bodies=(), groups={}).replace("bodies = []", tables)
+    plant = Plant(parse(text, "test.toml"), open_transport=lambda _: Wire(build_line((0x3F,), 0.0)))
+    [body] = plant.bodies()
+    assert (body.position_tolerance, body.scale) == (3, Units(unit="mm", pulses_per_unit=100.0))
+
+
+@in_virtual_time
+async def test_only_a_body_that_was_asked_itself_is_suspected_of_having_lost_its_power() -> None:
+    async with rig() as it:
+        body, line = it.body(), it.plant.line("line1")
+        line.on_change("body.offline", {"body": 0x3F, "asked": False})
+        assert (body.moving, body.went_silent) == (None, False)
+        line.on_change("body.offline", {"body": 0x3F, "asked": True})
+        assert (body.moving, body.went_silent) == (None, True)
+        assert [event.data for event in it.events("body.offline")] == [{"asked": False}, {"asked": True}]

@@ -27,6 +27,7 @@ class PlainLine(PortLoop):
         self.queue: list[bytes] = []
         self.set_ups: list[bool] = []
         self.set_up_s = 0.0
+        self.set_up_fault: Exception | None = None
         self.opening = b""
         self.heard = b""
         self.broken_off: list[str] = []
@@ -40,6 +41,9 @@ class PlainLine(PortLoop):
     async def _set_up(self, *, fresh: bool) -> None:
         self._ready = False
         self.set_ups.append(fresh)
+        fault, self.set_up_fault = self.set_up_fault, None
+        if fault:
+            raise fault
         if fresh and self.opening:
             await self._clear_with(self.opening, patience_s=1.0)
         await asyncio.sleep(self.set_up_s)
@@ -89,13 +93,13 @@ class Port(FarEnd):
     def __init__(self, baud: int | None = None) -> None:
         super().__init__(baud)
         self.asked = 0
-        self.trouble = ""
+        self.trouble: str | Exception = ""
         self.closed = 0
 
     async def open(self, receiver: Receiver) -> None:
         await super().open(receiver)
         if self.trouble:
-            raise TransportUnavailable(self.trouble)
+            raise self.trouble if isinstance(self.trouble, Exception) else TransportUnavailable(self.trouble)
 
     def unsent(self) -> int:
         self.asked += 1
@@ -198,6 +202,35 @@ async def test_a_port_is_closed_before_it_is_opened_again() -> None:
         await asyncio.sleep(0)
         assert port.closed == 1
         assert line.state is LineState.DOWN
+
+
+@virtual
+async def test_a_fault_that_nobody_foresaw_takes_the_line_down_until_the_next_try_and_is_logged(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    port = Port()
+    port.trouble = RuntimeError("the driver is out of its mind")
+    line = PlainLine(port)
+    line.start()
+    await asyncio.sleep(30)
+    assert len(port.openings) > 3
+    assert line.news == [("line.down", {"reason": "RuntimeError: the driver is out of its mind"})]
+    assert [record.exc_info is not None for record in caplog.records].count(True) == 1
+    port.trouble = ""
+    await until(lambda: line.state is LineState.READY)
+    await line.close()
+
+
+@virtual
+async def test_a_fault_in_a_set_up_closes_the_port_and_it_is_opened_anew() -> None:
+    port = Port()
+    async with plain_line(port) as line:
+        line.set_up_fault = ValueError("no such frame")
+        line.set_up_again("the far end has restarted")
+        await until(lambda: port.closed)
+        assert line.broken_off == ["ValueError: no such frame"]
+        await until(lambda: line.state is LineState.READY)
+        assert line.set_ups == [True, False, True]
 
 
 # set-up

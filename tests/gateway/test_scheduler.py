@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.errors import Expired, QueueFull
-from gateway.exchange import Exchange, Lane
+from gateway.exchange import STOPS, Exchange, Lane
 from gateway.scheduler import QUEUE_LIMIT, Scheduler
 from protocols.rorze.moves import MoveTo
 from protocols.rorze.notation import PositionReference
@@ -16,7 +16,7 @@ from protocols.rorze.stops import StopDecelerating, StopImmediately
 from tests.gateway.exchanges import exchange, waiting
 from tests.gateway.far_end import virtual
 
-ALL = (Lane.STOP, Lane.COMMAND, Lane.READ)
+ALL = tuple(Lane)
 
 
 def move(body: int, position: int = 0) -> Exchange:
@@ -30,14 +30,28 @@ def taken(scheduler: Scheduler) -> list[Exchange]:
     return out
 
 
-def test_stops_go_before_commands_and_commands_before_reads() -> None:
+def test_stops_go_first_then_their_proofs_then_commands_then_stops_of_the_dead_then_reads() -> None:
     scheduler = Scheduler()
-    read, command, stop = exchange(GetPosition(), 1), move(2), exchange(StopImmediately(), 3)
-    for one in (read, command, stop):
+    in_order = [
+        exchange(StopImmediately(), 3),
+        exchange(GetPosition(), 3, Lane.PROOF),
+        move(2),
+        exchange(StopImmediately(), 4, Lane.AGAIN),
+        exchange(GetPosition(), 1),
+    ]
+    for one in reversed(in_order):
         scheduler.submit(one)
-    assert [scheduler.waiting(lane) for lane in ALL] == [1, 1, 1]
-    assert taken(scheduler) == [stop, command, read]
-    assert [scheduler.waiting(lane) for lane in ALL] == [0, 0, 0]
+    assert [scheduler.waiting(lane) for lane in ALL] == [1, 1, 1, 1, 1]
+    assert taken(scheduler) == in_order
+    assert [scheduler.waiting(lane) for lane in ALL] == [0, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize(("lane", "is_stop"), [(lane, lane in STOPS) for lane in Lane])
+def test_stops_of_both_lanes_are_known_to_wait(lane: Lane, is_stop: bool) -> None:
+    scheduler = Scheduler()
+    assert not scheduler.has_stops()
+    scheduler.submit(exchange(StopImmediately(), lane=lane))
+    assert scheduler.has_stops() is is_stop
 
 
 def test_only_the_lanes_that_may_send_are_asked() -> None:

@@ -1,20 +1,23 @@
 """Software stops: ahead of everything, repeated, and believed only when the controller stands still."""
 
 import asyncio
+from contextlib import suppress
 from datetime import UTC, datetime
 
 import pytest
 
+from gateway.bodies import Body
 from gateway.errors import Cancelled, GatewayError
-from gateway.moves import Move
-from gateway.stops import CONFIRM_WITHIN_S, StopMode
+from gateway.move_record import Move
+from gateway.stopping import CONFIRM_WITHIN_S, HURRY_S, StopMode
 from protocols.rorze.inputs_outputs import GetSensors
-from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.moves import MoveClockwise, MoveClockwiseSlowly
 from protocols.rorze.position import GetEncoderPosition, GetPosition
 from protocols.rorze.status import GetControllerStatus, GetEndCause
 from simulator.faults import Direction, Fault, Switch
 from simulator.rorze.controller import Response
 from simulator.rorze.rc400 import LinkSettings
+from tests.gateway.far_end import until
 from tests.plants import Rig, in_virtual_time, rig
 
 FAR = MoveClockwise(distance=500_000)
@@ -250,7 +253,9 @@ async def test_a_motor_that_does_not_stop_is_told_again_and_people_are_told_afte
             [report] = await it.plant.stops.stop([it.body()], mode)
             assert now() - asked_at == pytest.approx(CONFIRM_WITHIN_S)
             assert report.state == "acknowledged"
-            assert report.detail == "Standstill is not confirmed: use the hardware stop."
+            assert report.detail == (
+                "The motor has not come to rest. Standstill is not confirmed: use the hardware stop."
+            )
             assert it.types("body.stop") == ["body.stop.requested", "body.stop.unconfirmed"]
             sent = len(it.wire.sent)
             await asyncio.sleep(1.0)
@@ -303,6 +308,127 @@ async def test_one_garbled_status_does_not_confirm_a_stop(monkeypatch: pytest.Mo
         assert hold_still_by_truth(it, now())
 
 
+@in_virtual_time
+async def test_a_stop_is_never_given_up_and_no_move_begins_before_it_has_worked() -> None:
+    async with rig(bodies=(0x00, 0x3F), groups={}) as it:
+        await it.plant.moves.start(it.body(), MoveClockwiseSlowly(distance=900_000))
+        await asyncio.sleep(1.0)
+        it.wire.unplug()
+        [report] = await it.plant.stops.stop([it.body()], "immediate")
+        assert report.state == "not_sent"
+        assert str(report.detail).startswith("Line line1 is down")
+        await asyncio.sleep(2 * HURRY_S)
+        assert it.axis().motor.moving
+        assert it.plant.stops.under_way(it.body())
+        it.wire.plugged_in = True
+        await asyncio.sleep(10.0)
+        assert not it.axis().motor.moving
+        assert (report.state, report.detail) == ("confirmed", None)
+        assert it.types("body.stop") == [
+            "body.stop.requested",
+            "body.stop.unconfirmed",
+            "body.stop.confirmed",
+        ]
+
+
+@in_virtual_time
+async def test_after_a_minute_a_stop_is_repeated_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with rig() as it:
+        await it.plant.moves.start(it.body(), MoveClockwiseSlowly(distance=900_000))
+        execute = it.axis().execute
+        deaf = ("5IS", "UES")
+        monkeypatch.setattr(
+            it.axis(),
+            "execute",
+            lambda text, at: Response("") if text.startswith(deaf) else execute(text, at),
+        )
+        [report] = await it.plant.stops.stop([it.body()], "immediate")
+        await asyncio.sleep(HURRY_S)
+        sent = len(it.wire.sent)
+        await asyncio.sleep(30.0)
+        assert 29 <= it.wire.frames(sent).count("&3F5IS") <= 31
+        with pytest.raises(Cancelled, match="not confirmed yet"):
+            await it.body().ask(FAR)
+        monkeypatch.undo()
+        await asyncio.sleep(3.0)
+        assert report.state == "confirmed"
+
+
+@in_virtual_time
+async def test_a_body_that_can_be_reached_again_is_stopped_within_a_second(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with rig() as it:
+        await it.plant.moves.start(it.body(), MoveClockwiseSlowly(distance=900_000))
+        receive = it.machine.receive
+
+        def cut_off(data: bytes, at: float) -> None:
+            if not data.startswith((b"&3F", b"&80")):
+                receive(data, at)
+
+        monkeypatch.setattr(it.machine, "receive", cut_off)
+        await it.plant.stops.stop([it.body()], "immediate")
+        await asyncio.sleep(3 * HURRY_S)
+        assert it.axis().motor.moving
+        monkeypatch.undo()
+        await asyncio.sleep(1.1)
+        assert not it.axis().motor.moving
+
+
+@in_virtual_time
+async def test_a_stop_is_repeated_while_the_line_is_fenced_for_somebody_else() -> None:
+    async with rig(baud=9600) as it:
+        await moving(it, "3F")
+        it.machine.switch_body(0x00, on=False, now=now())
+        reading = asyncio.gather(it.body("00").ask(GetPosition()), return_exceptions=True)
+        await asyncio.sleep(0.6)
+        assert it.plant.lines["line1"].state == "out_of_step"
+        it.machine.faults.set(Switch(Fault.LOST, Direction.REQUESTS, next_frames=1))
+        sent, asked_at = len(it.wire.sent), now()
+        stopping = it.plant.stops.stop([it.body()], "immediate")
+        await asyncio.sleep(0.6)
+        assert it.plant.lines["line1"].state == "out_of_step"
+        assert it.wire.frames(sent).count("&3F5IS") == 2
+        stopped_at = next(fact.at for fact in it.truth.of("command", 0x3F) if fact.facts["text"] == "5IS")
+        assert stopped_at - asked_at < 0.6
+        [report] = await stopping
+        assert report.state in ("acknowledged", "confirmed")
+        await reading
+
+
+@in_virtual_time
+async def test_dead_bodies_that_are_stopped_take_the_line_from_nobody() -> None:
+    dead, healthy = range(20), (0x20, 0x3F)
+    async with rig(bodies=(*dead, *healthy), groups={}, baud=9600) as it:
+        await moving(it, "3F")
+        for number in dead:
+            it.machine.switch_body(number, on=False, now=now())
+        stopping = it.plant.stops.stop(it.plant.bodies(), "immediate")
+        await stopping
+        await asyncio.sleep(3 * HURRY_S)
+        confirmed = [it.plant.stops.under_way(it.body(f"{number:02X}")) for number in healthy]
+        assert confirmed == [False, False]
+        assert it.plant.lines["line1"].state == "ready"
+        asked_at = now()
+        for _ in range(20):
+            await it.body("20").ask(GetPosition())
+        assert now() - asked_at < 2.0
+        [move] = await it.plant.moves.start(it.body("20"), MoveClockwise(distance=10))
+        assert (await it.plant.moves.wait(move.id, 10.0)).status == "succeeded"
+
+
+@in_virtual_time
+async def test_the_end_of_the_gateway_ends_the_repeating() -> None:
+    async with rig() as it:
+        it.machine.switch_body(0x3F, on=False, now=now())
+        await it.plant.stops.stop([it.body()], "immediate")
+        await it.plant.stops.close()
+        await asyncio.sleep(1.0)
+        sent = len(it.wire.sent)
+        await asyncio.sleep(HURRY_S)
+        assert "&3F5IS" not in it.wire.frames(sent)
+
+
 # many, and what comes after
 
 
@@ -319,6 +445,29 @@ async def test_a_thousand_stops_at_once_are_one() -> None:
 
 
 @in_virtual_time
+async def test_a_stop_that_is_asked_for_again_and_again_is_confirmed_nevertheless() -> None:
+    async with rig(bodies=range(8), groups={"80": ("02", "03")}, baud=9600) as it:
+        readers = [asyncio.create_task(read_on(body)) for body in it.plant.bodies()]
+        await moving(it, "03")
+        stopping = [it.plant.stops.stop([it.body("02"), it.body("03")], "immediate")]
+        for _ in range(100):
+            await asyncio.sleep(0.02)
+            stopping.append(it.plant.stops.stop([it.body("02"), it.body("03")], "immediate"))
+        for reports in await asyncio.gather(*stopping):
+            assert [report.state for report in reports] == ["confirmed", "confirmed"]
+        assert "body.stop.unconfirmed" not in it.types()
+        for reader in readers:
+            reader.cancel()
+
+
+async def read_on(body: Body) -> None:
+    """Read without a pause."""
+    while True:
+        with suppress(GatewayError):
+            await body.ask(GetPosition())
+
+
+@in_virtual_time
 async def test_a_second_stop_later_is_a_stop_of_its_own() -> None:
     async with rig() as it:
         await it.plant.stops.stop([it.body()], "immediate")
@@ -328,6 +477,18 @@ async def test_a_second_stop_later_is_a_stop_of_its_own() -> None:
         assert it.wire.frames(sent)[0] == "&3F5IS"
         assert report.state == "confirmed"
         assert not it.axis().motor.moving
+
+
+@in_virtual_time
+async def test_a_stop_that_still_waits_when_standstill_is_proved_does_not_stop_the_next_move() -> None:
+    settings = LinkSettings(reply_delay_s=0.15, interjection="drop")
+    async with rig(settings=settings, options='stop_mode = "after_reply"') as it:
+        await moving(it, "3F")
+        it.machine.faults.set(Switch(Fault.LOST, Direction.REPLIES, next_frames=3))
+        stopping = it.plant.stops.stop([it.body()], "immediate")
+        await until(lambda: "body.stop.confirmed" in it.types())
+        assert it.plant.line("line1").waiting()["again"] == 0
+        await stopping
 
 
 @in_virtual_time

@@ -1,3 +1,6 @@
+import gc
+import types
+import weakref
 from typing import Annotated, Literal
 
 import pytest
@@ -196,3 +199,14 @@ def test_an_acknowledgement_is_empty() -> None:
 def test_a_command_that_does_not_say_what_is_answered_is_a_mistake() -> None:
     with pytest.raises(TypeError, match="what is answered"):
         Command.reply_type()
+
+
+def test_a_row_inherits_what_is_answered_and_is_forgotten_with_its_last_user() -> None:
+    row: type[AskBit] = types.new_class(
+        "AskTwice", (AskBit,), exec_body=lambda body: body.update(__module__=__name__)
+    )
+    assert row.reply_type() is Bit
+    alive = weakref.ref(row)
+    del row
+    gc.collect()
+    assert alive() is None

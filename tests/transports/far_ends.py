@@ -17,6 +17,8 @@ class Ear:
 
     def __init__(self) -> None:
         self.heard = b""
+        self.foreseen: list[bytes] = []
+        """What had been heard whenever a reply was said to be near."""
         self.losses: list[TransportLost] = []
         self._news = anyio.Event()
 
@@ -25,7 +27,7 @@ class Ear:
         self._news.set()
 
     def reply_is_near(self) -> None:
-        """Nothing is to be done ahead."""
+        self.foreseen.append(self.heard)
 
     def connection_lost(self, error: TransportLost) -> None:
         self.losses.append(error)

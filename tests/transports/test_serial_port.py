@@ -93,6 +93,26 @@ async def test_whatever_the_driver_objects_to_is_told_as_unavailable(
         await create(far.address).open(Ear())
 
 
+async def test_an_adapter_pulled_while_it_is_opened_is_unavailable_and_leaves_nothing_open(
+    far: PtyFarEnd, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[int] = []
+    opens = serial_port._open
+
+    def pulled(device: str, baud: int) -> serial_port._Port:
+        port = opens(device, baud)
+        opened.append(port.fileno())
+        far.vanish()
+        return port
+
+    monkeypatch.setattr(serial_port, "_open", pulled)
+    with pytest.raises(TransportUnavailable, match=r"was not opened: .* Nothing was sent\."):
+        await create(far.address).open(Ear())
+    (descriptor,) = opened
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(descriptor)
+
+
 class SlowAdapter:
     """An adapter whose opening is held up until it is let go."""
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from api.robots.axes import Amount, AxisSpeed, build, in_order, numbers, system_of
+from api.robots.axes import Amount, AxisSpeed, build, in_order, numbers
 from gateway.errors import InvalidRequest
 from gateway.fics.units import RobotUnit
 from protocols.fics.moves import MoveAbsolute
@@ -19,9 +19,9 @@ def pulses(cell: Cell) -> RobotUnit:
 @in_cell()
 async def test_each_axis_is_counted_in_its_own_system(cell: Cell) -> None:
     unit = pulses(cell)
-    assert [system_of(unit, axis).value for axis in "XW@"] == ["pulse", "pulse", "degree"]
+    assert [unit.systems[axis].value for axis in "XW@"] == ["pulse", "pulse", "degree"]
     scara = cell.rig.robot.unit(1)
-    assert [system_of(scara, axis).value for axis in "XABZ"] == ["mm", "degree", "degree", "mm"]
+    assert [scara.systems[axis].value for axis in "XABZ"] == ["mm", "degree", "degree", "mm"]
 
 
 @in_cell()
@@ -38,7 +38,7 @@ async def test_a_fraction_of_a_pulse_is_refused_but_not_of_a_speed(cell: Cell) -
     unit = pulses(cell)
     speed = {"W": AxisSpeed(value=1.5, unit="kpps")}
     assert numbers("maximum_speed", unit, unit.axes, speed) == [None, 1.5, None]
-    with pytest.raises(InvalidRequest, match=r"axes\.W\.value: pulses are whole numbers"):
+    with pytest.raises(InvalidRequest, match=r"axes\.W\.value: pulses are whole, 1.5 is not"):
         numbers("axes", unit, unit.axes, {"W": Amount(value=1.5, unit="pulse")})
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from api.robots.fit import require_axis, require_fit
+from api.robots.fit import require_fit
 from gateway.errors import InvalidRequest
 from gateway.fics.units import RobotUnit
 from protocols.fics.homing import SetHomingOffsets, SetHomingTypes
@@ -34,11 +34,11 @@ FITTING = (
     GetAxisStatus(),
 )
 UNFIT = (
-    (SetSpeedPercent(percents=[1, 2, 3]), "percents: r1/units/3 has the axes W, @, and 3 values were given"),
-    (SetSelfStartSpeeds(speeds_pps=[1, 2]), "speeds_pps: r1/units/3 has the axes A, and 2 values were given"),
-    (SetHomingTypes(types=[None, 1]), "types: r1/units/3 has the axes A, "),
-    (SetUpperSoftLimits(coordinates=[1.5]), "coordinates.0: axis W counts whole pulses"),
-    (SetHomingOffsets(coordinates=[0.25]), "coordinates.0: axis A counts whole pulses"),
+    (SetSpeedPercent(percents=[1, 2, 3]), "r1/units/3 has the axes W, @, and 3 percents were given"),
+    (SetSelfStartSpeeds(speeds_pps=[1, 2]), "r1/units/3 has the axes A, and 2 speeds_pps were given"),
+    (SetHomingTypes(types=[None, 1]), "r1/units/3 has the axes A, and 2 types were given"),
+    (SetUpperSoftLimits(coordinates=[1.5]), "Axis W: pulses are whole, 1.5 is not"),
+    (SetHomingOffsets(coordinates=[0.25]), "Axis A: pulses are whole, 0.25 is not"),
     (StopJog(axis="X"), "axis: r1/units/3 has the axes W, @, A; "),
 )
 
@@ -59,9 +59,3 @@ def test_what_does_not_fit_is_refused_with_its_field(command: FicsCommand[Any], 
         assert refusal.value.detail.endswith("nothing was sent.")
 
     story()
-
-
-@in_cell()
-async def test_an_axis_shared_by_user_and_motor_is_named_once(cell: Cell) -> None:
-    with pytest.raises(InvalidRequest, match="has the axes X, Y, Z, A, B;"):
-        require_axis(cell.rig.robot.unit(1), "W")

@@ -2,6 +2,7 @@
 
 import asyncio
 
+from protocols.fics.status import MotionMode
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
 from tests.api.stand import BODIES, Stand, on_stand
 from tests.api.test_moves import refused
@@ -123,3 +124,34 @@ async def test_a_refusal_and_a_failure_are_told_with_their_codes_in_both_languag
     assert "soft limit" in english.json()["detail"]
     assert "ソフトリミット" in japanese.json()["detail"]
     assert japanese.headers["content-language"] == "ja"
+
+
+@in_cell()
+async def test_answers_are_told_with_their_age(cell: Cell) -> None:
+    for answer in ((await cell.get(f"{UNIT}/position")).json(), (await cell.get(f"{UNIT}/status")).json()):
+        assert answer["read_at"]
+        assert answer["age_ms"] >= 0
+
+
+@in_cell()
+async def test_a_macro_that_waits_counts_as_moving(cell: Cell) -> None:
+    cell.rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
+    status = (await cell.get(f"{UNIT}/status")).json()
+    assert status["moving"] is True
+    assert not any(axis["moving"] for axis in status["axes"].values())
+
+
+@in_cell()
+async def test_of_a_robot_out_of_reach_nobody_says_that_it_stands_still(cell: Cell) -> None:
+    cell.rig.cable.unplug()
+    assert (await cell.get("/robots/r1")).json()["moving"] is None
+    assert 'motion_gateway_robots{kind="moving",line="cell"} 0.0' in (await cell.get("/metrics")).text
+
+
+@in_cell()
+async def test_a_reset_that_did_not_help_moved_nothing(cell: Cell) -> None:
+    cell.rig.fics.stop_input = True
+    await cell.post(f"{UNIT}/stop", {"mode": "immediate"})
+    answer = await cell.post("/robots/r1/errors/reset")
+    refused(answer, 409)
+    assert (answer.json()["type"].rpartition(":")[2], answer.json()["moved"]) == ("error-remains", "no")

@@ -69,3 +69,15 @@ async def test_a_jog_that_came_to_its_limit_is_over_and_leaves_the_robot_free(ce
     await asyncio.sleep(1)
     assert (await cell.get("/robots/r1")).json()["moving"] is False
     await cell.move(HOME)
+
+
+@in_cell(units=1)
+async def test_a_heartbeat_that_nobody_hears_is_not_answered_as_one_that_keeps_the_axis(cell: Cell) -> None:
+    await cell.move(HOME)
+    jog = {"unit": 1, "axis": "Z", "direction": "-"}
+    place = (await cell.post("/robots/r1/jogs", jog)).headers["location"]
+    cell.rig.cable.unplug()
+    beat = await cell.post(f"{place}/heartbeat")
+    assert (beat.status_code, beat.json()["type"].rpartition(":")[2]) == (409, "jog-out-of-reach")
+    assert "may go on moving" in beat.json()["detail"]
+    assert beat.json()["moved"] == "unknown"

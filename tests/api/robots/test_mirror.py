@@ -34,13 +34,16 @@ async def test_reads_without_parameters_need_no_body_and_answer_in_their_type(ce
     for row in BARE_READS:
         answer = await cell.post(f"{place(row)}/commands/{row.name()}")
         assert answer.status_code == 200, (row.name(), answer.text)
+        assert float(answer.headers["age-ms"]) >= 0
         assert row.reply_type().model_validate_json(answer.content).model_dump(mode="json") == answer.json()
 
 
 @in_cell()
 async def test_a_setting_is_written_and_read_back_in_its_own_unit(cell: Cell) -> None:
     percents = {"percents": [10.0, None, 30.5]}
-    assert (await cell.post("/robots/r1/units/2/commands/set-speed-percent", percents)).json() == {}
+    written = await cell.post("/robots/r1/units/2/commands/set-speed-percent", percents)
+    assert written.json() == {}
+    assert "age-ms" not in written.headers
     read = "commands/get-speed-percent"
     assert (await cell.post(f"/robots/r1/units/2/{read}")).json() == {"percents": [10.0, 100.0, 30.5]}
     assert (await cell.post(f"{UNIT}/{read}")).json() == {"percents": [100.0, 100.0, 100.0]}
@@ -134,3 +137,23 @@ async def test_a_row_is_found_only_where_it_belongs(cell: Cell) -> None:
     refused(await cell.post(f"{UNIT}/commands/get-system-version"), 404)
     refused(await cell.post("/robots/r1/commands/get-axis-status"), 404)
     refused(await cell.post(f"{UNIT}/commands/fly"), 404)
+
+
+def limits_sent(cell: Cell) -> list[str]:
+    """The changes of limits that the robot has heard."""
+    return [text for text in cell.commands() if text.startswith(("SLP ", "SLM "))]
+
+
+@in_cell()
+async def test_soft_limits_are_kept_apart(cell: Cell) -> None:
+    for name, parameters, says in (
+        ("set-upper-soft-limits", [None, -301], "coordinates: axis Y"),
+        ("set-lower-soft-limits", [301], "coordinates: axis X"),
+        ("set-motor-upper-soft-limits", [-9999], "coordinates: axis A"),
+    ):
+        answer = await cell.post(f"{UNIT}/commands/{name}", {"coordinates": parameters})
+        refused(answer, 422)
+        assert says in answer.json()["detail"]
+    assert not limits_sent(cell)
+    assert (await cell.post(f"{UNIT}/commands/set-upper-soft-limits", {"coordinates": [299]})).json() == {}
+    assert limits_sent(cell) == ["SLP 299"]

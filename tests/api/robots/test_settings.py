@@ -142,3 +142,47 @@ async def test_a_change_that_is_refused_midway_tells_what_was_changed_before(cel
     answer = await under_way
     refused(answer, 409)
     assert "VAO was changed before it" in answer.json()["detail"]
+
+
+@in_cell(units=1)
+async def test_a_change_that_the_line_breaks_off_midway_tells_what_was_changed_before(cell: Cell) -> None:
+    change = {"speed_percent": {"X": 10}, "acceleration_time_ms": {"X": 200}}
+    under_way = asyncio.create_task(cell.client.patch(f"{UNIT}/settings", json=change))
+    await cell.rig.cable.written_from("VAO")
+    cell.rig.cable.lost_answer = "UNT"
+    answer = await under_way
+    refused(answer, 409)
+    problem = answer.json()
+    assert problem["type"].endswith(":partly-changed")
+    assert problem["detail"] == (
+        "Of the settings asked for, VAO was changed, then the change was broken off: the unit is not certain."
+    )
+    assert cell.rig.fics.units[1].users[0].percent == 10.0
+
+
+@in_cell(units=1)
+async def test_settings_that_are_not_read_back_were_changed_all_the_same(cell: Cell) -> None:
+    under_way = asyncio.create_task(cell.client.patch(f"{UNIT}/settings", json={"speed_percent": {"X": 10}}))
+    await cell.rig.cable.written_from("VAO 10")
+    await cell.rig.cable.written_from("VAO")
+    cell.rig.cable.unplug()
+    answer = await under_way
+    refused(answer, 409)
+    assert answer.json()["type"].endswith(":not-read-back")
+    assert "The settings of r1/units/1 were changed" in answer.json()["detail"]
+
+
+@in_cell()
+async def test_soft_limits_are_sent_in_an_order_in_which_they_never_cross(cell: Cell) -> None:
+    change = {"lower_soft_limit": mm(X=400), "upper_soft_limit": mm(X=500)}
+    answer = await cell.client.patch(f"{UNIT}/settings", json=change)
+    assert answer.status_code == 200, answer.text
+    assert [text for text in cell.commands() if text.startswith(("SLP ", "SLM "))] == ["SLP 500", "SLM 400"]
+
+
+@in_cell()
+async def test_soft_limits_that_would_cross_are_refused_with_their_field(cell: Cell) -> None:
+    answer = await cell.client.patch(f"{UNIT}/settings", json={"upper_soft_limit": mm(X=-301)})
+    refused(answer, 422)
+    assert "upper_soft_limit: axis X of r1/units/1 would have soft limits" in answer.json()["detail"]
+    assert not [text for text in cell.commands() if text.startswith("SLP ")]

@@ -1,5 +1,9 @@
 """Inputs, outputs and variables of a robot over HTTP."""
 
+import asyncio
+
+import pytest
+
 from tests.api.robots.cell import Cell, in_cell
 from tests.api.test_moves import refused
 
@@ -52,3 +56,40 @@ async def test_a_channel_the_robot_does_not_have_is_its_refusal(cell: Cell) -> N
     answer = await cell.get("/robots/r1/inputs?first=40")
     refused(answer, 422)
     assert answer.json()["code"] == "E05"
+
+
+@pytest.mark.parametrize(
+    ("path", "content", "lost", "says"),
+    [
+        ("outputs/1/0", {"on": True}, "IDO", "Output 1-0 of r1 was switched on, but could not be read back"),
+        ("variables/5", {"value": 2}, "VAR V05=", "Variable 5 of r1 was set, but could not be read back"),
+    ],
+)
+def test_what_was_done_and_not_read_back_is_not_said_to_be_unsent(
+    path: str, content: dict[str, object], lost: str, says: str
+) -> None:
+    @in_cell(units=1)
+    async def story(cell: Cell) -> None:
+        cell.rig.cable.lost_answer = lost
+        answer = await cell.put(f"/robots/r1/{path}", content)
+        refused(answer, 409)
+        problem = answer.json()
+        assert problem["type"].endswith(":not-read-back")
+        assert problem["detail"].startswith(says)
+        assert (problem["moved"], problem["retryable"]) == ("no", False)
+
+    story()
+
+
+@in_cell(units=1)
+async def test_an_output_whose_line_drops_before_it_is_read_back_was_switched_all_the_same(
+    cell: Cell,
+) -> None:
+    switching = asyncio.create_task(cell.put("/robots/r1/outputs/1/0", {"on": True}))
+    await cell.rig.cable.written_from("IDO")
+    cell.rig.cable.unplug()
+    answer = await switching
+    refused(answer, 409)
+    assert answer.json()["type"].endswith(":not-read-back")
+    assert "could not be read back: Line cell was lost" in answer.json()["detail"]
+    assert cell.rig.fics.outputs[0] & 1

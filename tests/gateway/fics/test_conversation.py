@@ -9,15 +9,21 @@ from gateway.errors import Cancelled, Expired, NoReply
 from gateway.exchange import Lane
 from gateway.fics.conversation import MOST_ASKED, Conversation
 from gateway.fics.exchange import Answered, Exchange, Outcome
+from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.link import Answer, Completion, Refusal
 from protocols.fics.moves import MoveRelative
-from protocols.fics.positions import BeginPositionUpload, DownloadPositions, UploadPosition
+from protocols.fics.positions import (
+    BeginPositionUpload,
+    DownloadPositions,
+    EndPositionUpload,
+    UploadPosition,
+)
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import GetAxisStatus
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
-from protocols.fics.system import GetSystemVersion
+from protocols.fics.system import GetCommunicationMode, GetSystemVersion
 from protocols.fics.variables import GetVariable
 from protocols.table import Reply
 
@@ -25,11 +31,11 @@ AT_REST = Answer("ACD", "0300")
 
 
 class Talk:
-    """A conversation in Ver.3, and the pen that writes for it."""
+    """A conversation, and the pen that writes for it."""
 
-    def __init__(self) -> None:
+    def __init__(self, mode: int = 3) -> None:
         self.talk = Conversation("r1", rng=Random(0))
-        self.talk.mode = 3
+        self.talk.mode = mode
 
     def submit(self, command: FicsCommand[Reply], lane: Lane = Lane.COMMAND) -> Exchange:
         exchange = self.talk.exchange(command, lane)
@@ -48,6 +54,11 @@ class Talk:
             if tell is not None:
                 tell()
 
+    def begin_upload(self) -> None:
+        self.submit(BeginPositionUpload(first=1))
+        assert self.write() == "POF 1,1"
+        self.hear(Completion("POF"))
+
     def pass_fence(self) -> None:
         text = self.write()
         assert text.startswith("VAR V")
@@ -56,15 +67,44 @@ class Talk:
 
 def test_equal_names_are_answered_in_the_order_they_were_written() -> None:
     it = Talk()
-    it.submit(StopJog(axis="X"), Lane.STOP)
-    it.submit(StartJog(axis="Z", direction="+"))
-    assert it.write() == "JOG X"
-    it.pass_fence()
-    assert it.write() == "JOG Z+"
+    for axis in "XZ":
+        it.submit(StopJog(axis=axis), Lane.STOP)
+        assert it.write() == f"JOG {axis}"
     it.hear(Completion("JOG"))
-    assert [type(one.command) for one in it.talk._under_way()] == [StartJog]
+    assert [one.command for one in it.talk._under_way()] == [StopJog(axis="Z")]
     it.hear(Refusal("JOG", "E07"))
     assert it.talk._under_way() == []
+
+
+def test_no_answer_after_a_fence_is_credited_to_a_stop_before_it() -> None:
+    it = Talk()
+
+    async def story() -> tuple[Outcome, Outcome]:
+        stop, start = it.talk.exchange(StopJog(axis="X"), Lane.STOP), StartJog(axis="Z", direction="+")
+        stop.future = asyncio.get_running_loop().create_future()
+        it.talk.submit(stop)
+        begun = it.submit(start)
+        begun.future = asyncio.get_running_loop().create_future()
+        assert it.write() == "JOG X"  # its answer is lost
+        it.pass_fence()
+        assert it.write() == "JOG Z+"
+        it.hear(Refusal("JOG", "E07"))
+        return stop.future.result(), begun.future.result()
+
+    stopped, started = asyncio.run(story())
+    assert isinstance(stopped, NoReply)
+    assert started == Refusal("JOG", "E07")
+
+
+def test_a_decelerating_stop_is_answered_at_standstill_however_many_fences_pass() -> None:
+    it = Talk()
+    it.submit(StopAllDecelerating(), Lane.STOP)
+    it.write()
+    it.submit(GetSystemVersion(), Lane.READ)
+    it.write()
+    it.talk.pass_deadlines(1.0, None)
+    it.pass_fence()
+    assert [type(one.command) for one in it.talk._under_way()] == [StopAllDecelerating]
 
 
 def test_between_equal_deeds_goes_a_fence_and_between_others_none() -> None:
@@ -115,20 +155,119 @@ def test_a_fence_never_asks_for_what_somebody_has_asked_for() -> None:
     assert {it.talk._fresh_variable() for _ in range(50)} == set(range(1, 100, 2))
 
 
-def test_a_refused_upload_is_none() -> None:
+@pytest.mark.parametrize(("error", "may_be_open"), [("E01", False), ("E05", False), ("E03", True)])
+def test_an_upload_that_is_refused_is_none_unless_one_may_be_open(error: str, may_be_open: bool) -> None:
     it = Talk()
     it.submit(BeginPositionUpload(first=1))
     it.write()
     assert it.talk.uploading
+    it.hear(Refusal("POF", error))
+    assert it.talk.uploading is may_be_open
+
+
+@pytest.mark.parametrize(("error", "may_be_open"), [("E08", False), ("E03", True), ("E06", True)])
+def test_the_end_of_an_upload_that_is_refused_ends_it_only_if_none_was_open(
+    error: str, may_be_open: bool
+) -> None:
+    it = Talk()
+    it.begin_upload()
+    it.submit(EndPositionUpload())
+    it.write()
+    it.hear(Refusal("POF", error))
+    assert it.talk.uploading is may_be_open
+
+
+def test_an_upload_whose_end_was_refused_is_ended_before_anything_else_is_said() -> None:
+    it = Talk()
+    it.begin_upload()
+    it.submit(EndPositionUpload())
+    it.write()
     it.hear(Refusal("POF", "E03"))
+    it.submit(TakeCurrentError(), Lane.READ)
+    assert it.write() == "ERR"  # the robot takes it in an upload, too
+    it.hear(Answer("ERR", "E03"))
+    it.submit(GetAxisStatus(), Lane.READ)
+    assert it.write() == "POF 2"
+    it.hear(Completion("POF"))
     assert not it.talk.uploading
+    it.pass_fence()
+    assert it.write() == "ACD"
+
+
+def test_what_no_upload_lets_through_proves_that_none_is_open() -> None:
+    it = Talk()
+    it.talk.doubt_upload()
+    it.submit(StopAllImmediately(), Lane.STOP)
+    assert [it.write(), it.write()] == ["POF 2", "AES"]
+    it.hear(Completion("AES"))
+    assert not it.talk.uploading
+
+
+def test_an_answer_to_what_was_said_before_an_upload_does_not_end_it() -> None:
+    it = Talk()
+    it.submit(MoveRelative(coordinates=[1.0]))
+    assert it.write() == "LMI 1"
+    it.begin_upload()
+    it.hear(Completion("LMI"))
+    assert it.talk.uploading
+
+
+@pytest.mark.parametrize("question", [GetAxisStatus(), GetSystemVersion(), GetCommunicationMode()])
+def test_a_refusal_that_only_an_upload_explains_is_followed_by_its_end(question: FicsCommand[Reply]) -> None:
+    it = Talk()
+    it.submit(question, Lane.READ)
+    name = it.write()
+    it.hear(Refusal(name, "E03"))
+    assert it.write() == "POF 2"
+    it.hear(Completion("POF"))
+    it.pass_fence()
+    assert it.talk.in_step
+
+
+def test_a_fence_that_is_refused_as_in_an_upload_ends_it() -> None:
+    it = Talk()
+    it.submit(GetAxisStatus(), Lane.READ)
+    it.write()
+    it.talk.pass_deadlines(1.0, None)
+    assert it.write().startswith("VAR V")
+    it.hear(Refusal("VAR", "E03"))
+    assert it.write() == "POF 2"
+
+
+def test_a_refusal_that_the_teaching_terminal_explains_is_no_upload() -> None:
+    it = Talk()
+    it.submit(MoveRelative(coordinates=[1.0]))
+    it.write()
+    it.hear(Refusal("LMI", "E03"))
+    assert not it.talk.uploading
+    assert it.talk.in_step
+
+
+def test_in_mode_2_the_end_of_an_upload_is_proved_by_a_fence_or_sent_again() -> None:
+    it = Talk(mode=2)
+    it.submit(BeginPositionUpload(first=1))
+    it.submit(EndPositionUpload())
+    assert [it.write(), it.write()] == ["POF 1,1", "POF 2"]
+    it.submit(GetAxisStatus(), Lane.READ)
+    assert it.write().startswith("VAR V")
+    it.talk.pass_deadlines(1.0, None)
+    assert it.write() == "POF 2"
+    it.pass_fence()
+    assert it.write() == "ACD"
+
+
+def test_in_mode_2_silence_may_be_that_of_an_upload_nobody_knows_of() -> None:
+    it = Talk(mode=2)
+    it.submit(GetAxisStatus(), Lane.READ)
+    it.write()
+    it.talk.pass_deadlines(1.0, None)
+    assert it.write() == "POF 2"
+    it.pass_fence()
 
 
 def test_the_end_of_an_upload_that_nobody_has_heard_goes_before_the_next_stop() -> None:
     it = Talk()
-    it.submit(BeginPositionUpload(first=1))
-    it.write()
-    it.hear(Completion("POF"))
+    it.begin_upload()
     it.submit(UploadPosition(coordinates=[1.0]))
     it.write()
     for _ in range(2):
@@ -143,18 +282,12 @@ def test_the_end_of_an_upload_that_nobody_has_heard_goes_before_the_next_stop() 
     assert it.write() == "AES"
 
 
-def test_a_stop_refused_as_in_an_upload_is_preceded_by_its_end_if_there_ever_was_one() -> None:
+def test_the_end_of_an_upload_goes_before_a_stop_that_waited_already() -> None:
     it = Talk()
+    it.submit(StopAllDecelerating(), Lane.STOP)
     it.talk.doubt_upload()
     it.submit(StopAllImmediately(), Lane.STOP)
-    assert it.write() == "AES"
-    it.submit(BeginPositionUpload(first=1))
-    it.hear(Completion("AES"))
-    it.write()
-    it.hear(Refusal("POF", "E03"))
-    it.talk.doubt_upload()
-    it.submit(StopAllImmediately(), Lane.STOP)
-    assert [it.write(), it.write()] == ["POF 2", "AES"]
+    assert [it.write() for _ in range(3)] == ["POF 2", "AES", "ASS"]
 
 
 def test_what_waits_can_be_taken_back_and_what_is_written_cannot() -> None:
@@ -162,7 +295,7 @@ def test_what_waits_can_be_taken_back_and_what_is_written_cannot() -> None:
     first = it.submit(MoveRelative(coordinates=[1.0]))
     it.write()
     second = it.submit(MoveRelative(coordinates=[2.0]))
-    assert [it.talk.waiting(lane) for lane in Lane] == [0, 1, 0]
+    assert {lane for lane in Lane if it.talk.waiting(lane)} == {Lane.COMMAND}
     it.talk.withdraw(first, Expired(""))
     it.talk.withdraw(second, Expired(""))
     assert [type(one.command) for one in it.talk._under_way()] == [MoveRelative]

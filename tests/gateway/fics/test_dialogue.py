@@ -7,6 +7,8 @@ import pytest
 from gateway.errors import NoReply, NotSent
 from gateway.exchange import Lane
 from gateway.fics.errors import RobotRefused
+from gateway.move_record import MoveStatus
+from protocols.fics.homing import HomeRobot
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StopJog
 from protocols.fics.moves import MoveRelative
@@ -55,6 +57,25 @@ async def test_an_error_the_manual_does_not_name_is_no_refusal_in_mode_2() -> No
 
 
 @in_virtual_time
+async def test_in_mode_2_what_a_fence_has_left_refuses_no_motion() -> None:
+    async with fics_rig(mode=2, baud=9600) as rig:
+        await rig.move(HomeRobot())
+        sent = len(rig.cable.written)
+        moving = asyncio.create_task(rig.move(DOWN))
+        await rig.cable.written_from("ERR")
+        rig.fail(Fault.LATE, Direction.REPLIES, delay_s=0.7)
+        rig.cable.lost_command = "VAR"
+        await asyncio.sleep(1)
+        rig.cable.lost_command = ""
+        move = await moving
+        frames = rig.cable.frames(sent)
+        asked, said = frames.index("ERR"), frames.index("LMI ,,-5")
+        assert "POF 2" in frames[asked:said]  # refused with E08, for no upload is open
+        assert (move.status, move.end_cause) == (MoveStatus.SUCCEEDED, "normal")
+        assert rig.fics.units[1].at_rest()[2] == pytest.approx(-5.0)
+
+
+@in_virtual_time
 async def test_a_refusal_that_is_doubled_refuses_nothing_else() -> None:
     async with fics_rig() as rig:
         rig.fail(Fault.DOUBLED, Direction.REPLIES, delay_s=0.0)
@@ -71,9 +92,9 @@ async def test_who_goes_away_before_a_command_is_written_takes_it_along() -> Non
         line.submit(line.exchange(StopJog(axis="Z"), Lane.STOP))  # the port is busy with it
         forsaken = asyncio.create_task(rig.robot.ask(SetVariable(number=1, value=1.0)))
         await asyncio.sleep(0.001)
-        assert line.waiting() == {"stop": 0, "command": 1, "read": 0}
+        assert [lane for lane, waiting in line.waiting().items() if waiting] == ["command"]
         forsaken.cancel()
         await asyncio.wait({forsaken})
-        assert line.waiting() == {"stop": 0, "command": 0, "read": 0}
+        assert not any(line.waiting().values())
         await asyncio.sleep(1)
         assert rig.heard("VAR V01=") == []

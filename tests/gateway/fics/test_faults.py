@@ -20,7 +20,7 @@ from protocols.fics.status import AxisStatus
 from protocols.fics.variables import GetVariable, SetVariable, VariableValue
 from simulator.faults import Direction, Fault
 from simulator.fics.alarms import system_error
-from simulator.fics.line import FicsLine
+from simulator.fics.line import SimulatedFics
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 
@@ -52,7 +52,7 @@ async def test_h01_after_a_power_cycle_nothing_moves_until_somebody_knows_of_it(
             await rig.move(MoveRelative(coordinates=[None, None, 1.0]))
         assert rig.heard("LM") == []
         await rig.robot.ask(SLOW, 1)
-        await rig.robot.acknowledge_power_cycle()
+        rig.robot.power.acknowledge()
         assert (await rig.move(HomeRobot())).status is MoveStatus.SUCCEEDED
 
 
@@ -117,7 +117,7 @@ async def test_h03_a_unit_changed_behind_our_back_is_noticed_before_the_move() -
 
 @in_virtual_time
 async def test_h04_an_upload_left_open_by_an_earlier_life_is_closed_first() -> None:
-    def left_open(machine: FicsLine) -> None:
+    def left_open(machine: SimulatedFics) -> None:
         machine.receive(b"MOD 3\rPOF 1\r", 0.0)
         machine.take_output(0.0)
         assert machine.robot.upload is not None
@@ -126,6 +126,47 @@ async def test_h04_an_upload_left_open_by_an_earlier_life_is_closed_first() -> N
         assert rig.robot.line.state == "ready"
         assert rig.fics.upload is None
         assert (await rig.robot.stop("immediate")).state == "confirmed"
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_h04_an_upload_whose_end_was_refused_takes_neither_the_robot_nor_its_stops_away(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            uploading = asyncio.create_task(
+                rig.robot.upload_positions([(number, [float(number)]) for number in range(1, 9)])
+            )
+            await rig.cable.written_from("POS 3")
+            rig.edit(True)
+            with pytest.raises(UploadBrokenOff):
+                await uploading
+            assert rig.fics.upload is not None
+            rig.edit(False)
+            assert (await rig.robot.unit(1).position()) == {"X": None, "Y": None, "Z": None}
+            assert rig.fics.upload is None
+            assert (await rig.robot.stop("immediate")).state == "confirmed"
+            assert rig.types("robot.o") == []
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_h04_a_stop_ends_an_upload_that_is_open_behind_our_back(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            rig.touch(lambda fics, _: setattr(fics, "upload", 5))
+            sent = len(rig.cable.written)
+            await rig.robot.stop("immediate")
+            await asyncio.sleep(5)
+            assert rig.types("robot.stop")[-1] == "robot.stop.confirmed"
+            assert rig.fics.upload is None
+            assert "POF 2" in rig.cable.frames(sent)
+            assert {event.data["error"] for event in rig.events("robot.stop.refused")} == {"E03"}
+            assert (await rig.robot.stop("immediate")).state == "confirmed"
+            assert rig.fics.alarm is not None  # this AES was taken
+
+    story()
 
 
 @pytest.mark.parametrize("mode", [2, 3])
@@ -238,7 +279,7 @@ async def test_h10_a_lost_error_is_never_asked_for_again_but_found_in_the_detail
         rig.touch(lambda fics, now: fics.raise_alarm(system_error(183, 1, 2), now))
         asked = len(rig.heard("ERR"))
         rig.lose_replies()
-        await rig.robot.look_for_errors()
+        await rig.robot.errors_of_system.look()
         assert len(rig.heard("ERR")) == asked + 1
         assert rig.robot.latched_error is not None
         assert rig.robot.latched_error.code == "183"
@@ -247,7 +288,7 @@ async def test_h10_a_lost_error_is_never_asked_for_again_but_found_in_the_detail
 @in_virtual_time
 async def test_h10_whoever_asks_hears_that_the_error_is_gone() -> None:
     async with fics_rig() as rig:
-        rig.lose_replies()
+        rig.cable.lost_answer = "ERR"
         with pytest.raises(NoReply) as lost:
             await rig.robot.ask(TakeCurrentError())
         assert "ERD" in lost.value.remedy

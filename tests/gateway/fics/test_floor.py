@@ -10,6 +10,8 @@ from gateway.fics.floor import Floor
 from gateway.scheduler import QUEUE_LIMIT
 from tests.plants import in_virtual_time
 
+LANES = (Lane.STOP, Lane.PROOF, Lane.COMMAND, Lane.READ)
+
 
 class Speakers:
     """Who has had the floor, in turn."""
@@ -36,15 +38,16 @@ async def test_lanes_go_in_their_order_and_each_in_turn() -> None:
         ("r1", Lane.READ),
         ("r2", Lane.READ),
         ("c1", Lane.COMMAND),
+        ("p", Lane.PROOF),
         ("s", Lane.STOP),
         ("c2", Lane.COMMAND),
     ]
     tasks += [it.begin(name, lane) for name, lane in wanted]
     await asyncio.sleep(0.5)
-    assert [it.floor.waiting(lane) for lane in Lane] == [1, 2, 2]
+    assert {lane: it.floor.waiting(lane) for lane in LANES} == dict(zip(LANES, (1, 1, 2, 2), strict=True))
     await asyncio.gather(*tasks)
-    assert it.spoken == ["first", "s", "c1", "c2", "r1", "r2"]
-    assert [it.floor.waiting(lane) for lane in Lane] == [0, 0, 0]
+    assert it.spoken == ["first", "s", "p", "c1", "c2", "r1", "r2"]
+    assert not any(it.floor.waiting(lane) for lane in Lane)
 
 
 @in_virtual_time
@@ -76,12 +79,12 @@ async def test_the_floor_goes_on_if_it_comes_to_somebody_who_has_just_given_up()
 
 
 @in_virtual_time
-async def test_too_many_are_told_at_once_but_stops_never() -> None:
+async def test_too_many_are_told_at_once_but_never_the_proofs_of_stops_and_moves() -> None:
     it = Speakers()
     tasks = [it.begin(str(number), Lane.READ) for number in range(QUEUE_LIMIT + 1)]
     await asyncio.sleep(0)
     with pytest.raises(QueueFull, match="nothing was sent"):
         await it.speak("one too many", Lane.READ)
-    tasks += [it.begin("stop", Lane.STOP) for _ in range(QUEUE_LIMIT + 1)]
+    tasks += [it.begin(lane.name, lane) for lane in (Lane.STOP, Lane.PROOF) for _ in range(QUEUE_LIMIT + 1)]
     await asyncio.gather(*tasks)
-    assert len(it.spoken) == 2 * QUEUE_LIMIT + 2
+    assert len(it.spoken) == 3 * (QUEUE_LIMIT + 1)

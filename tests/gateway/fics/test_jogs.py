@@ -1,14 +1,16 @@
 """JOG goes on for as long as its heartbeat does, and no longer."""
 
 import asyncio
+import itertools
 
 import pytest
 
-from gateway.errors import NoReply, NotFound, StoppedFirst
-from gateway.fics.errors import JogOver, RobotBusy, RobotRefused, UnitNotSelected
+from gateway.errors import InvalidRequest, NoReply, NotFound, StoppedFirst
+from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, RobotRefused, UnitNotSelected
 from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
+from protocols.fics.variables import GetVariable
 from simulator.faults import Direction, Fault
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
@@ -20,13 +22,13 @@ def test_an_axis_jogs_while_the_heartbeat_lasts(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             await rig.move(HomeRobot())
-            session = await rig.robot.jog(1, "Z", "-")
+            session = await rig.robot.jogs.start(1, "Z", "-")
             for _ in range(4):
                 await asyncio.sleep(0.4)
-                rig.robot.heartbeat(session.id)
+                rig.robot.jogs.heartbeat(session.id)
             assert rig.fics.job is not None
             assert rig.robot.moving
-            ended = await rig.robot.end_jog(session.id)
+            ended = await rig.robot.jogs.end(session.id)
             assert ended.state == "ended"
             assert rig.fics.job is None
             assert not rig.robot.moving
@@ -40,7 +42,7 @@ def test_without_a_heartbeat_the_axis_is_stopped(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             await rig.move(HomeRobot())
-            session = await rig.robot.jog(1, "Z", "-")
+            session = await rig.robot.jogs.start(1, "Z", "-")
             await asyncio.sleep(0.49)
             assert rig.fics.job is not None
             sent = len(rig.cable.written)
@@ -49,7 +51,7 @@ def test_without_a_heartbeat_the_axis_is_stopped(mode: int) -> None:
             assert rig.fics.job is None
             assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.lost"]
             with pytest.raises(JogOver, match="lost"):
-                rig.robot.heartbeat(session.id)
+                rig.robot.jogs.heartbeat(session.id)
             assert not rig.robot.moving
 
     story()
@@ -59,7 +61,7 @@ def test_without_a_heartbeat_the_axis_is_stopped(mode: int) -> None:
 async def test_an_axis_that_does_not_hear_its_end_is_stopped_with_the_robot() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        await rig.robot.jog(1, "Z", "-")
+        await rig.robot.jogs.start(1, "Z", "-")
         await asyncio.sleep(0.4)
         rig.fail(Fault.LOST, Direction.REQUESTS, 3)
         await asyncio.sleep(10)
@@ -71,10 +73,10 @@ async def test_an_axis_that_does_not_hear_its_end_is_stopped_with_the_robot() ->
 async def test_a_stop_of_the_robot_ends_the_session() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        session = await rig.robot.jog(1, "Z", "-")
+        session = await rig.robot.jogs.start(1, "Z", "-")
         assert (await rig.robot.stop("decelerate")).state == "confirmed"
         with pytest.raises(JogOver, match="stopped"):
-            rig.robot.heartbeat(session.id)
+            rig.robot.jogs.heartbeat(session.id)
         assert not rig.robot.moving
 
 
@@ -82,13 +84,13 @@ async def test_a_stop_of_the_robot_ends_the_session() -> None:
 async def test_motor_axes_jog_together_and_moves_wait() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        first = await rig.robot.jog(1, "A", "-")
-        second = await rig.robot.jog(1, "B", "-")
+        first = await rig.robot.jogs.start(1, "A", "-")
+        second = await rig.robot.jogs.start(1, "B", "-")
         with pytest.raises(RobotBusy):
             await rig.move(HomeRobot())
-        await rig.robot.end_jog(first.id)
+        await rig.robot.jogs.end(first.id)
         assert rig.fics.job is not None
-        await rig.robot.end_jog(second.id)
+        await rig.robot.jogs.end(second.id)
         assert rig.fics.job is None
 
 
@@ -98,13 +100,13 @@ def test_a_refused_jog_is_told_and_is_over(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             with pytest.raises(RobotRefused):
-                await rig.robot.jog(1, "X", "+")  # converted, and not homed
+                await rig.robot.jogs.start(1, "X", "+")  # converted, and not homed
             assert not rig.robot.moving
             assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.ended"]
-            with pytest.raises(NotFound, match="no axis Q"):
-                await rig.robot.jog(1, "Q", "+")
+            with pytest.raises(InvalidRequest, match="axis: r1/units/1 has the axes"):
+                await rig.robot.jogs.start(1, "Q", "+")
             with pytest.raises(NotFound):
-                rig.robot.heartbeat("unheard of")
+                rig.robot.jogs.heartbeat("unheard of")
 
     story()
 
@@ -113,7 +115,7 @@ def test_a_refused_jog_is_told_and_is_over(mode: int) -> None:
 async def test_the_end_of_the_gateway_stops_what_jogs() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        await rig.robot.jog(1, "Z", "-")
+        await rig.robot.jogs.start(1, "Z", "-")
         await rig.robot.close()
         assert rig.fics.job is None
 
@@ -121,22 +123,22 @@ async def test_the_end_of_the_gateway_stops_what_jogs() -> None:
 async def keep_jogging(robot: Robot, session_id: str, seconds: float) -> None:
     for _ in range(round(seconds / 0.3)):
         await asyncio.sleep(0.3)
-        robot.heartbeat(session_id)
+        robot.jogs.heartbeat(session_id)
 
 
 @in_virtual_time
 async def test_an_axis_waits_for_the_end_of_its_last_jog_which_never_stops_the_next() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        first = await rig.robot.jog(1, "Z", "-")
+        first = await rig.robot.jogs.start(1, "Z", "-")
         with pytest.raises(RobotBusy, match=r"axis Z .* nothing was sent"):
-            await rig.robot.jog(1, "Z", "+")
+            await rig.robot.jogs.start(1, "Z", "+")
         await asyncio.sleep(0.505)
         assert first.state == "lost"
         with pytest.raises(RobotBusy):
-            await rig.robot.jog(1, "Z", "-")
+            await rig.robot.jogs.start(1, "Z", "-")
         await asyncio.sleep(0.2)
-        second = await rig.robot.jog(1, "Z", "-")
+        second = await rig.robot.jogs.start(1, "Z", "-")
         sent = len(rig.cable.written)
         await keep_jogging(rig.robot, second.id, 1.8)
         assert "JOG Z" not in rig.cable.frames(sent)
@@ -147,7 +149,7 @@ async def test_an_axis_waits_for_the_end_of_its_last_jog_which_never_stops_the_n
 async def test_of_two_starts_of_one_axis_at_once_only_one_is_sent() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        starts = (rig.robot.jog(1, "Z", "-"), rig.robot.jog(1, "Z", "+"))
+        starts = (rig.robot.jogs.start(1, "Z", "-"), rig.robot.jogs.start(1, "Z", "+"))
         first, second = await asyncio.gather(*starts, return_exceptions=True)
         assert isinstance(second, RobotBusy)
         assert not isinstance(first, BaseException)
@@ -159,23 +161,23 @@ async def test_axes_that_share_motors_wait_for_one_another() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
         await rig.move(MoveRelative(coordinates=[-20.0, 5.0, None]))
-        session = await rig.robot.jog(1, "X", "-")
+        session = await rig.robot.jogs.start(1, "X", "-")
         with pytest.raises(RobotBusy, match="axis X"):
-            await rig.robot.jog(1, "A", "-")
-        await rig.robot.end_jog(session.id)
-        assert (await rig.robot.jog(1, "A", "-")).state == "jogging"
+            await rig.robot.jogs.start(1, "A", "-")
+        await rig.robot.jogs.end(session.id)
+        assert (await rig.robot.jogs.start(1, "A", "-")).state == "jogging"
 
 
 @in_virtual_time
 async def test_the_robot_moves_until_the_last_of_its_axes_stands_still() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        first = await rig.robot.jog(1, "A", "-")
-        second = await rig.robot.jog(1, "B", "-")
-        ending = asyncio.create_task(rig.robot.end_jog(first.id))
+        first = await rig.robot.jogs.start(1, "A", "-")
+        second = await rig.robot.jogs.start(1, "B", "-")
+        ending = asyncio.create_task(rig.robot.jogs.end(first.id))
         await asyncio.sleep(0.09)
         rig.cable.lost_command = "JOG B"
-        last = asyncio.create_task(rig.robot.end_jog(second.id))
+        last = asyncio.create_task(rig.robot.jogs.end(second.id))
         await ending
         assert rig.fics.job is not None
         assert rig.robot.moving
@@ -191,7 +193,7 @@ def test_an_axis_that_has_come_to_its_limit_jogs_no_more(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             await rig.move(HomeRobot())
-            session = await rig.robot.jog(1, "Z", "+")
+            session = await rig.robot.jogs.start(1, "Z", "+")
             with pytest.raises(JogOver, match="ended"):
                 await keep_jogging(rig.robot, session.id, 120.0)
             assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.ended"]
@@ -208,7 +210,7 @@ async def test_a_jog_whose_answer_is_lost_ends_once() -> None:
         await rig.move(HomeRobot())
         rig.cable.lost_answer = "JOG"
         with pytest.raises(NoReply):
-            await rig.robot.jog(1, "Z", "-")
+            await rig.robot.jogs.start(1, "Z", "-")
         await asyncio.sleep(3)
         assert rig.fics.job is None
         assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.lost"]
@@ -218,7 +220,7 @@ async def test_a_jog_whose_answer_is_lost_ends_once() -> None:
 async def test_a_stop_that_comes_before_the_answer_is_the_last_news_of_the_jog() -> None:
     async with fics_rig(baud=9600) as rig:
         await rig.move(HomeRobot())
-        starting = asyncio.create_task(rig.robot.jog(1, "Z", "-"))
+        starting = asyncio.create_task(rig.robot.jogs.start(1, "Z", "-"))
         await rig.cable.written_from("JOG")
         stopping = rig.robot.stop("immediate")
         with pytest.raises(JogOver, match="stopped"):
@@ -231,8 +233,8 @@ async def test_a_stop_that_comes_before_the_answer_is_the_last_news_of_the_jog()
 async def test_after_a_stop_of_the_robot_the_end_of_a_jog_stops_nothing_more() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        session = await rig.robot.jog(1, "Z", "-")
-        ending = asyncio.create_task(rig.robot.end_jog(session.id))
+        session = await rig.robot.jogs.start(1, "Z", "-")
+        ending = asyncio.create_task(rig.robot.jogs.end(session.id))
         await asyncio.sleep(0)
         assert (await rig.robot.stop("decelerate")).state == "confirmed"
         sent = len(rig.cable.written)
@@ -245,7 +247,7 @@ async def test_after_a_stop_of_the_robot_the_end_of_a_jog_stops_nothing_more() -
 async def test_a_stop_of_an_axis_ends_its_session() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        session = await rig.robot.jog(1, "Z", "-")
+        session = await rig.robot.jogs.start(1, "Z", "-")
         await rig.robot.jogs.stop(1, "Z")
         assert rig.fics.job is None
         assert session.state == "ended"
@@ -256,7 +258,7 @@ async def test_a_stop_of_an_axis_ends_its_session() -> None:
 async def test_a_start_that_waits_does_not_follow_the_stop_of_its_axis() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        starting = asyncio.create_task(rig.robot.jog(1, "Z", "-"))
+        starting = asyncio.create_task(rig.robot.jogs.start(1, "Z", "-"))
         await asyncio.sleep(0)
         await rig.robot.jogs.stop(1, "Z")
         with pytest.raises(StoppedFirst):
@@ -300,3 +302,36 @@ async def test_a_stop_that_leaves_its_axis_moving_says_so() -> None:
             await rig.robot.jogs.stop(1, "Z")
         rig.cable.lost_answer = ""
         await move
+
+
+@in_virtual_time
+async def test_a_heartbeat_that_cannot_keep_the_axis_says_so_and_keeps_nothing() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        session = await rig.robot.jogs.start(1, "Z", "-")
+        rig.cable.unplug()
+        await asyncio.sleep(0.3)
+        with pytest.raises(JogOutOfReach, match="axis Z of unit 1 may go on moving"):
+            rig.robot.jogs.heartbeat(session.id)
+        await asyncio.sleep(0.3)
+        assert session.state == "lost"
+
+
+@in_virtual_time
+async def test_reads_of_others_keep_nobody_from_seeing_that_a_jog_has_ended() -> None:
+    async with fics_rig(baud=4800) as rig:
+        await rig.move(HomeRobot())
+        numbers = itertools.cycle(range(100))
+
+        async def poll() -> None:
+            while True:
+                await rig.robot.read(GetVariable(number=next(numbers)))
+
+        others = [asyncio.create_task(poll()) for _ in range(60)]
+        await asyncio.sleep(1)
+        session = await rig.robot.jogs.start(1, "Z", "-")
+        assert (await rig.robot.jogs.end(session.id)).state == "ended"
+        assert rig.heard("AES") == []
+        for other in others:
+            other.cancel()
+        await asyncio.gather(*others, return_exceptions=True)

@@ -4,12 +4,15 @@ import asyncio
 
 import pytest
 
-from gateway.errors import Expired
+from gateway.errors import Expired, QueueFull
 from gateway.move_record import MoveStatus
+from gateway.scheduler import QUEUE_LIMIT
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.speeds import SetSpeedPercent
+from protocols.fics.variables import GetVariable
 from simulator.faults import Direction, Fault
+from simulator.fics.line import LineSettings
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 
@@ -40,6 +43,47 @@ async def test_between_two_equal_moves_a_number_proves_that_no_answer_is_on_its_
         assert rig.fics.units[1].at_rest()[2] == pytest.approx(-10.0)
         first, second = (n for n, text in enumerate(rig.cable.frames(sent)) if text.startswith("LMI"))
         assert any(text.startswith("VAR") for text in rig.cable.frames(sent)[first:second])
+
+
+@pytest.mark.parametrize("unanswered", ["APS", "UNT", "MOD"])
+def test_a_move_that_waits_for_its_preparations_expires_in_time_and_leaves_the_floor(unanswered: str) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot())
+            rig.cable.lost_answer = unanswered
+            asked_at = asyncio.get_running_loop().time()
+            with pytest.raises(Expired, match="nothing was sent"):
+                await rig.plant.robot_moves.start(rig.robot, 1, DOWN, start_within_s=0.7)
+            assert asyncio.get_running_loop().time() == pytest.approx(asked_at + 0.7)
+            rig.cable.lost_answer = ""
+            assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
+            assert len(rig.heard("LMI")) == 1
+
+    story()
+
+
+@in_virtual_time
+async def test_a_move_among_many_reads_is_followed_to_its_end() -> None:
+    async with fics_rig(settings=LineSettings(reply_delay_s=0.02)) as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.ask(SLOWLY, 1)
+        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveAbsolute(coordinates=[None, None, 60.0]))
+
+        async def read(number: int) -> None:
+            while True:
+                try:
+                    await rig.robot.read(GetVariable(number=number))
+                except QueueFull:
+                    await asyncio.sleep(0.01)
+
+        readers = [asyncio.create_task(read(number)) for number in range(2 * QUEUE_LIMIT)]
+        move = await rig.plant.robot_moves.wait(move.id, 600)
+        assert (move.status, move.end_cause) == (MoveStatus.SUCCEEDED, "normal")
+        assert move.position is not None
+        for reader in readers:
+            reader.cancel()
+        await asyncio.wait(readers)
 
 
 @pytest.mark.parametrize("mode", [2, 3])
@@ -155,3 +199,17 @@ async def test_in_mode_2_a_move_that_begins_a_little_late_is_not_called_lost_on_
         await rig.move(HomeRobot())
         rig.fail(Fault.LATE, Direction.REQUESTS, 1, delay_s=0.05)
         assert (await rig.move(DOWN)).end_cause != "not_executed"
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_lost_move_too_short_to_be_told_from_its_roundings_is_not_called_done(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await rig.move(HomeRobot())
+            rig.cable.lost_command = "LMI"
+            move = await rig.move(MoveRelative(coordinates=[None, None, -0.01]))
+            assert move.status is MoveStatus.UNKNOWN
+            assert rig.heard("LMI") == []
+
+    story()

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from gateway.errors import Cancelled, Expired, InvalidRequest, LineDown, NoReply
+from gateway.errors import Cancelled, Expired, InvalidRequest, LineDown, NoReply, NotSent
 from gateway.exchange import Lane
 from gateway.fics.errors import RobotOffline
 from gateway.fics.exchange import Answered, Exchange, Outcome
-from gateway.fics.line import ASK_AGAIN_S, CLEARING, FicsLine
+from gateway.fics.line import ASK_AGAIN_S, CLEARING, READY_WITHIN_S, FicsLine
 from gateway.port import SILENCE_S, LineState
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.moves import MoveRelative
@@ -21,9 +21,9 @@ from protocols.fics.row import FicsCommand
 from protocols.fics.stops import StopAllImmediately
 from protocols.fics.variables import GetVariable, VariableValue
 from protocols.table import Reply
+from simulator.faults import Direction, Fault, Switch
 from simulator.fics.layout import Layout
-from simulator.fics.line import FicsLine as SimulatedLine
-from simulator.fics.line import build_line
+from simulator.fics.line import SimulatedFics, build_line
 from tests.fics_plants import Cable
 from tests.gateway.far_end import until, virtual
 from transports.base import TransportRefused
@@ -37,7 +37,7 @@ STOP = StopAllImmediately()
 class Wire(Cable):
     """A cable that notes when each frame was written, and may refuse one."""
 
-    def __init__(self, machine: SimulatedLine, baud: int | None = None) -> None:
+    def __init__(self, machine: SimulatedFics, baud: int | None = None) -> None:
         super().__init__(machine, baud)
         self.times: list[float] = []
         self.refused = ""
@@ -62,7 +62,7 @@ class Told(list[tuple[str, dict[str, object]]]):
 class Stand:
     """A line, its wire, and the simulated robot behind it."""
 
-    def __init__(self, mode: int, baud: int | None, prepare: Callable[[SimulatedLine], object]) -> None:
+    def __init__(self, mode: int, baud: int | None, prepare: Callable[[SimulatedFics], object]) -> None:
         self.machine = build_line(Layout())
         prepare(self.machine)
         self.wire = Wire(self.machine, baud)
@@ -99,7 +99,7 @@ class Stand:
 
 @asynccontextmanager
 async def stand(
-    *, mode: int = 3, baud: int | None = None, prepare: Callable[[SimulatedLine], object] = lambda _: None
+    *, mode: int = 3, baud: int | None = None, prepare: Callable[[SimulatedFics], object] = lambda _: None
 ) -> AsyncIterator[Stand]:
     it = Stand(mode, baud, prepare)
     it.line.start()
@@ -111,10 +111,10 @@ def now() -> float:
     return asyncio.get_running_loop().time()
 
 
-def said(*texts: str) -> Callable[[SimulatedLine], None]:
+def said(*texts: str) -> Callable[[SimulatedFics], None]:
     """Let somebody speak to the robot before the gateway does."""
 
-    def prepare(machine: SimulatedLine) -> None:
+    def prepare(machine: SimulatedFics) -> None:
         for text in texts:
             machine.receive(text.encode() + b"\r", 0.0)
         machine.take_output(0.0)
@@ -150,7 +150,7 @@ async def test_in_mode_2_the_error_that_the_opening_may_have_left_is_taken_away(
         assert it.told == [("line.up", {"mode": 2})]
 
 
-@pytest.mark.parametrize(("mode", "asked"), [(3, ["MOD"]), (2, ["MOD", "VAR"] * 3 + ["VER", "ERR"])])
+@pytest.mark.parametrize(("mode", "asked"), [(3, ["MOD"]), (2, ["MOD", "POF", "VAR"] * 3 + ["VER", "ERR"])])
 def test_a_robot_in_motion_is_left_in_the_mode_it_is_in(mode: int, asked: list[str]) -> None:
     """In motion MOD is refused in Ver.3 and not answered in Ver.2: then the version tells the mode."""
 
@@ -197,6 +197,48 @@ async def test_before_the_mode_is_agreed_on_nothing_is_sent_but_stops() -> None:
         assert stop.done()
         await asyncio.wait([early], timeout=5)
         assert it.wire.frames().index("IOT 1-0:+") > it.wire.frames().index("MOD 3")
+
+
+@virtual
+async def test_whoever_asks_during_a_long_set_up_is_told_soon_and_afterwards_at_once() -> None:
+    async with stand() as it:
+        it.wire.lost_command = "MOD 3"
+        await until(lambda: "MOD 3" in it.wire.frames())
+        begun_at = now()
+        outcome = await it.ask(QUERY, Lane.READ)
+        assert type(outcome) is NotSent
+        assert outcome.detail == "Robot r1 is being set up; nothing was sent."
+        assert READY_WITHIN_S / 2 < now() - begun_at <= READY_WITHIN_S
+        with pytest.raises(NotSent, match="is being set up"):
+            it.ask(MOVE)
+        stop = it.ask(STOP, Lane.STOP)
+        it.wire.lost_command = ""
+        await it.ready()
+        assert stop.done()
+        assert isinstance(await it.ask(QUERY, Lane.READ), Answered)
+        assert it.heard("VAR V05") == 1
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_an_upload_left_open_is_ended_however_often_its_end_is_lost(mode: int) -> None:
+    @virtual
+    async def story() -> None:
+        def left_open(machine: SimulatedFics) -> None:
+            said(f"MOD {mode}", "POF 1")(machine)
+            machine.faults.set(Switch(Fault.LOST, Direction.REQUESTS, next_frames=2))  # the opening
+
+        async with stand(mode=mode, prepare=left_open) as it:
+            it.wire.lost_command = "POF 2"
+            await asyncio.sleep(10)
+            assert it.machine.robot.upload is not None
+            assert it.told == [("robot.offline", {})]
+            it.wire.lost_command = ""
+            await it.ready()
+            assert it.told.of("robot") == ["robot.offline", "robot.online"]
+            assert it.machine.robot.upload is None
+            assert it.line.online
+
+    story()
 
 
 # asking

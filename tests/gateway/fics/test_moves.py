@@ -124,7 +124,7 @@ async def test_moves_are_told_newest_first_and_found_by_their_ids() -> None:
     ("command", "complaint"),
     [
         (GetVariable(number=1), "VAR starts no move"),
-        (StepAxis(axis="W", steps=1), "r1/units/1 has no axis W"),
+        (StepAxis(axis="W", steps=1), "axis: r1/units/1 has the axes X, Y, Z, A, B;"),
         (MoveRelative(coordinates=[1.0, 1.0, 1.0, 1.0]), "4 coordinates"),
     ],
     ids=lambda it: it if isinstance(it, str) else type(it).__name__,

@@ -4,13 +4,15 @@ import asyncio
 
 import pytest
 
-from gateway.errors import NoReply
+from gateway.errors import NoReply, NotSent
 from gateway.fics.errors import PowerCycled, RobotRefused, SpeedsNotRestored
 from gateway.move_record import MoveStatus
 from protocols.fics.homing import HomeRobot
 from protocols.fics.motor_axes import GetMotorSpeedPercent, SetMotorSpeedPercent
 from protocols.fics.moves import MoveRelative
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
+from protocols.fics.status import MotionMode
+from simulator.fics.alarms import system_error
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 
@@ -28,7 +30,7 @@ async def cycle(rig: FicsRig) -> None:
     rig.power_cycle()
     with pytest.raises(PowerCycled):
         await rig.move(HomeRobot())
-    await rig.robot.acknowledge_power_cycle()
+    rig.robot.power.acknowledge()
 
 
 @pytest.mark.parametrize("units", [1, 2])
@@ -131,9 +133,93 @@ async def test_in_mode_2_full_speed_where_there_was_less_counts_as_a_loss_of_pow
             await rig.move(DOWN)
         assert len(rig.heard("LMI")) == moves
         assert rig.events("robot.power_cycled")[0].data["certain"] is False
-        await rig.robot.acknowledge_power_cycle()
+        rig.robot.power.acknowledge()
         assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
         assert percents(rig) == [10.0, 10.0, 10.0]
+
+
+@in_virtual_time
+async def test_in_mode_2_a_robot_that_is_not_homed_any_more_has_probably_lost_its_power() -> None:
+    async with fics_rig(mode=2) as rig:
+        assert (await rig.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+        await asyncio.sleep(LIMIT_S)
+        assert not rig.robot.power_cycled
+        rig.power_cycle()
+        await asyncio.sleep(LIMIT_S)
+        assert [event.data["certain"] for event in rig.events("robot.power_cycled")] == [False]
+        with pytest.raises(PowerCycled, match="seems to have been switched off and on"):
+            await rig.move(DOWN)
+        assert rig.heard("LMI") == []
+
+
+@in_virtual_time
+async def test_in_mode_2_the_origins_are_looked_at_before_a_motion() -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.move(HomeRobot())
+        assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
+        moves = len(rig.heard("LMI"))
+        rig.power_cycle()
+        with pytest.raises(PowerCycled):
+            await rig.move(DOWN)
+        assert len(rig.heard("LMI")) == moves
+        rig.robot.power.acknowledge()
+        assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
+
+
+@in_virtual_time
+async def test_in_mode_2_no_origins_no_motion_where_the_robot_does_not_tell_them() -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.move(HomeRobot())
+        rig.cable.lost_answer = "ACD"
+        with pytest.raises(NotSent, match="did not answer ACD"):
+            await rig.move(DOWN)
+        assert rig.heard("LMI") == []
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_in_mode_2_homing_takes_origins_away_by_itself(stopped: bool) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=2) as rig:
+            await rig.move(HomeRobot())
+            again = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+            if stopped:
+                assert (await rig.robot.stop("immediate")).state == "confirmed"
+                await rig.robot.errors_of_system.reset()
+            await rig.plant.robot_moves.wait(again.id, 600)
+            await asyncio.sleep(LIMIT_S)
+            assert all(motor.homed for motor in rig.fics.units[1].motors) is not stopped
+            assert not rig.robot.power_cycled
+            assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
+
+    story()
+
+
+@in_virtual_time
+async def test_in_mode_2_homing_that_failed_before_anybody_looked_is_no_loss_of_power() -> None:
+    async with fics_rig(mode=2, baud=9600) as rig:
+        await rig.move(HomeRobot())
+        homing = asyncio.create_task(rig.move(HomeRobot()))
+        await rig.cable.written_from("ORG")
+        rig.cable.lost_answer = "ACD"
+        await asyncio.sleep(1)
+        rig.touch(lambda fics, now: fics.raise_alarm(system_error(183, 1, 2), now))
+        rig.cable.lost_answer = ""
+        await homing
+        assert not all(motor.homed for motor in rig.fics.units[1].motors)
+        assert not rig.robot.power_cycled
+
+
+@in_virtual_time
+async def test_in_mode_2_homing_at_the_teaching_terminal_is_no_loss_of_power() -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.move(HomeRobot())
+        rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.HOMING))
+        await asyncio.sleep(LIMIT_S)
+        rig.touch(lambda fics, _: fics.unit.lose_power())
+        rig.touch(lambda fics, _: setattr(fics, "terminal", None))
+        await asyncio.sleep(LIMIT_S)
+        assert not rig.robot.power_cycled
 
 
 @in_virtual_time
@@ -162,7 +248,7 @@ def test_a_read_after_a_loss_of_power_does_not_count_as_the_speed_that_was_set(
             with pytest.raises(PowerCycled):
                 await rig.move(DOWN)
             await asyncio.sleep(LIMIT_S)
-            await rig.robot.acknowledge_power_cycle()
+            rig.robot.power.acknowledge()
             await rig.move(HomeRobot())
             assert percents(rig) == [1.0, 1.0, 1.0]
 

@@ -4,14 +4,16 @@ import asyncio
 
 import pytest
 
-from gateway.errors import InvalidRequest, NoReply, NotFound
+from gateway.errors import InvalidRequest, NotFound
 from gateway.fics.errors import RobotRefused
+from gateway.port import LineState
 from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.homing import HomeRobot
-from protocols.fics.jog import StartJog
+from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.link import Completion
 from protocols.fics.moves import MoveRelative
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
+from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetSystemVersion, SystemVersion
 from protocols.fics.variables import GetVariable, SetVariable, VariableValue
 from tests.fics_plants import fics_rig
@@ -66,16 +68,6 @@ def test_settings_reach_the_unit_they_are_meant_for(mode: int) -> None:
 
 
 @in_virtual_time
-async def test_the_unit_is_verified_once_and_not_before_every_query() -> None:
-    async with fics_rig(units=2) as rig:
-        await rig.robot.unit(2).position()
-        sent = len(rig.cable.written)
-        await rig.robot.unit(2).position("motor")
-        await rig.robot.unit(2).status()
-        assert rig.cable.frames(sent) == ["MPS", "ACD"]
-
-
-@in_virtual_time
 async def test_what_needs_more_than_one_command_is_not_sent_alone() -> None:
     async with fics_rig() as rig:
         sent = len(rig.cable.written)
@@ -86,37 +78,47 @@ async def test_what_needs_more_than_one_command_is_not_sent_alone() -> None:
 
 
 @in_virtual_time
-async def test_who_asks_the_same_while_it_waits_shares_the_answer() -> None:
-    async with fics_rig(baud=9600) as rig:
-        await rig.robot.unit(1).position()
-        sent = len(rig.cable.written)
-        unit = rig.robot.unit(1)
-        first = asyncio.create_task(rig.robot.ask(GetVariable(number=1)))
-        await asyncio.sleep(0.001)
-        many = [asyncio.create_task(unit.position()) for _ in range(10)]
-        await asyncio.sleep(0.001)
-        assert rig.robot.line.waiting() == {"stop": 0, "command": 0, "read": 1}
-        many[0].cancel()
-        answers = await asyncio.gather(first, *many[1:])
-        assert answers[1:] == [{"X": None, "Y": None, "Z": None}] * 9
-        assert [text[:3] for text in rig.cable.frames(sent)] == ["VAR", "APS"]
-        await unit.position()
-        assert [text[:3] for text in rig.cable.frames(sent)] == ["VAR", "APS", "APS"]
-
-
-@in_virtual_time
-async def test_an_error_is_shared_as_well() -> None:
-    async with fics_rig() as rig:
-        rig.cable.lost_answer = "APS"
-        asking = [asyncio.create_task(rig.robot.unit(1).position()) for _ in range(3)]
-        outcomes = await asyncio.gather(*asking, return_exceptions=True)
-        assert {type(outcome) for outcome in outcomes} == {NoReply}
-
-
-@in_virtual_time
 async def test_a_setting_asks_for_the_unit_again_before_it_is_sent() -> None:
     async with fics_rig(units=2) as rig:
         await rig.robot.unit(2).position()
         rig.fics.host_unit = 1  # behind our back
         await rig.robot.ask(SetSpeedPercent(percents=[7.0]), 2)
         assert [rig.fics.units[unit].users[0].percent for unit in (1, 2)] == [100.0, 7.0]
+
+
+@in_virtual_time
+async def test_a_stop_is_never_sent_as_a_mere_command() -> None:
+    async with fics_rig() as rig:
+        sent = len(rig.cable.written)
+        for command in (StopAllImmediately(), StopAllDecelerating(), StopJog(axis="Z")):
+            with pytest.raises(InvalidRequest):
+                await rig.robot.ask(command, 1)
+        assert rig.cable.frames(sent) == []
+
+
+@in_virtual_time
+async def test_whether_it_moves_is_told_only_by_who_has_looked() -> None:
+    async with fics_rig() as rig:
+        assert rig.robot.moving is False
+        rig.cable.unplug()
+        await asyncio.sleep(0)
+        assert rig.robot.moving is None
+        rig.cable.plugged_in = True
+        await asyncio.sleep(4)
+        assert rig.robot.line.state is LineState.READY
+        assert rig.robot.moving is False
+
+
+@in_virtual_time
+async def test_a_robot_whose_move_was_lost_is_not_said_to_stand_still() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.ask(SetSpeedPercent(percents=[None, None, 0.1]), 1)
+        moving = asyncio.create_task(rig.move(MoveRelative(coordinates=[None, None, -50.0])))
+        await rig.cable.written_from("LMI")
+        rig.cable.lost_answer = "ACD"
+        assert (await moving).status == "lost"
+        assert rig.robot.moving is None
+        rig.cable.lost_answer = ""
+        await asyncio.sleep(6)
+        assert rig.robot.moving is True

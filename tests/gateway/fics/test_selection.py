@@ -88,7 +88,7 @@ def test_in_mode_2_a_refusal_of_the_terminal_is_told_though_the_question_is_not_
             await rig.robot.unit(1).position()
             rig.touch(lambda fics, _: setattr(fics, state, value))
             with pytest.raises(RobotRefused, match="refused UNT") as refused:
-                await rig.move(DOWN)
+                await rig.plant.robot_moves.start(rig.robot, 1, DOWN, start_within_s=20.0)
             assert refused.value.fics_error == error
             assert rig.heard("LMI") == []
 

@@ -6,10 +6,10 @@ import pytest
 
 from gateway.fics.errors import RobotBusy
 from gateway.move_record import MoveStatus
-from gateway.stops import CONFIRM_WITHIN_S, GIVE_UP_AFTER_S
+from gateway.stopping import CONFIRM_WITHIN_S, HURRY_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
-from protocols.fics.speeds import SetSpeedPercent
+from protocols.fics.speeds import SetMaximumSpeeds, SetSpeedPercent
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 
@@ -71,14 +71,66 @@ async def test_of_a_unit_that_was_sent_on_its_way_nobody_says_that_it_stood_stil
 
 
 @in_virtual_time
-async def test_a_stop_that_was_never_confirmed_is_told_to_be_given_up() -> None:
-    async with fics_rig(units=2) as rig:
+async def test_a_refused_stop_is_never_given_up_and_no_move_begins_before_it_has_worked() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.ask(SetMaximumSpeeds(speeds=[None, None, 0.5]), 1)
+        down = MoveRelative(coordinates=[None, None, -90.0])
+        move_id = (await rig.plant.robot_moves.start(rig.robot, 1, down)).id
+        rig.edit(True)
+        report = await rig.robot.stop("immediate")
+        await asyncio.sleep(2 * HURRY_S)
+        assert (report.state, rig.robot.stopping) == ("sent", True)
+        assert rig.types("robot.stop").count("robot.stop.unconfirmed") == 1
+        with pytest.raises(RobotBusy, match="not confirmed yet"):
+            await rig.move(MoveRelative(coordinates=[None, None, -1.0]))
+        sent = len(rig.cable.written)
+        await asyncio.sleep(10.0)
+        assert 9 <= rig.cable.frames(sent).count("AES") <= 11
+        rig.edit(False)
+        await asyncio.sleep(2.0)
+        assert (report.state, report.detail, rig.fics.job) == ("confirmed", None, None)
+        assert not rig.robot.stopping
+        assert rig.plant.robot_moves.get(move_id).status is MoveStatus.STOPPED
+
+
+@in_virtual_time
+async def test_the_dead_man_of_a_jog_outlasts_a_cable_that_is_out_for_minutes() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.ask(SetMaximumSpeeds(speeds=[None, None, 2.0]), 1)
+        session = await rig.robot.jogs.start(1, "Z", "-")
+        rig.cable.unplug()
+        await asyncio.sleep(2 * HURRY_S)
+        assert rig.fics.job is not None
+        assert (session.state, rig.robot.stopping) == ("lost", True)
+        rig.cable.plugged_in = True
+        await asyncio.sleep(10.0)
+        assert rig.fics.job is None
+        assert rig.types("robot.stop")[-1] == "robot.stop.confirmed"
+
+
+@in_virtual_time
+async def test_a_stop_is_repeated_while_the_robot_tells_nothing_at_all() -> None:
+    async with fics_rig() as rig:
+        await under_way(rig)
+        rig.cable.lost_answer = "ACD"
+        sent = len(rig.cable.written)
+        await rig.robot.stop("immediate")
+        assert rig.cable.frames(sent).count("AES") >= 5
+        rig.cable.lost_answer = ""
+
+
+@in_virtual_time
+async def test_the_end_of_the_gateway_ends_the_repeating() -> None:
+    async with fics_rig() as rig:
         await rig.robot.unit(1).status()
         rig.edit(True)
-        report = await rig.robot.stop("decelerate")
-        await asyncio.sleep(GIVE_UP_AFTER_S)
-        assert report.state != "confirmed"
-        assert rig.types("robot.stop")[-1] == "robot.stop.given_up"
+        await rig.robot.stop("immediate")
+        await rig.robot.stops.close()
+        sent = len(rig.cable.written)
+        await asyncio.sleep(HURRY_S)
+        assert "AES" not in rig.cable.frames(sent)
         assert not rig.robot.stopping
 
 

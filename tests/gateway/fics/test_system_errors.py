@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.errors import NoReply
-from gateway.fics.errors import ErrorStands, RobotFailed, RobotRefused
+from gateway.fics.errors import ErrorRemains, ErrorStands, NotReadBack, RobotRefused
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.moves import MoveRelative
 from protocols.fics.variables import SetVariable
@@ -28,14 +28,15 @@ def test_an_error_of_the_system_is_kept_published_and_reset(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
             fall_ill(rig)
-            await rig.robot.look_for_errors()
-            (record,) = await rig.robot.errors()
+            await rig.robot.errors_of_system.look()
+            record = rig.robot.latched_error
+            assert record is not None
             assert (record.code, record.kind) == ("183", "fics")
             assert rig.types("robot.error") == ["robot.error"]
             with pytest.raises(ErrorStands):
                 await rig.move(DOWN)
-            await rig.robot.reset_errors()
-            assert await rig.robot.errors() == []
+            await rig.robot.errors_of_system.reset()
+            assert rig.robot.latched_error is None
             assert (await rig.move(DOWN)).status == "succeeded"
 
     story()
@@ -46,17 +47,19 @@ async def test_an_error_whose_cause_is_there_stands_after_a_reset() -> None:
     async with fics_rig() as rig:
         rig.fics.stop_input = True
         await rig.robot.stop("immediate")
-        with pytest.raises(RobotFailed):
-            await rig.robot.reset_errors()
-        assert len(await rig.robot.errors()) == 1
+        with pytest.raises(ErrorRemains) as remains:
+            await rig.robot.errors_of_system.reset()
+        assert remains.value.moved == "no"
+        assert rig.robot.latched_error is not None
 
 
 @in_virtual_time
-async def test_errors_are_told_without_asking_the_robot() -> None:
+async def test_a_reset_after_which_the_errors_are_not_told_does_not_say_that_nothing_was_sent() -> None:
     async with fics_rig() as rig:
-        sent = len(rig.cable.written)
-        assert await rig.robot.errors() == []
-        assert rig.cable.frames(sent) == []
+        rig.cable.lost_answer = "ERR"
+        with pytest.raises(NotReadBack, match="errors of r1 were reset, but could not be read back"):
+            await rig.robot.errors_of_system.reset()
+        assert rig.heard("DRT") == ["DRT"]
 
 
 @BOTH_MODES
@@ -125,7 +128,7 @@ async def test_an_error_reset_at_the_robot_no_longer_stands() -> None:
         await asyncio.sleep(HEALTH_POLL_S)
         rig.touch(lambda fics, _: fics.reset())
         await asyncio.sleep(HEALTH_POLL_S)
-        assert await rig.robot.errors() == []
+        assert rig.robot.latched_error is None
         (reset,) = rig.events("robot.errors.reset")
         assert reset.data == {"by": "elsewhere"}
 
@@ -134,9 +137,9 @@ async def test_an_error_reset_at_the_robot_no_longer_stands() -> None:
 async def test_an_error_is_not_told_again_where_the_answer_that_names_it_is_lost() -> None:
     async with fics_rig() as rig:
         fall_ill(rig)
-        await rig.robot.look_for_errors()
+        await rig.robot.errors_of_system.look()
         rig.lose_replies()
-        await rig.robot.look_for_errors()
+        await rig.robot.errors_of_system.look()
         assert rig.types("robot.error") == ["robot.error"]
 
 

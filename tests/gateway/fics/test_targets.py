@@ -52,3 +52,20 @@ def test_a_miss_is_known_only_where_every_place_is() -> None:
     assert furthest_miss({"X": 1.0}, {"X": None}) is None
     assert furthest_miss({"X": 1.0}, None) is None
     assert furthest_miss(None, {"X": 1.0}) is None
+
+
+def test_a_miss_has_no_noise_of_binary_numbers() -> None:
+    assert furthest_miss({"X": 0.1 + 0.2}, {"X": 0.3}) == 0
+
+
+@pytest.mark.parametrize(("start", "amount"), [(0.865, 0.01), (0.875, 0.01), (-0.995, -0.01), (1.005, 0.005)])
+def test_what_is_rounded_for_display_at_both_ends_is_no_miss(start: float, amount: float) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.move(HomeRobot())
+            await rig.move(MoveAbsolute(coordinates=[start]), unit=2)
+            move = await rig.move(MoveRelative(coordinates=[amount]), unit=2)
+            assert (move.status, move.end_cause) == ("succeeded", "normal")
+
+    story()

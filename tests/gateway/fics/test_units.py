@@ -65,3 +65,13 @@ async def test_coordinates_the_axes_cannot_have_are_refused() -> None:
             unit.require_values("user", [0.5, 0.5])
         with pytest.raises(InvalidRequest, match="has the axes X, @, and 3 coordinates"):
             unit.require_values("motor", [1.0, 1.0, 1.0])
+
+
+@in_virtual_time
+async def test_an_axis_that_user_and_motor_share_is_named_once() -> None:
+    async with fics_rig() as rig:
+        unit = rig.robot.unit(1)
+        for axis in "XYZAB":
+            unit.require_axis(axis)
+        with pytest.raises(InvalidRequest, match="axis: r1/units/1 has the axes X, Y, Z, A, B;"):
+            unit.require_axis("W")

@@ -1,9 +1,11 @@
 """Positions of a unit: stored undivided, in runs, and read again."""
 
+import asyncio
+
 import pytest
 
-from gateway.errors import InvalidRequest
-from gateway.fics.errors import RobotRefused
+from gateway.errors import InvalidRequest, NoReply
+from gateway.fics.errors import RobotRefused, UploadBrokenOff
 from protocols.fics.notation import AxisSystem
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
@@ -72,5 +74,33 @@ async def test_an_upload_that_cannot_begin_leaves_none_open() -> None:
         rig.edit(True)
         with pytest.raises(RobotRefused):
             await rig.robot.upload_positions([(1, [1.0])])
+        assert await rig.robot.unit(1).status()  # which no upload would let through
         assert not rig.robot.line.uploading
         assert rig.heard("POS") == []
+
+
+@in_virtual_time
+async def test_an_upload_that_loses_its_line_tells_what_may_be_stored() -> None:
+    async with fics_rig() as rig:
+        uploading = asyncio.create_task(
+            rig.robot.upload_positions([(number, [float(number)]) for number in range(1, 9)])
+        )
+        await rig.cable.written_from("POS 3")
+        rig.cable.unplug()
+        with pytest.raises(UploadBrokenOff, match=r"up to 2 are stored.* The next one may be stored as well"):
+            await uploading
+        rig.cable.plugged_in = True
+        await asyncio.sleep(10)
+        assert rig.fics.upload is None
+        assert not rig.robot.line.uploading
+
+
+@in_virtual_time
+async def test_an_upload_whose_first_position_meets_silence_is_not_said_to_be_unsent() -> None:
+    async with fics_rig() as rig:
+        await rig.robot.unit(1).position()
+        uploading = asyncio.create_task(rig.robot.upload_positions([(1, [1.0])]))
+        await rig.cable.written_from("POS 1")
+        rig.machine.power_off(asyncio.get_running_loop().time())
+        with pytest.raises(NoReply):
+            await uploading

@@ -55,19 +55,41 @@ async def test_the_robot_is_asked_for_its_error_in_every_round() -> None:
 
 
 @in_virtual_time
-async def test_a_unit_that_is_not_asked_because_the_robot_moves_for_us_is_not_called_unreadable() -> None:
+async def test_a_move_of_ours_that_begins_meanwhile_makes_nothing_unreadable_or_foreign() -> None:
     async with fics_rig(units=2) as rig:
-        await rig.cable.written_from("ACD")  # of unit 1; the move begins before unit 2 is asked
-        accepted = await rig.robot.begin(
-            HomeRobot(),
-            1,
-            epoch=rig.robot.line.stop_epoch,
-            expires_at=asyncio.get_running_loop().time() + 1,
-            on_written=lambda _: None,
-        )
-        await accepted.outcome
-        rig.robot.end_motion(accepted)
-        assert len(rig.heard("ACD")) == 1
+        await rig.cable.written_from("MOD")
+        assert (await rig.move(HomeRobot())).status == "succeeded"
+        assert {"robot.unreadable", "robot.motion.foreign"}.isdisjoint(rig.types())
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_looking_changes_neither_the_unit_nor_what_the_terminal_shows(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode, units=2) as rig:
+            await rig.robot.unit(2).status()
+            sent = len(rig.cable.written)
+            await asyncio.sleep(3 * HEALTH_POLL_S)
+            frames = rig.cable.frames(sent)
+            assert frames.count("ACD") == 3
+            assert not [text for text in frames if text.startswith("UNT ")]
+
+    story()
+
+
+@in_virtual_time
+async def test_a_unit_that_nobody_has_selected_here_is_asked_for_and_looked_at() -> None:
+    async with fics_rig(units=2, prepare=lambda machine: setattr(machine.robot, "host_unit", 2)) as rig:
+        assert rig.robot.moving is False
+        assert rig.robot.selection.unit == 2
+        assert not [text for text in rig.cable.frames() if text.startswith("UNT ")]
+
+
+@in_virtual_time
+async def test_while_the_terminal_edits_nobody_is_called_unreadable() -> None:
+    async with fics_rig(units=2) as rig:
+        rig.edit(on=True)
+        await asyncio.sleep(2 * HEALTH_POLL_S)
         assert rig.types("robot.unreadable") == []
 
 

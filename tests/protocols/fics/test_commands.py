@@ -18,7 +18,7 @@ import protocols.rorze
 from protocols.fics.commands import BY_NAME, COMMANDS, ROWS, Row, read
 from protocols.fics.link import Request, RequestReader, encode
 from protocols.fics.macros import RESERVED, RunMacro
-from protocols.fics.row import BLOCK_ERRORS, Answered, Block
+from protocols.fics.row import BLOCK_ERRORS, Block, WhenAnswered
 from protocols.table import Ack, Retry, SyntaxFault, WireFault
 from tests.protocols.fics.examples import check_examples, exchanges
 
@@ -97,7 +97,7 @@ def test_the_motion_commands_are_those_of_the_manual() -> None:
 
 
 def test_only_jog_is_answered_before_it_is_over() -> None:
-    assert {row.code for row in ROWS if row.answered is Answered.AT_ONCE} == {"JOG"}
+    assert {row.code for row in ROWS if row.answered is WhenAnswered.AT_ONCE} == {"JOG"}
 
 
 @every_row

@@ -1,0 +1,74 @@
+"""Stored positions, read in parts whose answers are counted: a robot sends them without their numbers."""
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from gateway.errors import GarbledReply
+from gateway.fics.errors import RobotBusy
+from gateway.fics.queries import Heard
+from protocols.fics.positions import LAST_POSITION, DownloadPositions
+
+if TYPE_CHECKING:
+    from gateway.fics.units import RobotUnit
+
+PART = 16
+"""So many positions are asked for at once: for so long nobody else is heard, the proof of a stop neither."""
+TRIES = 3
+"""How often a part is asked for until the count of its answers is right."""
+
+
+async def download(unit: "RobotUnit", wanted: DownloadPositions) -> Heard:
+    """Read stored positions in turn, up to the first number that is not set (C-HOST manual 2-19).
+
+    That a robot ends there, even with more positions behind it, is an assumption.
+
+    :raises RobotBusy: a stop has come before all were read.
+    :raises GarbledReply: answers were lost or doubled again and again.
+    :raises GatewayError: they were not read; the error says why.
+    """
+    line, epoch = unit.robot.line, unit.robot.line.stop_epoch
+    first = wanted.first or 1
+    last = min(first + (wanted.count or LAST_POSITION) - 1, LAST_POSITION)
+    parts: list[Heard] = []
+    while first <= last:
+        if line.stop_epoch != epoch:
+            raise RobotBusy(
+                f"A stop of {unit.robot.id} came first: not all of its positions were read.",
+                "Read them again.",
+            )
+        count = min(PART, last - first + 1)
+        parts.append(await _part(unit, first, count))
+        if len(parts[-1].replies) < count:
+            break
+        first += count
+    return Heard(tuple(reply for part in parts for reply in part.replies), parts[0].at)
+
+
+async def _part(unit: "RobotUnit", first: int, count: int) -> Heard:
+    """Read a part; fewer than `count` positions only where the table ends."""
+    for _ in range(TRIES):
+        heard = await _ask(unit, first, count)
+        if _is_doubtful(heard, count) and (await _ask(unit, first, count)).replies != heard.replies:
+            continue
+        found = len(heard.replies)
+        if found == count or (found < count and await _ends_after(unit, first, found)):
+            return heard
+    raise GarbledReply(
+        f"Of the positions of {unit.address} from {first} on some answers were lost or doubled, so nobody "
+        "knows their numbers.",
+        "Ask again.",
+    )
+
+
+def _is_doubtful(heard: Heard, count: int) -> bool:
+    """Whether answers may be lost, doubled, or both: then the count is right, and neighbours are equal."""
+    return len(heard.replies) != count or any(one == other for one, other in pairwise(heard.replies))
+
+
+async def _ends_after(unit: "RobotUnit", first: int, found: int) -> bool:
+    """Whether the table ends after the positions that were found: the last is set, and the next is not."""
+    return not found or len((await _ask(unit, first + found - 1, 2)).replies) == 1
+
+
+async def _ask(unit: "RobotUnit", first: int, count: int) -> Heard:
+    return await unit.robot.converse(DownloadPositions(first=first, count=count), unit.number)

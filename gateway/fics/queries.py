@@ -1,0 +1,119 @@
+"""Questions to a robot: each put to the right unit, and once for all who ask the same meanwhile."""
+
+import asyncio
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from gateway.errors import GatewayError
+from gateway.exchange import Lane
+from gateway.fics.errors import RobotRefused
+from protocols.fics.positions import DownloadPositions
+from protocols.fics.row import FicsCommand
+from protocols.fics.system import HostMode
+from protocols.table import Reply
+
+if TYPE_CHECKING:
+    from gateway.fics.robot import Robot
+
+UNIT_HOLDS_S = 0.5
+"""For so long a question trusts the unit the robot has told: an assumption, no loss of power is shorter."""
+
+Question = tuple[int | None, str]
+"""A unit, or none, and the text of a query."""
+
+
+class Heard(NamedTuple):
+    """What a robot has answered, and when, on the event loop's clock."""
+
+    replies: tuple[Any, ...]
+    """None after a deed, several after a download."""
+    at: float
+
+
+def heard_now(*replies: Reply) -> Heard:
+    """What was heard just now."""
+    return Heard(replies, asyncio.get_running_loop().time())
+
+
+class Queries:
+    """The questions that are being put to a robot."""
+
+    def __init__(self, robot: "Robot") -> None:
+        self._robot = robot
+        self._waiting: dict[Question, asyncio.Task[Heard | GatewayError]] = {}
+        """Those that wait for the floor; an equal one shares the answer."""
+        self._tasks: set[asyncio.Task[Heard | GatewayError]] = set()
+        self._unit_holds_until = 0.0
+
+    async def close(self) -> None:
+        """Ask nothing more."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    async def ask(self, query: FicsCommand[Any], number: int | None, lane: Lane) -> Heard:
+        """Put a question to a unit, or to the robot as a whole; what is a mere read is shared.
+
+        :raises GatewayError: it was refused, not sent, or not answered; the error says which.
+        """
+        if lane is not Lane.READ:
+            return await self._put(query, number, lane)
+        question = (number, query.text())
+        task = self._waiting.get(question)
+        if task is None:
+            task = asyncio.create_task(self._put_for_all(query, number), name=f"question {query.text()}")
+            self._waiting[question] = task
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+        answer = await asyncio.shield(task)
+        if isinstance(answer, GatewayError):
+            raise answer
+        return answer
+
+    async def _put_for_all(self, query: FicsCommand[Any], number: int | None) -> Heard | GatewayError:
+        question = (number, query.text())
+        mine = asyncio.current_task()
+
+        def begun() -> None:
+            """Whoever asks from now on wants a later answer."""
+            if self._waiting.get(question) is mine:
+                del self._waiting[question]
+
+        try:
+            return await self._put(query, number, Lane.READ, begun)
+        except GatewayError as error:
+            return error
+        finally:
+            begun()
+
+    async def _put(
+        self,
+        query: FicsCommand[Any],
+        number: int | None,
+        lane: Lane,
+        begun: Callable[[], object] = lambda: None,
+    ) -> Heard:
+        robot = self._robot
+        async with robot.line.floor.held(lane):
+            begun()
+            if number is not None:
+                await self._select(number, afresh=isinstance(query, DownloadPositions))
+            outcome = await robot.dialogue.say(query, robot.line.stop_epoch)
+            robot.learn(query, number, outcome)
+        return heard_now(*robot.dialogue.answered(query, outcome).replies)
+
+    async def _select(self, number: int, *, afresh: bool) -> None:
+        """Make sure of the unit whose values are told: no answer tells it, and a loss of power changes it."""
+        robot, selection = self._robot, self._robot.selection
+        now = asyncio.get_running_loop().time()
+        doubtful = selection.unit is None or now >= self._unit_holds_until
+        afresh = afresh or (doubtful and not selection.only(number))
+        try:
+            await selection.make(number, afresh=afresh)
+        except RobotRefused:
+            # The terminal keeps it from telling; but a refusal, in Ver.3, proves that power was not lost.
+            if robot.mode == HostMode.VER_2 or selection.unit != number:
+                raise
+        else:
+            if afresh and robot.motion is None:
+                self._unit_holds_until = now + UNIT_HOLDS_S

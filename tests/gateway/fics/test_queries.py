@@ -1,0 +1,103 @@
+"""Questions to a robot: of the right unit, and once for all who ask the same."""
+
+import asyncio
+
+from gateway.errors import NoReply
+from gateway.fics.queries import UNIT_HOLDS_S
+from protocols.fics.motor_axes import GetMotorPosition
+from protocols.fics.speeds import GetMaximumSpeeds, SetMaximumSpeeds
+from protocols.fics.status import MotionMode
+from protocols.fics.variables import GetVariable
+from tests.fics_plants import fics_rig
+from tests.plants import in_virtual_time
+
+
+@in_virtual_time
+async def test_a_unit_is_verified_once_for_all_questions_of_a_second() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.unit(2).position()
+        sent = len(rig.cable.written)
+        await rig.robot.unit(2).position("motor")
+        await rig.robot.unit(2).status()
+        assert rig.cable.frames(sent) == ["MPS", "ACD"]
+
+
+@in_virtual_time
+async def test_who_asks_the_same_while_it_waits_shares_the_answer() -> None:
+    async with fics_rig(baud=9600) as rig:
+        await rig.robot.unit(1).position()
+        sent = len(rig.cable.written)
+        unit = rig.robot.unit(1)
+        first = asyncio.create_task(rig.robot.ask(GetVariable(number=1)))
+        await asyncio.sleep(0.001)
+        many = [asyncio.create_task(unit.position()) for _ in range(10)]
+        await asyncio.sleep(0.001)
+        assert rig.robot.line.waiting()["read"] == 1
+        many[0].cancel()
+        answers = await asyncio.gather(first, *many[1:])
+        assert answers[1:] == [{"X": None, "Y": None, "Z": None}] * 9
+        assert [text[:3] for text in rig.cable.frames(sent)] == ["VAR", "APS"]
+        await unit.position()
+        assert [text[:3] for text in rig.cable.frames(sent)] == ["VAR", "APS", "APS"]
+
+
+@in_virtual_time
+async def test_an_error_is_shared_as_well() -> None:
+    async with fics_rig() as rig:
+        rig.cable.lost_answer = "APS"
+        asking = [asyncio.create_task(rig.robot.unit(1).position()) for _ in range(3)]
+        outcomes = await asyncio.gather(*asking, return_exceptions=True)
+        assert {type(outcome) for outcome in outcomes} == {NoReply}
+
+
+@in_virtual_time
+async def test_what_is_asked_of_a_unit_is_never_told_of_another() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.ask(SetMaximumSpeeds(speeds=[11.0]), 2)
+        await asyncio.sleep(UNIT_HOLDS_S)
+        rig.fics.host_unit = 1  # as after a loss of power
+        assert (await rig.robot.read(GetMaximumSpeeds(), 2)).speeds[0] == 11.0
+        (changed,) = rig.events("robot.unit.changed")
+        assert changed.data == {"expected": 2, "found": 1}
+
+
+@in_virtual_time
+async def test_an_only_unit_is_not_asked_for() -> None:
+    async with fics_rig() as rig:
+        await asyncio.sleep(10)
+        sent = len(rig.cable.written)
+        await rig.robot.unit(1).position()
+        assert rig.cable.frames(sent) == ["APS"]
+
+
+@in_virtual_time
+async def test_a_unit_whose_number_nobody_knows_is_asked_for_before_it_is_changed() -> None:
+    async with fics_rig(units=2) as rig:
+        rig.robot.selection.forget()
+        sent = len(rig.cable.written)
+        await rig.robot.unit(1).position()
+        assert rig.cable.frames(sent) == ["UNT", "APS"]
+
+
+@in_virtual_time
+async def test_while_the_terminal_runs_the_unit_that_was_told_before_is_read() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.unit(2).status()
+        await asyncio.sleep(UNIT_HOLDS_S)
+        rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
+        axes = await rig.robot.unit(2).status()
+        assert {axis.motion_mode for axis in axes.values()} == {MotionMode.MACRO}
+
+
+@in_virtual_time
+async def test_answers_are_told_with_the_moment_they_came() -> None:
+    async with fics_rig(baud=9600) as rig:
+        loop, unit = asyncio.get_running_loop(), rig.robot.unit(1)
+        asked_at = loop.time()
+        first = asyncio.create_task(rig.robot.converse(GetMotorPosition(), 1))
+        second = asyncio.create_task(rig.robot.converse(GetMotorPosition(), 1))
+        replies, at = await first
+        assert asked_at < at <= loop.time()
+        assert await second == (replies, at)
+        await asyncio.sleep(1)
+        assert at < (await unit.position_at("motor"))[1] <= loop.time()

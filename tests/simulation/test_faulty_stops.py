@@ -1,0 +1,70 @@
+"""Stops on a bad wire: what is called confirmed stands still, and every stop comes to that.
+
+Commands and replies are lost, replies garbled; the simulator's truth is the judge. A seed that fails is
+named in the test's id.
+"""
+
+import asyncio
+from contextlib import suppress
+from functools import partial
+from random import Random
+
+import pytest
+
+from gateway.bodies import Body
+from gateway.errors import GatewayError
+from gateway.stops import StopMode, StopReport
+from protocols.rorze.moves import MoveClockwiseSlowly
+from simulator.faults import Direction, Fault, Switch
+from tests.gateway.far_end import until
+from tests.plants import Rig, rig
+from tests.virtual_time import run_virtual
+
+SEEDS = range(4)
+STOPS = 40
+LONGEST_S = 120.0
+"""A stop that is never confirmed fails the test instead of keeping it."""
+MODES: tuple[StopMode, ...] = ("decelerate", "immediate")
+
+BAD_WIRE = (
+    Switch(Fault.LOST, Direction.REQUESTS, 0.05),
+    Switch(Fault.LOST, Direction.REPLIES, 0.05),
+    Switch(Fault.GARBLED, Direction.REPLIES, 0.02),
+)
+
+
+def confirmed(reports: list[StopReport]) -> bool:
+    """Whether every stop has come to its end."""
+    return all(report.state == "confirmed" for report in reports)
+
+
+async def stop_some(it: Rig, bodies: list[Body], mode: StopMode) -> None:
+    """Stop bodies, and look at the truth when they are said to stand still."""
+    reports = await it.plant.stops.stop(bodies, mode)
+    await until(partial(confirmed, reports), LONGEST_S)
+    for report in reports:
+        body = it.body(report.body_id)
+        assert not it.axis(body.number).motor.moving, report
+    assert it.plant.line("line1").waiting()["again"] == 0, "it would stop the next move"
+
+
+async def story(seed: int) -> Rig:
+    """Let bodies move, and stop some of them again and again."""
+    dice = Random(seed)
+    async with rig(bodies=range(6), groups={"80": ("00", "01", "02")}, baud=115_200, seed=seed) as it:
+        for switch in BAD_WIRE:
+            it.machine.faults.set(switch)
+        for _ in range(STOPS):
+            for body in dice.sample(it.plant.bodies(), 3):
+                with suppress(GatewayError):
+                    await it.plant.moves.start(body, MoveClockwiseSlowly(distance=100_000))
+            await asyncio.sleep(dice.uniform(0.0, 1.0))
+            await stop_some(it, dice.sample(it.plant.bodies(), dice.randint(1, 6)), dice.choice(MODES))
+        return it
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_is_said_to_stand_still_does(seed: int) -> None:
+    it = run_virtual(story(seed))
+    assert len(it.types("body.stop.confirmed")) == len(it.types("body.stop.requested")) >= STOPS
+    assert len(it.truth.of("pulses_start")) > STOPS
