@@ -3,6 +3,7 @@
 from fastapi import FastAPI
 from fastapi_offline import FastAPIOffline
 from starlette.middleware.cors import CORSMiddleware
+from starlette.responses import RedirectResponse
 
 from api import bodies, catalogue, groups, health, lines, mirror, moves, problems, raw, stops, streams
 from api.robots import routes as robots
@@ -39,6 +40,7 @@ def create_app(plant: Plant) -> FastAPI:
     routers += robots.routers()
     # Side by side instead of included, which would search them twice for every request; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
+    app.add_api_route("/", _to_docs, include_in_schema=False)
     server = plant.config.server
     if server.allowed_origins:
         app.add_middleware(
@@ -46,3 +48,8 @@ def create_app(plant: Plant) -> FastAPI:
         )
     app.add_middleware(SameSite, allowed_hosts=server.allowed_hosts, allowed_origins=server.allowed_origins)
     return app
+
+
+async def _to_docs() -> RedirectResponse:
+    """Show whoever comes with nothing but the address what there is."""
+    return RedirectResponse("/docs")

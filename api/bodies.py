@@ -39,7 +39,7 @@ class BodyInfo(BaseModel):
     line_id: str
     name: str
     online: bool = Field(description="Whether it can be asked now, as far as is known.")
-    moving: bool | None = Field(description="Null while out of reach, until its status has been read.")
+    moving: bool | None = Field(description="Null while out of reach, and until its status is read.")
     move_id: str | None = Field(description="The move that is not over yet.")
     unit: str | None = Field(description="The unit of its scale; null without one.")
     pulses_per_unit: float | None
@@ -232,7 +232,7 @@ def _info(plant: Plant, body: Body) -> BodyInfo:
         line_id=body.line.id,
         name=body.name,
         online=body.online,
-        moving=body.moving,
+        moving=body.moving if body.online else None,
         move_id=body.move.id if body.move else None,
         unit=body.scale.unit if body.scale else None,
         pulses_per_unit=body.scale.pulses_per_unit if body.scale else None,

@@ -6,12 +6,14 @@ from fastapi import Request
 from fastapi.routing import APIRoute
 from starlette.types import Receive, Scope, Send
 
+from api.queries import require_known
+
 
 class DirectRoute(APIRoute):
     """Calls its endpoint with the request and the words of the path, all of them plain text.
 
     FastAPI looks for dependencies, queries, headers and a body at every request, which takes longer than all
-    the rest of a read. A query is passed over unread, as it is elsewhere.
+    the rest of a read. No query is known here.
     """
 
     def __init__(self, path: str, endpoint: Any, **options: Any) -> None:
@@ -19,5 +21,7 @@ class DirectRoute(APIRoute):
         self.app = self._answer
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
-        response = await self.endpoint(Request(scope, receive, send), **scope["path_params"])
+        request = Request(scope, receive, send)
+        require_known(request, ())
+        response = await self.endpoint(request, **scope["path_params"])
         await response(scope, receive, send)

@@ -216,8 +216,12 @@ async def _tell_fault(request: Request, _error: Exception) -> Response:
     return response_to(problem)
 
 
+PHRASES = {413: "Request Entity Too Large"}
+"""Where versions of Python differ."""
+
+
 def _plain(request: Request, status: int, detail: str) -> Problem:
-    title = InvalidRequest.title if status == 422 else HTTPStatus(status).phrase
+    title = InvalidRequest.title if status == 422 else PHRASES.get(status) or HTTPStatus(status).phrase
     kind = InvalidRequest.kind if status == 422 else title.lower().replace(" ", "-")
     return Problem(
         type=TYPE_PREFIX + kind,

@@ -31,6 +31,7 @@ Wait = Annotated[
     float | None,
     Query(
         ge=0,
+        le=MAX_WAIT_S,
         allow_inf_nan=False,
         description=f"Seconds to wait for the end, {MAX_WAIT_S} at most; or use the header `Prefer: wait=N`.",
     ),

@@ -10,6 +10,7 @@ from starlette.responses import StreamingResponse
 from starlette.websockets import WebSocketDisconnect
 
 from api.problems import DECLARED
+from api.queries import require_known
 from api.requests import new_router, plant_of
 from gateway.addresses import canonical_address
 from gateway.bodies import Body, Group
@@ -117,6 +118,7 @@ async def follow_events(websocket: WebSocket) -> None:
     offered = websocket.scope.get("subprotocols", ())
     await websocket.accept(SUBPROTOCOL if SUBPROTOCOL in offered else None)
     try:
+        require_known(websocket, ("after", "bodies", "types"))
         events = plant.events.subscribe(
             query.get("after"), _addresses(plant, query.get("bodies")), _split(query.get("types"))
         )

@@ -9,11 +9,16 @@ from fastapi import HTTPException, Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
+from api.queries import require_known
+
 MAX_BODY_BYTES = 65_536
 """A longer request body is refused with 413."""
 
 MAX_DEPTH = 16
 """No request has more levels of arrays and objects; the deepest command has three."""
+
+MAX_DIGITS = 1000
+"""No whole number of a request has more digits; reading one takes the longer the more it has."""
 
 
 class NotStrict(ValueError):
@@ -27,11 +32,17 @@ def parse(data: bytes) -> object:
     :raises ValueError: it is no JSON, or not UTF-8.
     """
     try:
-        value: object = json.loads(data.decode("utf-8"), object_pairs_hook=_object, parse_constant=float)
+        value: object = json.loads(
+            data.decode("utf-8"), object_pairs_hook=_object, parse_constant=float, parse_int=_integer
+        )
     except RecursionError:
         raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep") from None
     _check(value, MAX_DEPTH, "")
     return value
+
+
+def _integer(digits: str) -> float:
+    return int(digits) if len(digits) <= MAX_DIGITS else math.inf
 
 
 def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -101,15 +112,23 @@ class StrictRequest(Request):
 
 
 class StrictRoute(APIRoute):
-    """A route that takes its body as strict JSON or not at all."""
+    """A route that knows every part of its query, and takes its body as strict JSON or not at all.
+
+    A software stop goes out whatever stands in its query.
+    """
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """Put the check before the route's own handler, where there is a body to check."""
+        """Put the checks before the route's own handler."""
         handle = super().get_route_handler()
-        if self.body_field is None:
-            return handle
+        takes_body = self.body_field is not None
+        stops = self.path.endswith("/stop")
+        known = [parameter.alias for parameter in self.dependant.query_params]
 
         async def strict(request: Request) -> Response:
+            if not stops:
+                require_known(request, known)
+            if not takes_body:
+                return await handle(request)
             strict_request = StrictRequest(request.scope, request.receive)
             if await strict_request.body():
                 _require_json(strict_request)

@@ -110,15 +110,21 @@ class _Client(asyncio.Protocol):
             raise self.failure
 
 
+def _answered(clients: list[_Client]) -> int:
+    return sum(client.answered for client in clients)
+
+
 async def requests_per_s(port: int, clients: int, requests: list[bytes], seconds: float) -> float:
-    """Ask on many connections at once, with the requests spread over them."""
+    """Ask on many connections at once, with the requests spread over them, until somebody is answered."""
     loop = asyncio.get_running_loop()
     asking = [_Client(_from(requests, first)) for first in range(clients)]
     for client in asking:
         await loop.create_connection(partial(_itself, client), "127.0.0.1", port)
-    answered, begun_at = sum(client.answered for client in asking), loop.time()
-    await asyncio.sleep(seconds)
-    rate = (sum(client.answered for client in asking) - answered) / (loop.time() - begun_at)
+    before, begun_at, answered = _answered(asking), loop.time(), 0
+    while not answered and not any(client.failure for client in asking):
+        await asyncio.sleep(seconds)
+        answered = _answered(asking) - before
+    rate = answered / (loop.time() - begun_at)
     for client in asking:
         client.close()
     return rate

@@ -118,14 +118,14 @@ class Body:
         self.heard(command, reply, answered.at)
         return cast("R", reply), answered
 
-    async def look(self) -> MotorState:
+    async def look(self, lane: Lane = Lane.READ) -> MotorState:
         """Read its status and where it stands.
 
         :raises GatewayError: it did not tell.
         """
         told = self.told
-        status, _ = await self.ask(GetControllerStatus())
-        position, answer = await self.ask(GetPosition())
+        status, _ = await self.ask(GetControllerStatus(), lane=lane)
+        position, answer = await self.ask(GetPosition(), lane=lane)
         state = MotorState(status.bits or 0, position.pulses)
         self.rest = None if state.runs or self.told != told else state
         self.rest_at = answer.at
@@ -137,7 +137,7 @@ class Body:
         :raises GatewayError: it did not tell.
         """
         believed = asyncio.get_running_loop().time() - self.rest_at <= BELIEVED_S
-        return self.rest if self.rest is not None and believed else await self.look()
+        return self.rest if self.rest is not None and believed else await self.look(Lane.PROOF)
 
     def forbid_renaming(self, command: RorzeCommand[Any]) -> None:
         """A move's end is judged by its position: that is not called otherwise before.
@@ -342,5 +342,6 @@ def reply_of(number: int, command: RorzeCommand[Any], answered: Answered, addres
         raise NoReply(
             f"The group's reply to {command.code} does not mention {address}.",
             "Read its status and position.",
+            command,
         )
     return reply

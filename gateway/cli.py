@@ -15,6 +15,7 @@ import typer
 import uvloop
 
 from gateway.config import Config, ConfigError, load
+from gateway.errors import Ambiguous, GarbledReply, NoReply
 from gateway.move_record import MoveStatus
 from gateway.server import CannotListen
 from gateway.server import serve as run_server
@@ -130,7 +131,11 @@ def _read(text: str) -> RorzeCommand[Any]:
     code, parameters = text.strip()[:3].upper(), text.strip()[3:]
     row = COMMANDS.get(code)
     if row is None:
-        _fail(f"There is no command {code!r}; `GET /commands` lists them all.", EXIT_USAGE)
+        _fail(
+            f"There is no command {code!r} of RC-420 bodies, which alone `send` is for; "
+            "`GET /commands?family=rorze` lists theirs. Robots have routes of their own: see /docs.",
+            EXIT_USAGE,
+        )
     try:
         try:
             return row.read(parameters)
@@ -193,8 +198,11 @@ def _ask(method: str, url: str, wait_s: float, content: object) -> dict[str, Any
 
 
 def _exit_code(status: int, problem: dict[str, Any]) -> int:
-    if problem.get("moved") == "unknown":
+    kind = str(problem.get("type", "")).rpartition(":")[2]
+    if problem.get("moved") == "unknown" or kind in (NoReply.kind, GarbledReply.kind):
         return EXIT_UNKNOWN
+    if kind == Ambiguous.kind:
+        return EXIT_USAGE
     if status == httpx.codes.SERVICE_UNAVAILABLE:
         return EXIT_NOT_SENT
     return EXIT_REFUSED if status == httpx.codes.CONFLICT or problem.get("code") else EXIT_USAGE

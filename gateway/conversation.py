@@ -23,6 +23,7 @@ from protocols.rorze.link import Answer, GroupAnswer, Refusal, encode
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
 from protocols.rorze.row import LAST_BODY, RorzeCommand
+from protocols.table import Retry
 
 FENCE_TRIES = 3
 NONCES = 2048
@@ -225,7 +226,7 @@ class Conversation:
         self.last_error_at = now
         exchange = self._awaiting
         if exchange is not None and not exchange.self_identifying:
-            self._doubt(exchange, GarbledReply(_sent(exchange, f"{what} came back"), _remedy(exchange)))
+            self._doubt(exchange, _unusable(GarbledReply, exchange, f"{what} came back"))
 
     def _under_way(self) -> list[Exchange]:
         return self._stops[:] if self._awaiting is None else [self._awaiting, *self._stops]
@@ -272,7 +273,7 @@ class Conversation:
                 continue
             self.counters["timeouts"] += 1
             self.last_error_at = now
-            self._doubt(exchange, NoReply(_sent(exchange, "no reply came"), _remedy(exchange)))
+            self._doubt(exchange, _unusable(NoReply, exchange, "no reply came"))
 
     # doubt and certainty
 
@@ -372,7 +373,7 @@ class Conversation:
         self._awaiting = self._suspect = self._fence = None
         self._stops, self._urgent, self.in_step = [], deque(), True
         for exchange in written:
-            exchange.settle(exchange.late_answer or lost)
+            exchange.settle(exchange.late_answer or NoReply(lost.detail, _remedy(exchange), exchange.command))
         for exchange in waiting:
             exchange.settle(unsent)
 
@@ -387,9 +388,14 @@ def offline_error(body: int) -> BodyOffline:
     return BodyOffline(f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable.")
 
 
-def _sent(exchange: Exchange, what: str) -> str:
-    return f"{exchange.command.code} was sent to body {exchange.body:02X}, and {what}."
+def _unusable(kind: type[NoReply], exchange: Exchange, what: str) -> NoReply:
+    sent = f"{exchange.command.code} was sent to body {exchange.body:02X}, and {what}."
+    return kind(sent, _remedy(exchange), exchange.command)
 
 
 def _remedy(exchange: Exchange) -> str:
-    return "Ask again." if exchange.command.may_repeat() else "Read status and position before anything else."
+    if exchange.command.may_repeat():
+        return "Ask again."
+    if exchange.command.retry is Retry.SETTING:
+        return "Read back whether it was set."
+    return "Read status and position before anything else."

@@ -1,8 +1,11 @@
 """What can go wrong between a request and a controller, said in one sentence each."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
+from protocols.fics.row import FicsCommand
 from protocols.rorze.errors import lookup
+from protocols.rorze.row import RorzeCommand
+from protocols.table import Retry
 
 Moved = Literal["no", "yes", "unknown"]
 
@@ -16,8 +19,8 @@ class GatewayError(Exception):
 
     kind: ClassVar[str] = "gateway-error"
     title: ClassVar[str] = "The request was not carried out"
-    moved: ClassVar[Moved] = "no"
-    retryable: ClassVar[bool] = False
+    moved: Moved = "no"
+    retryable: bool = False
 
     def __init__(self, detail: str, remedy: str = "") -> None:
         super().__init__(detail)
@@ -33,10 +36,10 @@ class NotFound(GatewayError):
 
 
 class Ambiguous(GatewayError):
-    """A short body address fits bodies on several lines."""
+    """A short address fits bodies, or groups, on several lines."""
 
     kind = "ambiguous-address"
-    title = "Several lines have this body"
+    title = "Several lines have this address"
 
 
 class InvalidRequest(GatewayError):
@@ -118,11 +121,23 @@ class StoppedFirst(Cancelled):
 
 
 class NoReply(GatewayError):
-    """The command was written, and no reply could be credited to it."""
+    """The command was written, and no reply could be credited to it.
+
+    Reads and settings move nothing, whether they were executed or not; of every other `command`, and of one
+    that is not told, nobody knows.
+    """
 
     kind = "no-reply"
     title = "No reply"
-    moved = "unknown"
+    moved: Moved = "unknown"
+
+    def __init__(
+        self, detail: str, remedy: str = "", command: RorzeCommand[Any] | FicsCommand[Any] | None = None
+    ) -> None:
+        super().__init__(detail, remedy)
+        if command is not None and command.retry in (Retry.READ, Retry.SETTING):
+            self.moved = "no"
+            self.retryable = command.may_repeat()
 
 
 class GarbledReply(NoReply):

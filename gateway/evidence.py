@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from gateway.bodies import Body, MotorState
 from gateway.errors import BodyBusy, GatewayError, MoveFailed, NoReply, NotExecuted, NotSent, QueueFull
+from gateway.exchange import Lane
 from gateway.move_record import LOST_AFTER_S, Move, MoveStatus
 from gateway.plans import target_of
 from protocols.rorze.modes import GetOperatingMode
@@ -57,7 +58,7 @@ class Case:
         try:
             self.before = await body.where_it_rests()
             move.start_position = move.position = self.before.position
-            move.target_position = await target_of(body, command, self.before.position)
+            move.target_position = await target_of(body, command, self.before.position, Lane.PROOF)
             self.tolerance = await self._tolerance()
         except NoReply as error:
             raise NotSent(
@@ -74,7 +75,7 @@ class Case:
         """An encoder may find the motor beside its target; pulses put out are counted, and never miss it."""
         if not self.body.position_tolerance or self.move.target_position is None:
             return 0
-        operation, _ = await self.body.ask(GetOperatingMode())
+        operation, _ = await self.body.ask(GetOperatingMode(), lane=Lane.PROOF)
         return self.body.position_tolerance if operation.mode == "encoder" else 0
 
     # while it may run

@@ -20,7 +20,7 @@ class Lane(IntEnum):
 
     STOP = 0
     PROOF = 1
-    """Questions whether a stop has worked."""
+    """Questions a motor waits for: whether a stop has worked, and what is to be known before a move."""
     COMMAND = 2
     AGAIN = 3
     """Stops repeated to whoever has not answered the last one and may be dead."""

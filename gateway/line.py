@@ -70,6 +70,9 @@ class Line(Carrier[Exchange, Frame]):
         self.controllers = ""
         """What the link master answered to XID."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
+        self._silent: list[int] = []
+        """The bodies that do not answer, in the order in which they fell silent."""
+        self._news_of_silence = asyncio.Event()
         talk.on_online, talk.on_offline = self._came_back, self._fell_silent
 
     def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
@@ -96,6 +99,11 @@ class Line(Carrier[Exchange, Frame]):
     def gate(self) -> Gate:
         """What every frame has to pass."""
         return self._talk.gate
+
+    @property
+    def reply_timeout_s(self) -> float:
+        """How long a reply is waited for, if its command does not take long by itself."""
+        return self._talk.reply_timeout_s
 
     @property
     def interject_stops(self) -> bool:
@@ -246,9 +254,12 @@ class Line(Carrier[Exchange, Frame]):
     # presence
 
     def _fell_silent(self, body: int, asked: bool) -> None:
+        self._silent.append(body)
+        self._news_of_silence.set()
         self.on_change("body.offline", {"body": body, "asked": asked})
 
     def _came_back(self, body: int) -> None:
+        self._silent.remove(body)
         self.on_change("body.online", {"body": body})
         if len(self.offline) == len(self.bodies) - 1:
             self.set_up_again("the line was silent and answers again")
@@ -257,23 +268,40 @@ class Line(Carrier[Exchange, Frame]):
         """Ask the bodies that went silent, less and less often, whether they are back."""
         pause_s = PROBE_S[0]
         while True:
-            await asyncio.sleep(pause_s)
+            if await self._another_falls_silent(pause_s):
+                pause_s = PROBE_S[0]
+                continue
             somebody_came_back = await self._probe_each()
             nobody_is_disturbed = len(self.offline) in (0, len(self.bodies))
             often = somebody_came_back or nobody_is_disturbed
             pause_s = PROBE_S[0] if often else min(2 * pause_s, PROBE_S[1])
 
     async def _probe_each(self) -> bool:
-        """One round of probes, in a small share of the line's time while anybody else answers."""
+        """One round of probes, in a small share of the line's time while anybody else answers.
+
+        Who fell silent last comes first, and begins the round anew: those before it may be absent for good.
+        """
         somebody_came_back = False
-        for body in sorted(self.offline):
+        for body in self._silent[::-1]:
             began_at = self._loop.time()
             outcome = await self.probe(body, self._talk.reply_timeout_s)
             if isinstance(outcome, Answered):
                 somebody_came_back = True
             elif len(self.offline) < len(self.bodies):
-                await asyncio.sleep((self._loop.time() - began_at) / PROBE_SHARE)
+                rest_s = (self._loop.time() - began_at) / PROBE_SHARE
+                if await self._another_falls_silent(rest_s):
+                    return True
         return somebody_came_back
+
+    async def _another_falls_silent(self, within_s: float) -> bool:
+        """Wait so long, or until a body falls silent."""
+        try:
+            async with asyncio.timeout(within_s):
+                await self._news_of_silence.wait()
+        except TimeoutError:
+            return False
+        self._news_of_silence.clear()
+        return True
 
 
 def _group_definition(group: int, members: list[int]) -> SetGroup:

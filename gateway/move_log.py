@@ -45,7 +45,8 @@ class MoveLog(Generic[M]):
         move = self._moves.get(move_id)
         if move is None:
             raise NotFound(
-                f"There is no move {move_id}; finished moves are kept until {HISTORY} newer ones exist."
+                f"There is no move {move_id}; finished moves are kept until {HISTORY} newer ones exist "
+                "or the gateway is restarted."
             )
         return move
 

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from gateway.bodies import Body
 from gateway.errors import ControllerRefused
+from gateway.exchange import Lane
 from gateway.records import Record
 from protocols.rorze.encoder import GetEncoderRatio
 from protocols.rorze.modes import GetOperatingMode
@@ -66,22 +67,22 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     return planned
 
 
-async def target_of(body: Body, command: RorzeCommand[Any], start: int) -> int | None:
+async def target_of(body: Body, command: RorzeCommand[Any], start: int, lane: Lane = Lane.READ) -> int | None:
     """Where the command should bring the motor, as far as it can be known beforehand."""
     if isinstance(command, RelativeMove):
-        amount = await _amount(body, command.distance)
+        amount = await _amount(body, command.distance, lane)
         sign = 1 if command.code[1] == "+" else -1
         return None if amount is None else start + sign * amount
     if isinstance(command, AbsoluteMove):
-        return await _amount(body, command.position)
+        return await _amount(body, command.position, lane)
     return None
 
 
-async def _amount(body: Body, value: int | PositionReference | str) -> int | None:
+async def _amount(body: Body, value: int | PositionReference | str, lane: Lane) -> int | None:
     if isinstance(value, int):
         return value
     if isinstance(value, PositionReference) and isinstance(value.position, int):
-        reply, _ = await body.ask(GetPositionEntry(entry=value))
+        reply, _ = await body.ask(GetPositionEntry(entry=value), lane=lane)
         return reply.pulses
     return None
 

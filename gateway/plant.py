@@ -2,7 +2,7 @@
 
 import asyncio
 import random
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from functools import partial
 from typing import Any, TypeVar
 
@@ -183,7 +183,7 @@ class Plant:
         """
         ports = self.ports()
         if line_id not in ports:
-            raise NotFound(f"There is no line {line_id}; there are {', '.join(ports)}.")
+            raise NotFound(f"There is no line {line_id}; {_there_are(ports)}.")
         return ports[line_id]
 
     def line(self, line_id: str) -> Line:
@@ -218,7 +218,7 @@ class Plant:
         :raises NotFound: there is none of this id.
         """
         if robot_id not in self._robots:
-            raise NotFound(f"There is no robot {robot_id}; there are {', '.join(self._robots) or 'none'}.")
+            raise NotFound(f"There is no robot {robot_id}; {_there_are(self._robots)}.")
         return self._robots[robot_id]
 
     def groups(self) -> list[Group]:
@@ -321,6 +321,7 @@ class Plant:
                 body.out_of_sight()
         if what == "body.online" and address in self._bodies:
             self._bodies[address].look_due.set()
+            self.stops.in_reach_again(self._bodies[address])
         self.events.publish(what, f"/bodies/{address}", facts)
 
     def _line_changed(self, line: Line, what: str) -> None:
@@ -328,8 +329,10 @@ class Plant:
         for body in self.bodies_of(line):
             if what == "line.down":
                 body.out_of_sight()
-            elif what == "line.up" and body.moving is None:
-                body.look_due.set()
+            elif what == "line.up":
+                self.stops.in_reach_again(body)
+                if body.moving is None:
+                    body.look_due.set()
 
     def _on_news(self, body: Body, kind: str, facts: dict[str, object]) -> None:
         self.events.publish(kind, f"/bodies/{body.address}", facts)
@@ -429,6 +432,13 @@ def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -
     if not found:
         raise NotFound(f"There is no {what} {address} in the configuration; nothing was sent.")
     if len(found) > 1:
-        names = ", ".join(thing.address for thing in found)
-        raise Ambiguous(f"Several lines have {what} {short}: {names}; nothing was sent.", "Use one of these.")
+        names = [thing.address for thing in found]
+        raise Ambiguous(
+            f"Several lines have {what} {short}: {', '.join(names)}; nothing was sent.",
+            f"Say which {what} is meant: {' or '.join(names)}.",
+        )
     return found[0]
+
+
+def _there_are(names: Collection[str]) -> str:
+    return f"there {'is' if len(names) == 1 else 'are'} {', '.join(names) or 'none'}"

@@ -1,6 +1,6 @@
 """Whose turn it is on a line: a pure decision over what waits, without clock or I/O.
 
-Stops go first, then what is asked to prove them, then commands, then reads. Within a lane the bodies take
+Stops go first, then the questions a motor waits for, then commands, then reads. Within a lane the bodies take
 turns, so that one busy body starves nobody; within a body the order of arrival holds. Equal reads that wait
 share one exchange, and so do equal stops.
 """

@@ -3,6 +3,7 @@
 import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Literal, Protocol
 
 from gateway.errors import GatewayError
@@ -32,6 +33,9 @@ class Report(Protocol):
 class Stopping(ABC):
     """The stop of a body or a robot. Only standstill ends it."""
 
+    silent_after_s = REPEAT_S
+    """So long after the last reply on its line nobody is on the point of answering."""
+
     def __init__(self, mode: StopMode, report: Report) -> None:
         self.mode = mode
         self._report = report
@@ -39,6 +43,7 @@ class Stopping(ABC):
         self._overdue = False
         self._trouble: str | None = None
         """Why it was not sent."""
+        self._at_once = asyncio.Event()
 
     # what a body or a robot adds
 
@@ -71,12 +76,22 @@ class Stopping(ABC):
         try:
             began_at = loop.time()
             while not await self._is_proved():
-                await asyncio.sleep(self._pause_s(loop.time() - began_at))
+                await self._pause(self.pause_s(loop.time() - began_at))
                 began_at = loop.time()
                 self._repeat()
         finally:
             warning.cancel()
         self._report.state, self._report.detail = "confirmed", None
+
+    def repeat_at_once(self) -> None:
+        """Wait no longer with the next repetition: it will be heard."""
+        self._at_once.set()
+
+    async def _pause(self, pause_s: float) -> None:
+        with suppress(TimeoutError):
+            async with asyncio.timeout(pause_s):
+                await self._at_once.wait()
+        self._at_once.clear()
 
     async def _is_proved(self) -> bool:
         """Ask for proof; while nobody on the line is heard, nobody can give it, and the stop is repeated."""
@@ -84,12 +99,12 @@ class Stopping(ABC):
             proof = group.create_task(self.stands_still(), name="proof of a stop")
             while not proof.done():
                 heard = self.replies_heard()
-                await asyncio.wait({proof}, timeout=self._pause_s())
+                await asyncio.wait({proof}, timeout=max(self.pause_s(), self.silent_after_s))
                 if not proof.done() and self.replies_heard() == heard:
                     self._repeat()
         return proof.result()
 
-    def _pause_s(self, took_s: float = 0.0) -> float:
+    def pause_s(self, took_s: float = 0.0) -> float:
         """How long to wait after an attempt; in the long run at least as long as the attempt has taken."""
         hurries = asyncio.get_running_loop().time() - self._began_at < HURRY_S
         return REPEAT_S if hurries else max(REPEAT_SLOWLY_S - took_s, took_s)

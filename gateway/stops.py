@@ -12,7 +12,7 @@ from gateway.errors import ControllerRefused, GatewayError, NoReply, NotSent, St
 from gateway.events import EventHub
 from gateway.exchange import Answered, Lane, Outcome
 from gateway.records import Record
-from gateway.stopping import CONFIRM_WITHIN_S, RECORD_WITHIN_S, Stopping, StopState
+from gateway.stopping import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState
 from gateway.stopping import StopMode as StopMode
 from protocols.rorze.interpolation import StartInterpolation
 from protocols.rorze.position import GetPosition
@@ -21,6 +21,8 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetControllerStatus
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 
+ATTEMPT_FRAMES = 2
+"""An attempt to stop a body that does not answer: the stop, and the end of the program."""
 PROGRAM_RUNS = 1
 """Bit 0 of a program's status (URD)."""
 
@@ -67,6 +69,12 @@ class Stops:
     def under_way(self, body: Body) -> bool:
         """Whether a stop of the body is not confirmed yet."""
         return any(stop.body is body for stop in self._tasks)
+
+    def in_reach_again(self, body: Body) -> None:
+        """A body that was silent answers again, or its line is up again: the next stop will be heard."""
+        for stop in self._tasks:
+            if stop.body is body:
+                stop.repeat_at_once()
 
     async def close(self) -> None:
         """Give up repeating: nobody is there any more who could."""
@@ -136,12 +144,11 @@ class _BodyStop(Stopping):
         self.report = StopReport(body_id=body.address)
         super().__init__(mode, self.report)
         self.body = body
+        self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
         self._events = events
         self._stop: asyncio.Future[Outcome] | None = None
         self._end: asyncio.Future[Outcome] | None = None
         """Of the program."""
-        self._waits = False
-        """Whether the last stop is not written yet."""
         self._answers = True
         """If not, the body may be dead, and nobody else need wait for it."""
         self._why: str | None = f"{body.address} has not told yet whether its motor stands still."
@@ -150,14 +157,14 @@ class _BodyStop(Stopping):
     # sending
 
     def submit(self) -> None:
-        """Send the stop, unless one still waits for its turn.
+        """Send the stop, unless the last one still waits for its turn or its reply.
 
         The end of the program follows the reply, for the link may take one frame at a time; where none is
         to be expected it goes at once.
         """
-        if self._waits:
+        if _under_way(self._stop):
             return
-        lane, self._waits = self._lane(), True
+        lane = self._lane()
         try:
             self._stop = self._send(_stop_of(self.mode), self.note_written)
         except GatewayError as error:
@@ -170,33 +177,27 @@ class _BodyStop(Stopping):
     def _lane(self) -> Lane:
         return Lane.STOP if self._answers else Lane.AGAIN
 
-    def note_written(self, at: float) -> None:
-        """It is on the wire."""
-        self._waits = False
-        super().note_written(at)
-
-    def note_not_sent(self, error: GatewayError) -> None:
-        """It could not be put on the wire."""
-        self._waits = False
-        super().note_not_sent(error)
-
     def _send(
         self, command: RorzeCommand[Any], on_written: Callable[[float], None] | None = None
     ) -> "asyncio.Future[Outcome]":
         return self.body.line.submit(self.body.number, command, self._lane(), on_written=on_written)
 
     def _note(self, lane: Lane, outcome: Outcome) -> None:
+        if self.report.state == "confirmed":  # the end of a program would end the next move
+            return
         self._answers = not isinstance(outcome, NoReply)
-        if isinstance(outcome, Answered) and self.report.state != "confirmed":
+        if isinstance(outcome, Answered):
             self.report.state = "acknowledged"
         if isinstance(outcome, NotSent):
             self.note_not_sent(outcome)
+        elif isinstance(outcome, NoReply) and lane is Lane.STOP:
+            self.submit()
         elif lane is Lane.STOP:
             self._end_program()
 
     def _end_program(self) -> None:
         """End the user program, too (RC-420 manual 14, UES)."""
-        if self._end is not None and not self._end.done():
+        if _under_way(self._end):
             return
         immediately = self.mode == "immediate"
         with suppress(GatewayError):
@@ -209,6 +210,18 @@ class _BodyStop(Stopping):
         number = self.body.number
         self.body.line.cancel(lambda it: it.body == number and it.lane is Lane.AGAIN, StoppedFirst())
 
+    def repeat_at_once(self) -> None:
+        """Wait no longer with the next repetition: it will be heard."""
+        self._answers = True
+        super().repeat_at_once()
+
+    def pause_s(self, took_s: float = 0.0) -> float:
+        """How long to wait; where silence holds up everybody, the silent share half of the line's time."""
+        line, pause_s = self.body.line, super().pause_s(took_s)
+        if self._answers or line.interject_stops:
+            return pause_s
+        return max(pause_s, 2 * len(line.offline) * ATTEMPT_FRAMES * line.reply_timeout_s - took_s)
+
     # seeing
 
     async def stands_still(self) -> bool:
@@ -218,7 +231,9 @@ class _BodyStop(Stopping):
         try:
             self._why = await self._why_not_still()
         except GatewayError as error:
-            self._why = f"Nobody knows whether the motor stands still: {error.detail}"
+            # That nothing was sent is true of the question, but people would take it for the stop.
+            reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail
+            self._why = f"Nobody knows whether the motor of {self.body.address} stands still: {reason}"
         else:
             self._answers = True
         self.tell()
@@ -267,6 +282,10 @@ async def _move_recorded(body: Body) -> None:
         with suppress(TimeoutError):
             async with asyncio.timeout(RECORD_WITHIN_S):
                 await body.free.wait()
+
+
+def _under_way(future: "asyncio.Future[Outcome] | None") -> bool:
+    return future is not None and not future.done()
 
 
 async def _over(future: "asyncio.Future[Outcome] | None") -> None:

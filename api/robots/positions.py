@@ -53,12 +53,24 @@ class StoredEntry(BaseModel):
     axes: dict[str, AxisValue] = Field(description="By name, without the axes it has no coordinate for.")
 
 
+ENDED_AT = {
+    "Ended-At": {
+        "description": "The number that is not set, where the robot ended; absent where `last` was reached.",
+        "schema": {"type": "integer"},
+    }
+}
+
+
 class PositionTable(BaseModel):
     """Stored positions of a unit."""
 
     robot_id: str
     unit: int
     positions: list[StoredEntry]
+    ended_at: int | None = Field(
+        description="The number that is not set, where the robot ended: what is stored behind it has to be "
+        "asked for from there. Null where `last` was reached."
+    )
 
 
 class Uploaded(BaseModel):
@@ -80,9 +92,10 @@ async def list_positions(
 ) -> Response:
     """Read stored positions (POR); the robot ends at the first number that is not set."""
     axes = unit_of(request, robot_id, unit)
-    stored = await _read(axes, first, last)
+    stored, ended_at = await _read(axes, first, last)
     entries = [StoredEntry(number=number, axes=_named(axes, values)) for number, values in stored]
-    return json_response(PositionTable(robot_id=robot_id, unit=unit, positions=entries))
+    table = PositionTable(robot_id=robot_id, unit=unit, positions=entries, ended_at=ended_at)
+    return json_response(table)
 
 
 @router.put(
@@ -109,19 +122,24 @@ async def store_positions(
     "/robots/{robot_id}/units/{unit}/positions.csv",
     name="download_positions",
     response_class=Response,
-    responses={**DECLARED, 200: {"content": {CSV: {"schema": {"type": "string"}}}}},
+    responses={**DECLARED, 200: {"content": {CSV: {"schema": {"type": "string"}}}, "headers": ENDED_AT}},
 )
 async def download_positions(
     request: Request, robot_id: RobotId, unit: UnitNumber, first: First = 1, last: Last = LAST_POSITION
 ) -> Response:
-    """Read stored positions as CSV: the number, then a column for each axis with its unit."""
+    """Read stored positions as CSV: the number, then a column for each axis with its unit.
+
+    The robot ends at the first number that is not set; the header `Ended-At` names it.
+    """
     axes = unit_of(request, robot_id, unit)
     text = StringIO()
     writer = csv.writer(text)
     writer.writerow(_header(axes))
-    for number, values in await _read(axes, first, last):
+    stored, ended_at = await _read(axes, first, last)
+    for number, values in stored:
         writer.writerow([number, *("" if value is None else f"{value:.15g}" for value in values)])
-    return Response(text.getvalue(), media_type=CSV)
+    headers = {} if ended_at is None else {"Ended-At": str(ended_at)}
+    return Response(text.getvalue(), media_type=CSV, headers=headers)
 
 
 # Generated clients cannot send text/csv: it stays out of the OpenAPI document, whose way is JSON in parts.
@@ -137,10 +155,13 @@ async def upload_positions(request: Request, robot_id: RobotId, unit: UnitNumber
     return await _store(axes, _parse(axes, await read_body(request, MAX_CSV_BYTES)))
 
 
-async def _read(unit: RobotUnit, first: int, last: int) -> list[Numbered]:
+async def _read(unit: RobotUnit, first: int, last: int) -> tuple[list[Numbered], int | None]:
+    """Give the positions, and the number at which the robot ended before `last`."""
     if last < first:
         raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
-    return await unit.robot.positions(first, last, unit.number)
+    stored = await unit.robot.positions(first, last, unit.number)
+    following = stored[-1][0] + 1 if stored else first
+    return stored, following if following <= last else None
 
 
 async def _store(unit: RobotUnit, positions: list[Numbered]) -> Response:

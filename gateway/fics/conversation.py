@@ -348,7 +348,7 @@ class Conversation:
         self.unheard += 1
         exchange = self._awaiting
         if exchange is not None and exchange is not self._fence:
-            self._doubt(exchange, GarbledReply(_sent(exchange, f"{what} came back"), _remedy(exchange)))
+            self._doubt(exchange, _unusable(GarbledReply, exchange, f"{what} came back"))
 
     def _is_late(self, frame: Frame) -> bool:
         """An answer that comes before the fence can only belong to the exchange in doubt."""
@@ -376,7 +376,7 @@ class Conversation:
         """What was to be answered at once and was not never will be; a decelerating stop is at standstill."""
         for stop in [it for it in self._stopping if it.number < fence.number]:
             if not isinstance(stop.command, StopAllDecelerating):
-                self._doubt(stop, NoReply(_sent(stop, "no answer came"), _remedy(stop)))
+                self._doubt(stop, _unusable(NoReply, stop, "no answer came"))
 
     def _let_go(self, exchange: Exchange) -> None:
         if exchange in self._stopping:
@@ -401,7 +401,7 @@ class Conversation:
                 exchange.deadline = resumes_at
                 continue
             self.counters["timeouts"] += 1
-            self._doubt(exchange, NoReply(_sent(exchange, "no answer came"), _remedy(exchange)))
+            self._doubt(exchange, _unusable(NoReply, exchange, "no answer came"))
 
     def give_up(self, motion: Exchange) -> None:
         """A motion has ended, and its answer will not come: fence now, so that none comes late."""
@@ -479,7 +479,7 @@ class Conversation:
         self._stopping, self.in_step = [], True
         self._stops, self._urgent, self._queue = deque(), deque(), deque()
         for exchange in written:
-            exchange.settle(exchange.late_answer or lost)
+            exchange.settle(exchange.late_answer or NoReply(lost.detail, _remedy(exchange), exchange.command))
         for exchange in waiting:
             exchange.settle(unsent)
 
@@ -498,8 +498,9 @@ def _only_an_upload_explains(command: FicsCommand[Any], refusal: Refusal) -> boo
     return refusal.error == UPLOAD_ERROR and not command.during_upload and not edited
 
 
-def _sent(exchange: Exchange, what: str) -> str:
-    return f"{exchange.command.wire_name()} was sent, and {what}."
+def _unusable(kind: type[NoReply], exchange: Exchange, what: str) -> NoReply:
+    sent = f"{exchange.command.wire_name()} was sent, and {what}."
+    return kind(sent, _remedy(exchange), exchange.command)
 
 
 def _remedy(exchange: Exchange) -> str:
@@ -507,4 +508,6 @@ def _remedy(exchange: Exchange) -> str:
         return "What it would have told is gone: read the details of the latest error (ERD)."
     if exchange.command.retry is Retry.READ:
         return "Ask again."
+    if exchange.command.retry is Retry.SETTING:
+        return "Read back whether it was set."
     return "Read status and position before anything else."

@@ -7,7 +7,7 @@ from typing import Any
 
 from gateway.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.exchange import Lane
-from gateway.fics.errors import ErrorStands, RobotFailed, RobotRefused
+from gateway.fics.errors import RobotFailed, RobotRefused
 from gateway.fics.exchange import Answered, Exchange, Outcome
 from gateway.fics.line import FicsLine
 from protocols.fics.alarms import (
@@ -41,8 +41,6 @@ class Dialogue:
         self._line = line
         self._asked_after = 0
         """What `FicsLine.unheard` was when the error was last asked for."""
-        self.error_stands: Callable[[], bool] = lambda: False
-        """Whether an error of the system is known to stand."""
         self.on_error: Callable[[str], Awaitable[None]] = _unheeded
         """Told every error of the system that is read, with the floor held."""
         self.on_alarm: Callable[[], object] = lambda: None
@@ -54,11 +52,7 @@ class Dialogue:
             await self.clear_error()
         exchange = self._line.exchange(command, Lane.READ if command.is_query() else Lane.COMMAND)
         exchange.epoch = epoch
-        try:
-            outcome = await self._line.submit(exchange)
-        except asyncio.CancelledError:
-            self._line.withdraw(exchange, _forsaken())
-            raise
+        outcome = await self._submit(exchange)
         if isinstance(outcome, Answered) and not outcome.confirmed:
             outcome = await self._verdict(exchange)
         elif isinstance(outcome, NoReply) and command.blocked and self._line.mode == HostMode.VER_2:
@@ -66,6 +60,14 @@ class Dialogue:
         if isinstance(outcome, Failure):
             await self._heed(outcome.error)
         return outcome
+
+    async def _submit(self, exchange: Exchange) -> Outcome:
+        """Give what becomes of an exchange; it is taken back if nobody waits for that any more."""
+        try:
+            return await self._line.submit(exchange)
+        except asyncio.CancelledError:
+            self._line.withdraw(exchange, _forsaken())
+            raise
 
     async def prepare(self, command: FicsCommand[Any], unanswered: NotSent) -> Reply | None:
         """Say what has to be right before something else is said.
@@ -90,11 +92,8 @@ class Dialogue:
         """Write a motion command at most once, and give what will become of it.
 
         It is withdrawn if it cannot be written in time, or if nobody waits for that any more. In Ver.2 only a
-        refusal ever comes.
-
-        :raises ErrorStands: the robot has told of an error just now.
+        refusal ever comes, and `see_error` goes before.
         """
-        await self._see_no_error(command)
         exchange = self._line.exchange(command, Lane.COMMAND)
         exchange.epoch, exchange.expires_at = epoch, expires_at
         written: asyncio.Future[None] = asyncio.get_running_loop().create_future()
@@ -130,7 +129,7 @@ class Dialogue:
             asked_after = self._line.unheard
 
         exchange.on_written = written
-        reply = self.answered(exchange.command, await self._line.submit(exchange)).replies[0]
+        reply = self.answered(exchange.command, await self._submit(exchange)).replies[0]
         self._asked_after = asked_after
         error = reply.error if isinstance(reply, CurrentError) else "E00"
         await self._heed(error)
@@ -146,7 +145,7 @@ class Dialogue:
         :raises GatewayError: they were not told.
         """
         query = GetErrorDetail()
-        outcome = await self._line.submit(self._line.exchange(query, Lane.READ))
+        outcome = await self._submit(self._line.exchange(query, Lane.READ))
         reply = self.answered(query, outcome).replies[0]
         return reply if isinstance(reply, ErrorDetail) else None
 
@@ -158,15 +157,13 @@ class Dialogue:
         if self._line.mode == HostMode.VER_2 and self._line.unheard != self._asked_after:
             await self._must_take_error()
 
-    async def _see_no_error(self, motion: FicsCommand[Any]) -> None:
-        """See that a motion meets no error; in Ver.2 an error would hide its refusal, so it is asked for."""
+    async def see_error(self) -> None:
+        """In Ver.2: ask for the error before a motion, for one that stands would hide its refusal.
+
+        :raises NotSent: the robot did not tell its error, so the motion must not be sent.
+        """
         if self._line.mode == HostMode.VER_2:
             await self._must_take_error()
-        if self.error_stands():
-            raise ErrorStands(
-                f"An error of the system stands; {motion.wire_name()} was not sent.",
-                "Read the errors of the robot, remove the cause, then reset them.",
-            )
 
     async def _must_take_error(self) -> None:
         try:
@@ -251,6 +248,7 @@ def _nobody_knows(command: FicsCommand[Any]) -> NoReply:
     return NoReply(
         f"{command.wire_name()} was sent, and in Ver.2 nobody can tell whether it was refused.",
         "Read back what it should have changed, and the errors of the robot.",
+        command,
     )
 
 

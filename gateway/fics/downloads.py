@@ -4,8 +4,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from gateway.errors import GarbledReply
-from gateway.fics.errors import RobotBusy
-from gateway.fics.queries import Heard
+from gateway.exchange import Lane
+from gateway.fics.errors import RobotBusy, RobotRefused
+from gateway.fics.queries import Heard, heard_now
 from protocols.fics.positions import LAST_POSITION, DownloadPositions
 
 if TYPE_CHECKING:
@@ -15,9 +16,11 @@ PART = 16
 """So many positions are asked for at once: for so long nobody else is heard, the proof of a stop neither."""
 TRIES = 3
 """How often a part is asked for until the count of its answers is right."""
+NOT_SET = "E09"
+"""So a robot may answer where the first number is not set (C-HOST manual 2-12), instead of POE alone."""
 
 
-async def download(unit: "RobotUnit", wanted: DownloadPositions) -> Heard:
+async def download(unit: "RobotUnit", wanted: DownloadPositions, lane: Lane = Lane.READ) -> Heard:
     """Read stored positions in turn, up to the first number that is not set (C-HOST manual 2-19).
 
     That a robot ends there, even with more positions behind it, is an assumption.
@@ -37,26 +40,27 @@ async def download(unit: "RobotUnit", wanted: DownloadPositions) -> Heard:
                 "Read them again.",
             )
         count = min(PART, last - first + 1)
-        parts.append(await _part(unit, first, count))
+        parts.append(await _part(unit, first, count, lane))
         if len(parts[-1].replies) < count:
             break
         first += count
     return Heard(tuple(reply for part in parts for reply in part.replies), parts[0].at)
 
 
-async def _part(unit: "RobotUnit", first: int, count: int) -> Heard:
+async def _part(unit: "RobotUnit", first: int, count: int, lane: Lane) -> Heard:
     """Read a part; fewer than `count` positions only where the table ends."""
     for _ in range(TRIES):
-        heard = await _ask(unit, first, count)
-        if _is_doubtful(heard, count) and (await _ask(unit, first, count)).replies != heard.replies:
+        heard = await _ask(unit, first, count, lane)
+        if _is_doubtful(heard, count) and (await _ask(unit, first, count, lane)).replies != heard.replies:
             continue
         found = len(heard.replies)
-        if found == count or (found < count and await _ends_after(unit, first, found)):
+        if found == count or (found < count and await _ends_after(unit, first, found, lane)):
             return heard
     raise GarbledReply(
         f"Of the positions of {unit.address} from {first} on some answers were lost or doubled, so nobody "
         "knows their numbers.",
         "Ask again.",
+        DownloadPositions(first=first, count=count),
     )
 
 
@@ -65,10 +69,15 @@ def _is_doubtful(heard: Heard, count: int) -> bool:
     return len(heard.replies) != count or any(one == other for one, other in pairwise(heard.replies))
 
 
-async def _ends_after(unit: "RobotUnit", first: int, found: int) -> bool:
+async def _ends_after(unit: "RobotUnit", first: int, found: int, lane: Lane) -> bool:
     """Whether the table ends after the positions that were found: the last is set, and the next is not."""
-    return not found or len((await _ask(unit, first + found - 1, 2)).replies) == 1
+    return not found or len((await _ask(unit, first + found - 1, 2, lane)).replies) == 1
 
 
-async def _ask(unit: "RobotUnit", first: int, count: int) -> Heard:
-    return await unit.robot.converse(DownloadPositions(first=first, count=count), unit.number)
+async def _ask(unit: "RobotUnit", first: int, count: int, lane: Lane) -> Heard:
+    try:
+        return await unit.robot.converse(DownloadPositions(first=first, count=count), unit.number, lane)
+    except RobotRefused as refused:
+        if refused.fics_error != NOT_SET:
+            raise
+        return heard_now()

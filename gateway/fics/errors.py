@@ -1,7 +1,5 @@
 """What can go wrong with a robot besides what can go wrong with anything."""
 
-from typing import ClassVar
-
 from gateway.errors import BodyBusy, ControllerRefused, GatewayError, Moved, NoReply, NotSent, StoppedFirst
 from protocols.fics.errors import lookup
 
@@ -25,7 +23,7 @@ class RobotFailed(GatewayError):
 
     kind = "robot-failed"
     title = "The robot reports an error"
-    moved: ClassVar[Moved] = "unknown"
+    moved: Moved = "unknown"
 
     def __init__(self, robot_id: str, code: str, fics_error: str) -> None:
         row = lookup(fics_error)

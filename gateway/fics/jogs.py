@@ -149,12 +149,15 @@ class Jogs:
     async def end(self, session_id: str) -> JogSession:
         """Stop an axis, and give its session when it stands still or the robot is being stopped.
 
+        One that is over already is given as it ended.
+
         :raises NotFound: there was no such session.
-        :raises JogOver: the axis was stopped before.
         """
-        session = self._find(session_id).session
-        self._end(session, "ended")
-        await asyncio.shield(self._stop_axis(session))
+        session = self._over.get(session_id) or self._find(session_id).session
+        if session.id in self._running:
+            self._end(session, "ended")
+        if session.id in self._unsettled:
+            await asyncio.shield(self._stop_axis(session))
         return session
 
     async def stop(self, unit: int, axis: str) -> None:

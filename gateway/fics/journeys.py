@@ -110,7 +110,7 @@ class Journey:
         """The position it is to go to, if it goes by a number; the robot refuses one that is not set."""
         if not isinstance(self.command, MoveToPosition):
             return None
-        return await self.unit.stored(self.command.position)
+        return await self.unit.stored(self.command.position, Lane.COMMAND)
 
     # on the way
 
@@ -271,7 +271,7 @@ class Journey:
             return
         self.move.completion = "inferred"
         await self._read_position()
-        if self._on_target():
+        if self._on_target() and not self._proves_nothing():
             self.move.evidence.append("The axes stand at the target.")
             self.move.end_cause = "normal"
             self._advance(MoveStatus.SUCCEEDED)

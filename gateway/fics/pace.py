@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, NamedTuple
 
 from gateway.errors import GatewayError
+from gateway.exchange import Lane
 from protocols.fics import motor_axes, speeds
 from protocols.fics.notation import AxisSystem
 
@@ -50,7 +51,7 @@ Paces = dict[str, AxisPace]
 
 
 async def paces_of(unit: "RobotUnit", coordinates: "Coordinates") -> Paces:
-    """Read how fast the axes of a unit go; what was read is kept until a setting is changed.
+    """Read for a move how fast the axes of a unit go; what was read is kept until a setting is changed.
 
     Empty where the robot does not tell it now.
     """
@@ -63,7 +64,8 @@ async def paces_of(unit: "RobotUnit", coordinates: "Coordinates") -> Paces:
 
 
 async def _read(unit: "RobotUnit", coordinates: "Coordinates") -> Paces:
-    top, percent, up, down = [await unit.robot.read(row(), unit.number) for row in ROWS[coordinates]]
+    rows = ROWS[coordinates]
+    top, percent, up, down = [await unit.robot.read(row(), unit.number, Lane.COMMAND) for row in rows]
     told = zip(
         unit.names(coordinates), top.speeds, percent.percents, up.times_ms, down.times_ms, strict=False
     )

@@ -52,6 +52,7 @@ class Power:
     def lost(self, *, certain: bool) -> None:
         """It has been switched off and on, or seems to: keep it from moving until somebody knows."""
         self._due = set(self._speeds)
+        self._homed.clear()  # the origins of all units are gone, and that is told once
         if not self.cycled:
             self.cycled, self._certain = True, certain
             self._robot.errors_of_system.latched = None

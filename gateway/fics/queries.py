@@ -8,8 +8,7 @@ from gateway.errors import GatewayError
 from gateway.exchange import Lane
 from gateway.fics.errors import RobotRefused
 from protocols.fics.positions import DownloadPositions
-from protocols.fics.row import FicsCommand
-from protocols.fics.system import HostMode
+from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand
 from protocols.table import Reply
 
 if TYPE_CHECKING:
@@ -103,17 +102,21 @@ class Queries:
         return heard_now(*robot.dialogue.answered(query, outcome).replies)
 
     async def _select(self, number: int, *, afresh: bool) -> None:
-        """Make sure of the unit whose values are told: no answer tells it, and a loss of power changes it."""
-        robot, selection = self._robot, self._robot.selection
-        now = asyncio.get_running_loop().time()
-        doubtful = selection.unit is None or now >= self._unit_holds_until
-        afresh = afresh or (doubtful and not selection.only(number))
+        """Make sure of the unit whose values are told: no answer tells it, and a loss of power changes it.
+
+        While the terminal is at work the robot does not tell its unit (C-HOST manual 1-7), and the one it has
+        told before is trusted.
+        """
+        robot, selection, loop = self._robot, self._robot.selection, asyncio.get_running_loop()
+        told = selection.unit is not None
+        trusted = told and (loop.time() < self._unit_holds_until or robot.moves_by_itself)
+        afresh = afresh or not (trusted or selection.only(number))
         try:
             await selection.make(number, afresh=afresh)
-        except RobotRefused:
-            # The terminal keeps it from telling; but a refusal, in Ver.3, proves that power was not lost.
-            if robot.mode == HostMode.VER_2 or selection.unit != number:
+        except RobotRefused as refused:
+            if selection.unit != number:
                 raise
-        else:
-            if afresh and robot.motion is None:
-                self._unit_holds_until = now + UNIT_HOLDS_S
+            if refused.fics_error == BLOCK_ERRORS[Block.TERMINAL_RUNS]:
+                robot.see_motion(moves=True)
+        if afresh and robot.motion is None:
+            self._unit_holds_until = loop.time() + UNIT_HOLDS_S

@@ -106,7 +106,6 @@ class Robot:
         self.stops = RobotStops(self)
         self.jogs = Jogs(self)
         self._publish = publish
-        self.dialogue.error_stands = lambda: self.latched_error is not None
         self.idle.set()
         line.on_change = self._line_changed
 
@@ -255,6 +254,7 @@ class Robot:
                     raise StoppedFirst
                 self.require_fit_for_motion(command)
                 await self._make_sure(command, self.unit(unit))
+                await self.dialogue.see_error()
                 self.require_fit_for_motion(command)
             exchange, outcome = await self.dialogue.start(
                 command, epoch=epoch, expires_at=expires_at, on_written=note
@@ -276,10 +276,17 @@ class Robot:
         self.motion = None
         if accepted is not None and not accepted.outcome.done():
             self.line.give_up(accepted.exchange)
-        refused = accepted is not None and accepted.was_refused()
-        if self._moved is not None and not self._moved.stood_still and not refused:
-            self.moves_by_itself = None
+        if self._moved is None or (accepted is not None and accepted.was_refused()):
+            return
+        self.moves_by_itself = False if self._moved.stood_still else None
+        if self.moves_by_itself is None:
             self.look_due.set()
+
+    def see_motion(self, *, moves: bool | None) -> None:
+        """Note whether it moves without a command of ours, and tell when that begins."""
+        if moves and not self.moves_by_itself:
+            self.publish("robot.motion.foreign", {})
+        self.moves_by_itself = moves
 
     async def send_stop(self, command: FicsCommand[Any]) -> Outcome:
         """Send a stop ahead of everything."""

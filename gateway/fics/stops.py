@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
-from gateway.errors import GatewayError
+from gateway.errors import GatewayError, NotSent
 from gateway.exchange import Lane
 from gateway.fics.conversation import NO_UPLOAD
 from gateway.fics.exchange import Answered, Outcome
@@ -15,7 +15,7 @@ from gateway.records import Record
 from gateway.stopping import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
-from protocols.fics.row import UPLOAD_ERROR, FicsCommand
+from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import HostMode
 
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 STOPPING_ALREADY = "E04"
 """The refusal of a second stop while the first is under way: as good as an answer (C-HOST manual 2-12)."""
+OF_THE_END_BEFORE = (NO_UPLOAD, BLOCK_ERRORS[Block.MOTION])
+"""How the end of an upload is refused that was sent to be sure; motion keeps no stop (C-HOST manual 1-7)."""
 
 
 class RobotStopReport(Record):
@@ -164,8 +166,7 @@ class _RobotStop(Stopping):
             error = await self._robot.errors_of_system.take(Lane.STOP)
         except GatewayError:
             return
-        of_the_end_before_it = error == NO_UPLOAD
-        if lookup(error).kind is ErrorKind.COMMUNICATION and not of_the_end_before_it:
+        if lookup(error).kind is ErrorKind.COMMUNICATION and error not in OF_THE_END_BEFORE:
             self._refused(error)
         else:
             self._refusal = None
@@ -195,7 +196,8 @@ class _RobotStop(Stopping):
             axes = (await unit.status(Lane.STOP)).values()
         except GatewayError as error:
             before = " It stood still when it was last asked." if unit.stood_still else ""
-            return f"Nobody knows whether unit {unit.number} stands still: {error.detail}{before}"
+            reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail
+            return f"Nobody knows whether unit {unit.number} stands still: {reason}{before}"
         return None if at_rest(axes) else f"Unit {unit.number} has not come to rest."
 
     def replies_heard(self) -> int:

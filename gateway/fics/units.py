@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from gateway.errors import GatewayError, InvalidRequest
 from gateway.exchange import Lane
+from gateway.fics.downloads import download
 from gateway.fics.pace import Paces
 from protocols.fics.jog import StepAxis
 from protocols.fics.macros import RunMacro
 from protocols.fics.motor_axes import GetMotorPosition, MoveMotorsAbsolute, MoveMotorsRelative
 from protocols.fics.notation import AxisSystem, Quantity
+from protocols.fics.positions import DownloadPositions
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisStatus, GetAxisStatus, GetUserPosition, MotionMode
 
@@ -144,13 +146,13 @@ class RobotUnit:
         self.stood_still = at_rest(reply.axes)
         return self.by_axis(self.motor_axes, reply.axes), at
 
-    async def stored(self, number: int) -> list[float | None] | None:
+    async def stored(self, number: int, lane: Lane = Lane.READ) -> list[float | None] | None:
         """Read a stored position; None where it is not set.
 
         :raises GatewayError: it was not read.
         """
-        found = await self.robot.positions(number, number, self.number)
-        return found[0][1] if found else None
+        found = (await download(self, DownloadPositions(first=number, count=1), lane)).replies
+        return list(found[0].coordinates) if found else None
 
     def by_axis(self, names: Sequence[str], values: Sequence[V]) -> dict[str, V]:
         """Give the robot's values their names.

@@ -40,19 +40,19 @@ async def watch(robot: "Robot") -> None:
 async def _look(robot: "Robot") -> None:
     await robot.see_power()
     await robot.errors_of_system.look()
-    await robot.restore_speeds()
     moves = await _moves(robot)
     if robot.motion is not None:
         return
-    if moves and not robot.moves_by_itself:
-        robot.publish("robot.motion.foreign", {})
-    robot.moves_by_itself = moves
+    robot.see_motion(moves=moves)
+    with suppress(RobotRefused):  # the terminal is at work; before the next motion it is done at the latest
+        await robot.restore_speeds()
 
 
 async def _moves(robot: "Robot") -> bool | None:
     """Whether the unit moves that the robot acts on; None while the terminal keeps it from telling.
 
-    Another unit is not selected just to be looked at: the terminal would show it (C-HOST manual 2-1).
+    Another unit is not selected just to be looked at: the terminal would show it (C-HOST manual 2-1). Only
+    where the robot acts on one that is not configured the first that is becomes the present one.
     """
     try:
         axes = (await (await _present_unit(robot)).status()).values()
@@ -65,4 +65,5 @@ async def _present_unit(robot: "Robot") -> "RobotUnit":
     if len(robot.units) == 1:
         return robot.units[0]
     known = robot.selection.unit
-    return robot.unit((await robot.read(GetUnit())).host_unit if known is None else known)
+    number = known or (await robot.read(GetUnit())).host_unit
+    return next((unit for unit in robot.units if unit.number == number), robot.units[0])

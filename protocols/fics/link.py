@@ -113,7 +113,7 @@ class _Reader(ABC):
         if len(line) > LONGEST_LINE:
             return Garbage(line, "a line too long for an answer")
         match = _REPLY.fullmatch(line.decode("ascii", "replace"))
-        return self._classify(match[1], match[2]) if match else Garbage(line, "not an answer")
+        return self._classify(match[1], match[2]) if match else Garbage(line, "something that is no answer")
 
     @abstractmethod
     def _classify(self, name: str, payload: str | None) -> Frame:

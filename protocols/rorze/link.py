@@ -29,6 +29,8 @@ INTRODUCERS = "&$#"
 MAX_REPLY_LENGTH = 2048
 """Bytes of a reply; the longest there is, a group's status of 17 members, stays well below."""
 
+NO_REPLY = "something that is no reply"
+
 POISON = b"!" * (MAX_COMMAND_LENGTH + 1) + CR
 """Ends a half command that the far end may hold: together they are too long, so nothing is executed (23h)."""
 
@@ -201,7 +203,7 @@ def _split(text: bytes) -> tuple[Frame, ...]:
     noise = (text[:start] if start >= 0 else text).strip(b"\n\x00")
     frames = _parse(text[start + 1 :]) if start >= 0 else []
     if noise:
-        why = "an echo of our own command" if noise[:1] in (b"&", b"$", b"#") else "not a reply"
+        why = "an echo of our own command" if noise[:1] in (b"&", b"$", b"#") else NO_REPLY
         frames.insert(0, Garbage(noise, why))
     return tuple(frames)
 
@@ -209,7 +211,7 @@ def _split(text: bytes) -> tuple[Frame, ...]:
 def _parse(raw: bytes) -> list[Frame]:
     match = _REPLY.fullmatch(raw.decode("ascii", "replace"))
     if match is None:
-        return [Garbage(b">" + raw, "not a reply")]
+        return [Garbage(b">" + raw, NO_REPLY)]
     two, one, code, payload = match.groups()
     address = int(two or one, 16)
     if address <= LAST_BODY or address == LINK_MASTER:

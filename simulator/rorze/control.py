@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from fastapi import FastAPI, HTTPException, Path
 from pydantic import Field
 
+from protocols.rorze.notation import BILLION
 from simulator.control import Hold, Power, Strict, Touchable, add_faults, add_truth
 from simulator.rorze.controller import Rc420
 from simulator.rorze.line import Rc400Line
@@ -61,8 +62,12 @@ class Mechanics(Strict):
     cw_limit: Stretch | None = None
     ccw_limit: Stretch | None = None
     slits: Disc | None = None
-    encoder: float | None = Field(default=None, gt=0, description="Motor pulses to a line of the encoder.")
-    slipped: int | None = Field(default=None, description="Pulses the motor did not follow, CW positive.")
+    encoder: float | None = Field(
+        default=None, ge=0.01, le=1e6, description="Motor pulses to a line of the encoder."
+    )
+    slipped: int | None = Field(
+        default=None, gt=-BILLION, lt=BILLION, description="Pulses the motor did not follow, CW positive."
+    )
 
 
 class BodyState(Strict):

@@ -1,6 +1,7 @@
 """What a controller keeps of a user program: instructions in their room, memories (RC-420 manual 15.2)."""
 
 import re
+from functools import lru_cache
 from math import floor
 
 from protocols.rorze.commands import COMMANDS
@@ -28,6 +29,7 @@ TICK_S = 0.1
 """The unit of a timer."""
 
 
+@lru_cache(maxsize=STEPS)
 def steps_of(instruction: str) -> int | None:
     """The steps an instruction takes; None if there is none of this code, or it is not for programs."""
     if instruction.startswith("*"):

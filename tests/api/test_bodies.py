@@ -1,11 +1,15 @@
 """Bodies over HTTP: what is read is said with its age, and what is set is set at the controller."""
 
 import asyncio
+from collections.abc import Awaitable, Callable
 
 import pytest
+from httpx2 import Response
 
 from simulator.faults import Direction, Fault, Switch
 from tests.api.stand import BODIES, RELATIVE, Stand, on_stand
+
+SET_SPEED = "/bodies/3F/commands/set-start-speed"
 
 
 @on_stand()
@@ -153,3 +157,23 @@ async def test_a_body_that_falls_silent_is_never_a_reason_to_repeat_blindly(stan
     answer = await stand.client.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"})
     assert (answer.status_code, answer.json()["moved"]) == (409, "unknown")
     assert answer.json()["type"].endswith(":no-reply")
+
+
+@pytest.mark.parametrize(
+    ("ask", "told"),
+    [
+        (lambda it: it.get("/bodies/3F/position"), ("no", True, "Ask again.")),
+        (lambda it: it.post(SET_SPEED, {"speed": 5}), ("no", False, "Read back whether it was set.")),
+    ],
+)
+def test_what_moves_nothing_is_not_said_to_have_moved_when_its_reply_is_lost(
+    ask: Callable[[Stand], Awaitable[Response]], told: tuple[str, bool, str]
+) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        stand.port.machine.faults.set(Switch(Fault.LOST, Direction.REPLIES, probability=1.0))
+        answer = await ask(stand)
+        assert answer.status_code == 409
+        assert tuple(answer.json()[key] for key in ("moved", "retryable", "remedy")) == told
+
+    story()

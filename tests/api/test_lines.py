@@ -100,7 +100,7 @@ async def test_the_trace_of_a_robots_line_holds_every_byte(cell: Cell) -> None:
     assert ("tx", "APS\\r") in [(entry["kind"], entry["data"]) for entry in entries]
     unknown = await cell.get("/lines/leg/trace")
     refused(unknown, 404)
-    assert "there are cell" in unknown.json()["detail"]
+    assert "there is cell" in unknown.json()["detail"]
 
 
 def test_lines_of_both_protocols_come_in_the_order_of_the_configuration() -> None:

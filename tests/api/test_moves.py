@@ -55,7 +55,11 @@ async def test_no_request_waits_longer_than_a_minute(stand: Stand) -> None:
     await stand.send("3F", "set-maximum-speed", speed=2)
     await stand.send("3F", "set-maximum-acceleration", acceleration=1)
 
-    answer = await stand.post("/bodies/3F/moves?wait=3600", RELATIVE)
+    refused = await stand.post("/bodies/3F/moves?wait=61", RELATIVE)
+    assert (refused.status_code, refused.json()["errors"][0]["field"]) == (422, "wait")
+    assert not stand.moved()
+
+    answer = await stand.post("/bodies/3F/moves", RELATIVE, prefer="wait=3600")
 
     assert (answer.status_code, answer.headers["preference-applied"]) == (202, "wait=60")
 

@@ -92,6 +92,8 @@ def test_a_reply_may_have_a_status_of_its_own(monkeypatch: pytest.MonkeyPatch) -
     [
         (409, {"moved": "unknown", "detail": "No reply."}, 4),
         (409, {"moved": "no", "detail": "The body is busy."}, 1),
+        (409, {"moved": "no", "type": "urn:motion-gateway:problem:no-reply", "detail": "No reply."}, 4),
+        (409, {"moved": "no", "type": "urn:motion-gateway:problem:ambiguous-address", "detail": "Two."}, 2),
         (422, {"moved": "no", "detail": "Refused.", "code": "0x4A"}, 1),
         (422, {"moved": "no", "detail": "distance: too long."}, 2),
         (404, {"moved": "no", "detail": "There is no body 3F."}, 2),
@@ -124,6 +126,13 @@ def test_case_and_blanks_matter_only_in_texts(
     said = CliRunner().invoke(cli.app, ["send", "3F", written])
     assert said.exit_code == 0, said.stderr
     assert (gateway.paths, gateway.sent) == ([f"/bodies/3F/commands/{path}"], [parameters])
+
+
+def test_a_command_of_robots_is_not_said_to_be_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = run(monkeypatch, {}, "send", "r1", "ORG")
+    assert said.exit_code == 2
+    assert "no command 'ORG' of RC-420 bodies" in said.stderr
+    assert "Robots have routes of their own" in said.stderr
 
 
 @pytest.mark.parametrize("written", ["", "6P", "zzz", "1+Mfast", "1+M0", "6PD1"])

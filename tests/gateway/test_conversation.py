@@ -486,11 +486,25 @@ def test_after_the_port_has_gone_nothing_is_left_and_the_next_opening_starts_in_
     it.next()
     set_up, waiting_read = it.set_up(IdentifyControllers()), it.ask(READ, 4)
     it.talk.break_off(LOST, UNSENT)
-    assert [one.result() for one in (suspect, stop, set_up, waiting_read)] == [LOST, LOST, UNSENT, UNSENT]
+    for one in (suspect, stop):
+        lost = one.result()
+        assert isinstance(lost, NoReply)
+        assert (lost.detail, lost.moved) == (LOST.detail, "unknown")
+    assert [one.result() for one in (set_up, waiting_read)] == [UNSENT, UNSENT]
     assert it.talk.in_step
     assert not it.talk.has_something()
     assert not it.talk.awaits_replies()
     assert it.talk.deadline() is None
+
+
+def test_a_read_that_the_port_has_taken_along_moved_nothing_and_may_be_asked_again(it: Talk) -> None:
+    read = it.ask(READ)
+    it.next()
+    it.talk.break_off(LOST, UNSENT)
+    lost = read.result()
+    assert isinstance(lost, NoReply)
+    assert (lost.detail, lost.moved, lost.retryable) == (LOST.detail, "no", True)
+    assert (LOST.moved, LOST.retryable) == ("unknown", False)
 
 
 # the law, on any line that keeps its order and tells nothing later than it may

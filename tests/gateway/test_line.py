@@ -341,6 +341,30 @@ async def test_a_garbled_reply_calls_for_the_fence_at_once() -> None:
         assert fence_at == pytest.approx(sent_at + 0.01)
 
 
+@pytest.mark.parametrize(
+    ("garbage", "what"),
+    [
+        (b">&0#1+M\r", "something that is no reply"),
+        (b"\xff\x80noise\r", "something that is no reply"),
+        (b"&021+M500\r", "an echo of our own command"),
+        (b">&021+M@5\r", "a malformed error code"),
+        (b">&036PD\r", "the reply to another command"),
+        (b"x" * 5000 + b"\r", "a line too long for a reply"),
+    ],
+)
+def test_what_came_back_instead_of_a_reply_is_said_in_a_sentence(garbage: bytes, what: str) -> None:
+    @virtual
+    async def story() -> None:
+        far = FarEnd()
+        async with running_line(far) as line:
+            far.once(MOVE_FRAME, (0.01, garbage))
+            outcome = await ask(line, MOVE)
+            assert isinstance(outcome, NoReply)
+            assert outcome.detail == f"1+M was sent to body 02, and {what} came back."
+
+    story()
+
+
 @virtual
 async def test_a_doubled_reply_is_never_taken_for_the_next_one() -> None:
     far = FarEnd()
@@ -504,6 +528,22 @@ async def test_a_body_that_is_back_is_found_by_the_probes() -> None:
         assert changes == ["body.offline", "body.online"]
         assert pulses(await ask(line, READ)) == 0
         assert "&7FXID" not in far.frames
+
+
+@virtual
+async def test_a_body_that_is_absent_for_good_does_not_keep_another_from_being_found() -> None:
+    far = FarEnd()
+    async with running_line(far, bodies=[1, 2, 3]) as line:
+        far.silent = {1}
+        await line.submit(1, READ, Lane.READ)
+        await asyncio.sleep(60)
+        far.silent = {1, 2}
+        await line.submit(2, READ, Lane.READ)
+        assert line.offline == {1, 2}
+        far.silent = {1}
+        back_at = asyncio.get_running_loop().time()
+        await until(lambda: line.offline == {1})
+        assert asyncio.get_running_loop().time() - back_at < 2
 
 
 @virtual

@@ -2,9 +2,11 @@
 
 import asyncio
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
+from gateway.bodies import Body
 from gateway.errors import BodyBusy, BodyOffline, Cancelled, ControllerRefused, Expired, LineDown
 from gateway.move_record import MoveStatus
 from gateway.stops import StopMode
@@ -12,7 +14,7 @@ from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.origin import Home
 from protocols.rorze.position import GetPosition, SetPosition
-from protocols.rorze.position_table import SetPositionEntry
+from protocols.rorze.position_table import GetPositionEntry, SetPositionEntry
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack
 from simulator.faults import Direction
@@ -311,6 +313,29 @@ async def test_a_move_that_cannot_start_in_time_never_starts() -> None:
         await asyncio.gather(*blocking, return_exceptions=True)
         await asyncio.sleep(5.0)
         assert not it.executed("1+M")
+
+
+@in_virtual_time
+async def test_many_readers_do_not_keep_a_move_from_starting() -> None:
+    async with rig(bodies=range(8), groups={}, baud=9600) as it:
+        readers = [
+            asyncio.create_task(read_on(body, GetPositionEntry(entry=PositionReference(position=number))))
+            for body in it.plant.bodies()
+            for number in range(15)
+        ]
+        await asyncio.sleep(5.0)
+        asked_at = asyncio.get_running_loop().time()
+        move = await start(it, SHORT, "03")
+        assert move.sent_at is not None
+        assert asyncio.get_running_loop().time() - asked_at < 0.5
+        for reader in readers:
+            reader.cancel()
+
+
+async def read_on(body: Body, question: RorzeCommand[Any]) -> None:
+    """Read without a pause."""
+    while True:
+        await body.ask(question)
 
 
 @in_virtual_time

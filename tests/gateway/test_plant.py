@@ -61,6 +61,9 @@ async def test_a_body_on_two_lines_needs_its_long_address() -> None:
         for find in (it.plant.body, it.plant.group):
             with pytest.raises(Ambiguous, match=r"left\..., right\..."):
                 find("3F" if find == it.plant.body else "80")
+        with pytest.raises(Ambiguous) as ambiguous:
+            it.plant.group("80")
+        assert ambiguous.value.remedy == "Say which group is meant: left.80 or right.80."
         body = it.plant.body("right.3f")
         assert body.address == "right.3F"
         await body.ask(GetHomingDistance())
@@ -82,7 +85,7 @@ async def test_what_is_not_there_is_not_found(address: str) -> None:
 async def test_a_line_is_found_by_its_id() -> None:
     async with rig() as it:
         assert it.plant.line("line1").id == "line1"
-        with pytest.raises(NotFound, match="there are line1"):
+        with pytest.raises(NotFound, match="there is line1"):
             it.plant.line("line2")
 
 

@@ -7,7 +7,7 @@ import pytest
 from gateway.errors import LineDown
 from gateway.stopping import CONFIRM_WITHIN_S, HURRY_S, REPEAT_S, UNCONFIRMED, StopMode, Stopping
 from gateway.stops import StopReport
-from tests.gateway.far_end import virtual
+from tests.gateway.far_end import until, virtual
 
 DOWN = LineDown("The line is down. Nothing was sent.")
 
@@ -93,6 +93,35 @@ async def test_while_nobody_is_heard_it_is_repeated_without_waiting_for_the_proo
     stop.others_are_heard = True
     await asyncio.sleep(1.0)
     assert len(stop.submitted(began_at + 1.01, now())) <= 1, "its turn will come"
+    stop.still = True
+    await task
+
+
+@virtual
+async def test_what_answers_slowly_is_not_taken_for_silent() -> None:
+    stop, began_at = Scripted(proof_takes_s=0.4), now()
+    stop.silent_after_s = 0.5
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(5.0)
+    assert len(stop.submitted(began_at, now())) == pytest.approx(10, abs=1), "once for each proof"
+    stop.still = True
+    await task
+
+
+@virtual
+async def test_who_is_in_reach_again_need_not_wait_for_the_next_repetition() -> None:
+    stop = Scripted(proof_takes_s=4.0)
+    stop.others_are_heard = True
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(2 * HURRY_S)
+    submitted = len(stop.submitted_at)
+    await until(lambda: len(stop.submitted_at) > submitted)
+    await asyncio.sleep(5.0)
+    asked_at = now()
+    stop.repeat_at_once()
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert stop.submitted_at[-1] == asked_at
     stop.still = True
     await task
 

@@ -276,6 +276,9 @@ async def test_a_body_that_does_not_answer_is_unconfirmed_after_two_seconds_and_
         assert "body.stop.unconfirmed" in it.types()
         await asyncio.sleep(5.0)
         assert it.wire.frames(sent).count("&3F5IS") >= 4
+        [report] = await it.plant.stops.stop([it.body()], "immediate")
+        assert report.state == "sent"
+        assert "stands still: it cannot be asked." in (report.detail or "")
 
 
 @in_virtual_time
@@ -415,6 +418,60 @@ async def test_dead_bodies_that_are_stopped_take_the_line_from_nobody() -> None:
         assert now() - asked_at < 2.0
         [move] = await it.plant.moves.start(it.body("20"), MoveClockwise(distance=10))
         assert (await it.plant.moves.wait(move.id, 10.0)).status == "succeeded"
+
+
+@pytest.mark.parametrize("dead", [1, 2, 7])
+@in_virtual_time
+async def test_where_silence_holds_up_everybody_the_dead_leave_half_of_the_time(dead: int) -> None:
+    settings = LinkSettings(interjection="drop")
+    async with rig(
+        bodies=range(8), groups={}, baud=9600, settings=settings, options='stop_mode = "after_reply"'
+    ) as it:
+        for number in range(dead):
+            it.machine.switch_body(number, on=False, now=now())
+        await it.plant.stops.stop(it.plant.bodies()[:dead], "immediate")
+        for pause_s in (30.0, 2 * HURRY_S):
+            await asyncio.sleep(pause_s)
+            asked_at, sent = now(), len(it.wire.sent)
+            for _ in range(500):
+                await it.body("07").ask(GetPosition())
+            assert now() - asked_at < 40.0, "alone they take 14"
+            assert any("5IS" in frame for frame in it.wire.frames(sent))
+
+
+@in_virtual_time
+async def test_the_dead_that_come_back_are_stopped_at_once_however_many_they_were() -> None:
+    settings = LinkSettings(interjection="drop")
+    async with rig(
+        bodies=range(8), groups={}, baud=9600, settings=settings, options='stop_mode = "after_reply"'
+    ) as it:
+        for number in range(7):
+            it.machine.switch_body(number, on=False, now=now())
+        await it.plant.stops.stop(it.plant.bodies()[:7], "immediate")
+        await asyncio.sleep(2 * HURRY_S)
+        sent = len(it.wire.sent)
+        it.machine.switch_body(0x03, on=True, now=now())
+        await until(lambda: it.body("03").online)
+        online_at = now()
+        await until(lambda: not it.plant.stops.under_way(it.body("03")))
+        assert now() - online_at < 2.0
+        assert "&035IS" in it.wire.frames(sent)
+
+
+@pytest.mark.parametrize("reply_delay_s", [0.11, 0.15, 0.2, 0.3])
+@in_virtual_time
+async def test_controllers_that_are_slow_to_answer_have_time_to_tell_of_standstill(
+    reply_delay_s: float,
+) -> None:
+    async with rig(settings=LinkSettings(reply_delay_s=reply_delay_s)) as it:
+        await moving(it, "3F")
+        sent = len(it.wire.sent)
+        [report] = await it.plant.stops.stop([it.body()], "immediate")
+        await until(lambda: report.state == "confirmed", 4.0)
+        assert it.wire.frames(sent).count("&3F5IS") == 1
+        sent = len(it.wire.sent)
+        await asyncio.sleep(3.0)
+        assert not {"&3F5IS", "&3FUES0"} & {*it.wire.frames(sent)}, "it would stop the next move"
 
 
 @in_virtual_time

@@ -33,7 +33,7 @@ from protocols.rorze.profile import steady
 from protocols.rorze.stall_sensor import Enabled, StallError
 from simulator.rorze.actions import acts_out
 from simulator.rorze.acts.patterns import Ramps
-from simulator.rorze.acts.speeds import parameters_of
+from simulator.rorze.acts.speeds import start_speed_of
 from simulator.rorze.controller import ENCODER_MODE, Rc420, StallFinder
 from simulator.rorze.motor import STALL_CAUSE, Halted, Leg, Pause, Task
 from simulator.rorze.settings import STANDARD
@@ -108,12 +108,12 @@ def clear_error(axis: Rc420, command: ClearEncoderStallError, now: float) -> Non
 def correction(axis: Rc420, target: int | None, ramps: Ramps) -> Callable[[float], Task]:
     """What follows a move to a target, in the unit of the operating mode; None is a move without an end.
 
-    :raises Refused: the adjustment has the speed of a set that cannot be used.
+    :raises Refused: 40 where the speed of the adjustment was never set.
     """
     settings = axis.settings
     if target is None or not settings.adjust or settings.mode != ENCODER_MODE:
         return _uncorrected
-    speed = settings.adjust_speed or parameters_of(axis, STANDARD).low
+    speed = settings.adjust_speed or start_speed_of(axis, STANDARD)
     return _adjustment(axis, target, speed, ramps)
 
 

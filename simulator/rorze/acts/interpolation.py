@@ -43,6 +43,8 @@ from simulator.rorze.settings import FARTHEST
 ROBOT_TYPES = ("three_axes", "two_axes_belt_linked")
 THREE_AXES = 0
 
+OUT_OF_REACH = 0x63
+
 
 def _measured(axis: Rc420, given: Measure) -> int:
     """A number, or what stands in the position table; the index steps at each use, an assumption."""
@@ -184,7 +186,7 @@ def get_axis_positions(axis: Rc420, command: ConvertCoordinatesToPulses, now: fl
     x, y, angle = (_measured(axis, _required(value)) for value in given)
     pulses = robot.pulses(x, y, angle)
     if pulses is None:
-        raise Refused(BAD_PARAMETER)
+        raise Refused(OUT_OF_REACH)
     return AxisPositions(axis_0=pulses[0], axis_1=pulses[1], axis_2=pulses[2])
 
 

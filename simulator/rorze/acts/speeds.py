@@ -44,6 +44,14 @@ def parameters_of(axis: Rc420, number: int) -> SpeedParameters:
         raise Refused(error.code) from None
 
 
+def start_speed_of(axis: Rc420, number: int) -> int:
+    """OL of a set, whatever the rest of it.
+
+    :raises Refused: 40 where it was never set.
+    """
+    return _known(axis.settings.speeds[number].low, 0)
+
+
 def _known(value: int | None, place: int) -> int:
     if value is None:
         raise Refused(NOT_SET + place)

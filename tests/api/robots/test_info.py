@@ -155,3 +155,12 @@ async def test_a_reset_that_did_not_help_moved_nothing(cell: Cell) -> None:
     answer = await cell.post("/robots/r1/errors/reset")
     refused(answer, 409)
     assert (answer.json()["type"].rpartition(":")[2], answer.json()["moved"]) == ("error-remains", "no")
+
+
+@in_cell()
+async def test_a_robot_that_does_not_tell_where_it_stands_has_not_moved(cell: Cell) -> None:
+    await cell.get(f"{UNIT}/position")
+    cell.rig.lose_replies(1000)
+    answer = await cell.get(f"{UNIT}/position")
+    refused(answer, 409)
+    assert [answer.json()[key] for key in ("moved", "retryable", "remedy")] == ["no", True, "Ask again."]

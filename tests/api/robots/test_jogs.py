@@ -33,6 +33,18 @@ async def test_without_a_heartbeat_the_axis_is_stopped_and_the_next_one_is_told_
 
 
 @in_cell()
+async def test_a_jog_that_is_over_can_be_stopped_again_and_nothing_is_sent(cell: Cell) -> None:
+    place = (await cell.post("/robots/r1/jogs", JOG)).headers["location"]
+    await asyncio.sleep(2)
+    before = cell.commands()
+    for _ in range(2):
+        stopped = await cell.post(f"{place}/stop")
+        assert (stopped.status_code, stopped.json()["state"]) == (200, "lost")
+    assert [text for text in cell.commands()[len(before) :] if text.startswith(("JOG", "A"))] == []
+    refused(await cell.post("/robots/r1/jogs/nobody/stop"), 404)
+
+
+@in_cell()
 async def test_an_axis_or_direction_that_does_not_exist_is_not_sent(cell: Cell) -> None:
     before = cell.commands()
     answer = await cell.post("/robots/r1/jogs", JOG | {"axis": "W"})

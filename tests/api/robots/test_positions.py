@@ -52,6 +52,23 @@ async def test_a_table_comes_back_from_csv_as_it_was_stored(cell: Cell) -> None:
 
 
 @in_cell()
+async def test_it_is_told_where_a_gap_ended_the_table(cell: Cell) -> None:
+    await put_csv(cell, "number,X mm,Y mm,Z mm\n1,1,2,3\n2,1,2,3\n5,4,5,6\n")
+    for query, numbers, ended_at in (
+        ("", [1, 2], 3),
+        ("?first=3", [], 3),
+        ("?first=4&last=5", [], 4),
+        ("?first=5&last=5", [5], None),
+        ("?first=1&last=2", [1, 2], None),
+    ):
+        table = (await cell.get(f"{UNIT}/positions{query}")).json()
+        assert [entry["number"] for entry in table["positions"]] == numbers
+        assert table["ended_at"] == ended_at
+        header = (await cell.get(f"{UNIT}/positions.csv{query}")).headers.get("ended-at")
+        assert header == (None if ended_at is None else str(ended_at))
+
+
+@in_cell()
 async def test_a_full_table_fits(cell: Cell) -> None:
     rows = "".join(f"{number},-12345.125,-12345.125,-12345.125\n" for number in range(1, 2000))
     stored = await put_csv(cell, "number,X mm,Y mm,Z mm\n" + rows)

@@ -21,6 +21,7 @@ from protocols.fics.positions import (
     UploadPosition,
 )
 from protocols.fics.row import FicsCommand
+from protocols.fics.speeds import SetSmoothAcceleration
 from protocols.fics.status import GetAxisStatus
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetCommunicationMode, GetSystemVersion
@@ -361,3 +362,19 @@ def test_questions_are_not_remembered_without_end() -> None:
             it.write()
         it.hear(Completion("POE"))
     assert fences == 1
+
+
+def test_what_moves_nothing_is_not_said_to_have_moved_when_the_port_goes() -> None:
+    async def told(command: FicsCommand[Reply]) -> tuple[str, bool]:
+        it = Talk()
+        exchange = it.submit(command)
+        exchange.future = asyncio.get_running_loop().create_future()
+        it.write()
+        it.talk.break_off(NoReply("The port has gone."), Cancelled("The port has gone."))
+        lost = exchange.future.result()
+        assert isinstance(lost, NoReply)
+        return lost.moved, lost.retryable
+
+    assert asyncio.run(told(GetAxisStatus())) == ("no", True)
+    assert asyncio.run(told(SetSmoothAcceleration(enabled=1))) == ("no", False)
+    assert asyncio.run(told(MoveRelative(coordinates=[1.0]))) == ("unknown", False)

@@ -8,6 +8,7 @@ from gateway.errors import NoReply, NotSent
 from gateway.exchange import Lane
 from gateway.fics.errors import RobotRefused
 from gateway.move_record import MoveStatus
+from gateway.port import LineState
 from protocols.fics.homing import HomeRobot
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StopJog
@@ -98,3 +99,20 @@ async def test_who_goes_away_before_a_command_is_written_takes_it_along() -> Non
         assert not any(line.waiting().values())
         await asyncio.sleep(1)
         assert rig.heard("VAR V01=") == []
+
+
+@in_virtual_time
+async def test_an_error_nobody_waits_for_any_more_is_not_asked_for() -> None:
+    async with fics_rig() as rig:
+        rig.cable.lost_answer = "VAR"
+        setting = asyncio.create_task(rig.robot.ask(SetVariable(number=1, value=1.0)))
+        await asyncio.sleep(0.6)
+        setting.cancel()  # the floor is free, and the line still fenced
+        asked = len(rig.heard("ERR"))
+        asking = asyncio.create_task(rig.robot.errors_of_system.take())
+        await asyncio.sleep(0.01)
+        asking.cancel()
+        rig.cable.lost_answer = ""
+        await asyncio.sleep(2)
+        assert rig.robot.line.state is LineState.READY
+        assert len(rig.heard("ERR")) == asked

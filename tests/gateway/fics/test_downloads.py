@@ -70,6 +70,25 @@ async def test_a_position_that_is_set_takes_one_question_and_one_that_is_not_tak
         assert rig.heard("POR") == ["POR 2,1", "POR 4,1", "POR 4,1"]
 
 
+@pytest.mark.parametrize("last", [0, PART])
+def test_a_table_ends_too_where_the_robot_refuses_a_number_that_is_not_set(last: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig() as rig:
+            stored = store(rig, last)
+            deliver = rig.cable._deliver
+
+            def refuse(data: bytes) -> None:
+                deliver(b"POR E09\r" if data == b"POE\r" else data)
+
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(rig.cable, "_deliver", refuse)
+                assert await rig.robot.positions() == stored
+                assert await rig.robot.unit(1).stored(last + 1) is None
+
+    story()
+
+
 @pytest.mark.parametrize("last", [3, 5, PART, PART + 4])
 @pytest.mark.parametrize("spoilt", ["POS 10,0,0", "POS 20,0,0", "POS 30,0,0", "POE"])
 @pytest.mark.parametrize("instead", [0, 2])

@@ -1,16 +1,20 @@
 """A move ends as what the robot itself says, and as nothing that only seems so."""
 
 import asyncio
+from contextlib import suppress
 
 import pytest
 
 from gateway.errors import Expired, QueueFull
+from gateway.fics.robot import Robot
 from gateway.move_record import MoveStatus
 from gateway.scheduler import QUEUE_LIMIT
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
+from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import SetSpeedPercent
 from protocols.fics.variables import GetVariable
+from protocols.table import Ack
 from simulator.faults import Direction, Fault
 from simulator.fics.line import LineSettings
 from tests.fics_plants import fics_rig
@@ -213,3 +217,58 @@ def test_a_lost_move_too_short_to_be_told_from_its_roundings_is_not_called_done(
             assert rig.heard("LMI") == []
 
     story()
+
+
+@in_virtual_time
+async def test_a_move_so_short_is_not_called_done_either_where_the_line_was_lost() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        rig.cable.lost_command = "LMI"
+        moving = asyncio.create_task(rig.move(MoveRelative(coordinates=[None, None, -0.01])))
+        await rig.cable.written_from("LMI")
+        await asyncio.sleep(0)
+        rig.cable.unplug()
+        rig.cable.plugged_in = True
+        move = await moving
+        assert (move.status, move.completion) == (MoveStatus.UNKNOWN, "inferred")
+        assert rig.heard("LMI") == []
+
+
+@pytest.mark.parametrize("command", [DOWN, MoveToPosition(position=1)])
+def test_a_move_begins_at_once_though_many_ask_for_other_things(command: FicsCommand[Ack]) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(baud=4800) as rig:
+            await rig.move(HomeRobot())
+            rig.fics.units[1].positions[1] = (None, None, -5.0)
+            clients = [asyncio.create_task(_ask_on(rig.robot, number)) for number in range(QUEUE_LIMIT + 1)]
+            await asyncio.sleep(1)
+            asked_at = asyncio.get_running_loop().time()
+            move = await rig.plant.robot_moves.start(rig.robot, 1, command)
+            assert asyncio.get_running_loop().time() - asked_at < 1
+            assert move.target_position == {"Z": -5.0}
+            assert move.longest_s is not None
+            for client in clients:
+                client.cancel()
+
+    story()
+
+
+async def _ask_on(robot: Robot, number: int) -> None:
+    """Ask for a variable again and again, as others who show values do."""
+    while True:
+        with suppress(QueueFull):
+            await robot.ask(GetVariable(number=number))
+        await asyncio.sleep(0.01)
+
+
+@in_virtual_time
+async def test_in_mode_2_a_move_whose_error_is_not_told_expires_in_time() -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.move(HomeRobot())
+        rig.cable.lost_answer = "ERR"
+        asked_at = asyncio.get_running_loop().time()
+        with pytest.raises(Expired):
+            await rig.plant.robot_moves.start(rig.robot, 1, DOWN, start_within_s=0.3)
+        assert asyncio.get_running_loop().time() == pytest.approx(asked_at + 0.3)
+        assert rig.heard("LMI") == []

@@ -253,3 +253,24 @@ def test_a_read_after_a_loss_of_power_does_not_count_as_the_speed_that_was_set(
             assert percents(rig) == [1.0, 1.0, 1.0]
 
     story()
+
+
+@pytest.mark.parametrize("away_s", [0.0, 20.0])
+def test_in_mode_2_a_loss_of_power_is_told_once_for_all_units(away_s: float) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=2, units=2) as rig:
+            await rig.move(HomeRobot())
+            for unit in (2, 1):
+                await rig.robot.unit(unit).status()
+            rig.machine.power_off(asyncio.get_running_loop().time())
+            await asyncio.sleep(away_s)
+            rig.machine.power_on(asyncio.get_running_loop().time())
+            await asyncio.sleep(LIMIT_S)
+            assert rig.robot.power_cycled
+            rig.robot.power.acknowledge()
+            await rig.robot.unit(2).status()
+            assert not rig.robot.power_cycled
+            assert rig.types("robot.power_cycled") == ["robot.power_cycled"]
+
+    story()

@@ -2,8 +2,11 @@
 
 import asyncio
 
+import pytest
+
 from gateway.errors import NoReply
 from gateway.fics.queries import UNIT_HOLDS_S
+from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.speeds import GetMaximumSpeeds, SetMaximumSpeeds
 from protocols.fics.status import MotionMode
@@ -87,6 +90,47 @@ async def test_while_the_terminal_runs_the_unit_that_was_told_before_is_read() -
         rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
         axes = await rig.robot.unit(2).status()
         assert {axis.motion_mode for axis in axes.values()} == {MotionMode.MACRO}
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_while_the_terminal_runs_nobody_is_kept_by_questions_for_the_unit(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode, units=2) as rig:
+            await rig.robot.unit(2).status()
+            rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
+            await asyncio.sleep(UNIT_HOLDS_S)
+            await rig.robot.unit(2).status()  # mode 2 refuses by silence: it takes seconds to find out
+            assert rig.robot.moving
+            sent = len(rig.cable.written)
+            for _ in range(3):
+                await asyncio.sleep(UNIT_HOLDS_S)
+                await rig.robot.unit(2).status()
+            assert rig.cable.frames(sent) == ["ACD"] * 3
+            rig.touch(lambda fics, _: setattr(fics, "terminal", None))
+            await asyncio.sleep(2 * HEALTH_POLL_S)
+            assert rig.robot.moving is False
+            assert rig.types("robot.motion") == ["robot.motion.foreign"]
+            await asyncio.sleep(UNIT_HOLDS_S)
+            sent = len(rig.cable.written)
+            await rig.robot.unit(2).status()
+            assert rig.cable.frames(sent) == ["UNT", "ACD"]
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_while_the_terminal_edits_the_unit_that_was_told_before_is_read(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode, units=2) as rig:
+            await rig.robot.unit(2).status()
+            rig.edit(on=True)
+            await asyncio.sleep(UNIT_HOLDS_S)
+            await rig.robot.unit(2).status()
+            assert rig.robot.moving is False
+
+    story()
 
 
 @in_virtual_time

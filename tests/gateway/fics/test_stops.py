@@ -6,7 +6,7 @@ import pytest
 
 from gateway.fics.errors import RobotBusy
 from gateway.move_record import MoveStatus
-from gateway.stopping import CONFIRM_WITHIN_S, HURRY_S
+from gateway.stopping import CONFIRM_WITHIN_S, HURRY_S, StopMode
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
 from protocols.fics.speeds import SetMaximumSpeeds, SetSpeedPercent
@@ -203,5 +203,23 @@ def test_the_stop_of_a_robot_with_one_unit_is_confirmed_without_a_selection(mode
             rig.cable.lost_command = "UNT"
             rig.robot.selection.forget()
             assert (await rig.robot.stop("immediate")).state == "confirmed"
+
+    story()
+
+
+@pytest.mark.parametrize("kind", ["decelerate", "immediate"])
+def test_in_mode_2_what_a_fence_has_left_refuses_no_stop(kind: StopMode) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=2) as rig:
+            await rig.move(HomeRobot())
+            await rig.robot.ask(SetSpeedPercent(percents=[0.5] * 3), 1)
+            await rig.plant.robot_moves.start(rig.robot, 1, MoveAbsolute(coordinates=[200.0, 60.0]))
+            sent = len(rig.cable.written)
+            rig.lose_replies()
+            await asyncio.sleep(2)
+            assert "POF 2" in rig.cable.frames(sent)  # refused with E01, for the robot moves
+            assert (await rig.robot.stop(kind)).state == "confirmed"
+            assert rig.types("robot.stop") == ["robot.stop.requested", "robot.stop.confirmed"]
 
     story()

@@ -8,6 +8,7 @@ from gateway.fics.errors import RobotRefused
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
+from protocols.fics.speeds import SetSpeedPercent
 from protocols.fics.status import MotionMode
 from simulator.fics.alarms import system_error
 from tests.fics_plants import SET_UP_S, fics_rig
@@ -101,3 +102,38 @@ async def test_in_mode_2_motion_run_from_the_terminal_is_told_though_no_unit_can
         await asyncio.sleep(4 * HEALTH_POLL_S)
         assert rig.types("robot.motion") == ["robot.motion.foreign"]
         assert rig.types("robot.unreadable") == []
+
+
+@in_virtual_time
+async def test_speeds_that_the_terminal_forbids_to_restore_hide_no_motion() -> None:
+    async with fics_rig() as rig:
+        await rig.robot.ask(SetSpeedPercent(percents=[1.0] * 3), 1)
+        rig.power_cycle()
+        rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
+        await asyncio.sleep(3 * HEALTH_POLL_S)
+        assert rig.robot.moving
+        rig.touch(lambda fics, _: setattr(fics, "terminal", None))
+        await asyncio.sleep(2 * HEALTH_POLL_S)
+        assert rig.robot.moving is False
+        assert [axis.percent for axis in rig.fics.units[1].users] == [1.0] * 3
+        assert rig.types("robot.unreadable") == []
+
+
+@in_virtual_time
+async def test_a_robot_that_acts_on_a_unit_nobody_has_configured_is_looked_at() -> None:
+    async with fics_rig(units=2, prepare=lambda machine: setattr(machine.robot, "host_unit", 3)) as rig:
+        assert rig.robot.moving is False
+        await asyncio.sleep(2 * HEALTH_POLL_S)
+        assert rig.types("robot.unreadable") == []
+
+
+@in_virtual_time
+async def test_a_robot_that_takes_our_move_and_stands_still_after_it_moves_no_more_by_itself() -> None:
+    async with fics_rig() as rig:
+        await asyncio.sleep(HEALTH_POLL_S - SET_UP_S - 0.5)
+        rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.JOG))
+        await asyncio.sleep(1)
+        assert rig.robot.moving
+        rig.touch(lambda fics, _: setattr(fics, "terminal", None))
+        assert (await rig.move(MoveRelative(coordinates=[None, None, -1.0]))).status == "succeeded"
+        assert rig.robot.moving is False

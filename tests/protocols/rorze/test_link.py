@@ -155,14 +155,14 @@ def test_stray_ends_of_line_are_nothing(blank: bytes) -> None:
 
 def test_noise_before_a_frame_does_not_hide_it() -> None:
     assert read(b"\xff\x80noise>&3F5IS\r") == [
-        Garbage(b"\xff\x80noise", "not a reply"),
+        Garbage(b"\xff\x80noise", "something that is no reply"),
         Answer(0x3F, "5IS", ""),
     ]
 
 
 def test_a_reply_that_lost_its_end_does_not_take_the_next_with_it() -> None:
     cut, whole = read(b">&3F6PD+0000>&025IS\r")
-    assert cut == Garbage(b">&3F6PD+0000", "not a reply")
+    assert cut == Garbage(b">&3F6PD+0000", "something that is no reply")
     assert whole == Answer(2, "5IS", "")
 
 

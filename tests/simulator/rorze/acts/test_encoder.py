@@ -158,6 +158,16 @@ def test_the_standard_start_speed_is_that_of_an_adjustment_by_default(adjusting:
     assert adjusting.now == pytest.approx(arrived + 0.2)
 
 
+def test_of_the_standard_set_an_adjustment_needs_the_start_speed_only(adjusting: Bench) -> None:
+    """PLS: the rest of the set, here a top speed below the start speed, is for moves that use it."""
+    adjusting.sent("OLSS[1],50", "OHSS[1],5000", "OSSS[1],10000", "OASS[1],50", "OBSS[1],50")
+    adjusting.sent("SPSA[1],A:S[1],D:S[1]", "PLS0", "OLS200", "OHS100")
+    assert adjusting.send("1+M5000") == "@45"
+    slip_underway(adjusting, "1+MA[1],5000", 40)
+    assert adjusting.until_end() == ("1+M", 0)
+    assert adjusting.position() == 5000
+
+
 def test_a_move_that_arrives_ends_at_once(adjusting: Bench) -> None:
     arrived = slip_underway(adjusting, "1+M5000", 0)
     assert adjusting.axis.wake_at() is None

@@ -101,9 +101,13 @@ def test_there_and_back_is_where_it_was(robot: Bench, place: tuple[int, int, int
     assert (found[2] - 1000 * degrees + 180_000) % 360_000 == pytest.approx(180_000, abs=15)
 
 
-@pytest.mark.parametrize(
-    "text", ["HLSX:0,Y:115000", "HLD0:1,1:2", "HLSX:0,Y:761000,F:90000", "HDSH[64],0,CENTER", "HZS10,5.0"]
-)
+def test_what_the_arm_cannot_reach_is_refused(robot: Bench) -> None:
+    """Two links of 215 mm and a finger of 330 mm end 760 mm from the centre."""
+    assert robot.send("HLSX:0,Y:760000,F:90000").startswith("0:")
+    assert robot.send("HLSX:0,Y:760001,F:90000") == "@63"
+
+
+@pytest.mark.parametrize("text", ["HLSX:0,Y:115000", "HLD0:1,1:2", "HDSH[64],0,CENTER", "HZS10,5.0"])
 def test_what_cannot_be_is_refused(robot: Bench, text: str) -> None:
-    """An angle is missing, an axis, the links are too short, and numbers that there are not."""
+    """An angle is missing, an axis, and numbers that there are not."""
     assert robot.send(text) == "@4A"
