@@ -11,7 +11,7 @@ from api.direct import DirectRoute
 from api.moves import Length
 from api.problems import DECLARED
 from api.requests import BodyId, RequestModel, age_ms_of, json_response, new_router, plant_of, utc_of
-from gateway.bodies import Body
+from gateway.bodies import PULSES_RUNNING, Body
 from gateway.plant import Plant
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.position import GetPosition, SetPosition
@@ -175,7 +175,7 @@ async def read_status(request: Request, body_id: BodyId) -> Response:
     return json_response(
         BodyStatus(
             body_id=body.address,
-            moving=bool((status.bits or 0) & 1),
+            moving=bool((status.bits or 0) & PULSES_RUNNING),
             status=StatusBits(**_flags(status.bits or 0, CONTROLLER_STATUS_BITS)),
             sensors=SensorBits(**_flags(sensors.bits or 0, SENSOR_BITS)),
             end_causes=names_of(cause.bits, END_CAUSE_BITS),

@@ -11,6 +11,7 @@ from gateway.exchange import Answered, Lane, Outcome
 from gateway.line import Line, lane_of
 from gateway.move_record import Move
 from gateway.units import Scale
+from gateway.waiting import happens
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.encoder import SetEncoderRatio
 from protocols.rorze.link import Refusal
@@ -227,24 +228,16 @@ class Body:
 
     async def end_announced(self, within_s: float) -> bool:
         """Whether the link master announces the end of a move in time."""
-        return await _happens(self.move_ended, within_s)
+        return await happens(self.move_ended, within_s)
 
     async def look_wanted(self, within_s: float) -> None:
         """Wait until its state is to be read, at the latest when the time is up."""
-        await _happens(self.look_due, within_s)
+        await happens(self.look_due, within_s)
 
 
 _RUNS = GetControllerStatus(bit=0)
 _RENAMING = SetPosition, SetEncoderCount, SetEncoderRatio, SetOperatingMode
 """After these the same place has another number."""
-
-
-async def _happens(event: asyncio.Event, within_s: float) -> bool:
-    try:
-        async with asyncio.timeout(within_s):
-            return await event.wait()
-    except TimeoutError:
-        return False
 
 
 @dataclass(eq=False)

@@ -304,11 +304,11 @@ class Conversation:
             return body
         candidates = self.groups.get(body) or self.bodies
         alive = [it for it in candidates if it not in self.offline]
-        return self._heard_last(alive or candidates)
+        return next(iter(self.heard_last_first(alive or candidates)), 0)
 
-    def _heard_last(self, bodies: list[int]) -> int:
-        """The best witness that the line still works."""
-        return max(bodies, key=lambda it: self._heard_at.get(it, -inf), default=0)
+    def heard_last_first(self, bodies: Iterable[int]) -> list[int]:
+        """Order bodies by how well they can witness that the line still works."""
+        return sorted(bodies, key=lambda it: self._heard_at.get(it, -inf), reverse=True)
 
     def _new_fence(self) -> Exchange:
         self._fence = self.self_identifying_read(self._fence_body)
@@ -325,7 +325,7 @@ class Conversation:
         self._went_offline(self._fence_body, asked=True)
         alive = [body for body in self.bodies if body not in self.offline]
         if alive and self._fenced_in_silence < SILENT_BODIES:
-            self._fence_body, self._fence_tries = self._heard_last(alive), 0
+            self._fence_body, self._fence_tries = self.heard_last_first(alive)[0], 0
             return
         for body in alive:
             self._went_offline(body, asked=False)

@@ -12,6 +12,7 @@ from gateway.errors import Cancelled, ControllerRefused, GatewayError, NoReply
 from gateway.exchange import STOPS, Answered, Exchange, Lane, Outcome
 from gateway.gate import Gate
 from gateway.port import LineState as LineState
+from gateway.waiting import happens
 from protocols.rorze.link import (
     POISON,
     Answer,
@@ -70,8 +71,6 @@ class Line(Carrier[Exchange, Frame]):
         self.controllers = ""
         """What the link master answered to XID."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
-        self._silent: list[int] = []
-        """The bodies that do not answer, in the order in which they fell silent."""
         self._news_of_silence = asyncio.Event()
         talk.on_online, talk.on_offline = self._came_back, self._fell_silent
 
@@ -254,12 +253,10 @@ class Line(Carrier[Exchange, Frame]):
     # presence
 
     def _fell_silent(self, body: int, asked: bool) -> None:
-        self._silent.append(body)
         self._news_of_silence.set()
         self.on_change("body.offline", {"body": body, "asked": asked})
 
     def _came_back(self, body: int) -> None:
-        self._silent.remove(body)
         self.on_change("body.online", {"body": body})
         if len(self.offline) == len(self.bodies) - 1:
             self.set_up_again("the line was silent and answers again")
@@ -279,10 +276,11 @@ class Line(Carrier[Exchange, Frame]):
     async def _probe_each(self) -> bool:
         """One round of probes, in a small share of the line's time while anybody else answers.
 
-        Who fell silent last comes first, and begins the round anew: those before it may be absent for good.
+        Who was heard last comes first, and whoever falls silent begins the round anew: the others may be
+        absent for good.
         """
         somebody_came_back = False
-        for body in self._silent[::-1]:
+        for body in self._talk.heard_last_first(self.offline):
             began_at = self._loop.time()
             outcome = await self.probe(body, self._talk.reply_timeout_s)
             if isinstance(outcome, Answered):
@@ -295,10 +293,7 @@ class Line(Carrier[Exchange, Frame]):
 
     async def _another_falls_silent(self, within_s: float) -> bool:
         """Wait so long, or until a body falls silent."""
-        try:
-            async with asyncio.timeout(within_s):
-                await self._news_of_silence.wait()
-        except TimeoutError:
+        if not await happens(self._news_of_silence, within_s):
             return False
         self._news_of_silence.clear()
         return True

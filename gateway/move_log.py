@@ -3,12 +3,12 @@
 import asyncio
 import secrets
 from collections import OrderedDict
-from contextlib import suppress
 from datetime import datetime
 from typing import Generic, TypeVar
 
 from gateway.errors import NotFound
 from gateway.move_record import MoveRecord
+from gateway.waiting import happens
 
 HISTORY = 1000
 """Finished moves that are kept, for all bodies or all robots together."""
@@ -58,9 +58,7 @@ class MoveLog(Generic[M]):
         """Give the move when it is over, or as it is when the time is up."""
         move = self.get(move_id)
         if not move.status.final and timeout_s > 0:
-            with suppress(TimeoutError):
-                async with asyncio.timeout(timeout_s):
-                    await self._over[move_id].wait()
+            await happens(self._over[move_id], timeout_s)
         return move
 
 

@@ -3,10 +3,10 @@
 import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import Literal, Protocol
 
 from gateway.errors import GatewayError
+from gateway.waiting import happens
 
 StopMode = Literal["decelerate", "immediate"]
 StopState = Literal["requested", "sent", "acknowledged", "confirmed", "not_sent"]
@@ -88,9 +88,7 @@ class Stopping(ABC):
         self._at_once.set()
 
     async def _pause(self, pause_s: float) -> None:
-        with suppress(TimeoutError):
-            async with asyncio.timeout(pause_s):
-                await self._at_once.wait()
+        await happens(self._at_once, pause_s)
         self._at_once.clear()
 
     async def _is_proved(self) -> bool:

@@ -14,6 +14,7 @@ from gateway.exchange import Answered, Lane, Outcome
 from gateway.records import Record
 from gateway.stopping import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState
 from gateway.stopping import StopMode as StopMode
+from gateway.waiting import happens
 from protocols.rorze.interpolation import StartInterpolation
 from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import EndProgram, GetProgramStatus
@@ -279,9 +280,7 @@ class _BodyStop(Stopping):
 async def _move_recorded(body: Body) -> None:
     """Wait a little until the stopped move is over in the records too: a new one may then follow at once."""
     if body.move is not None:
-        with suppress(TimeoutError):
-            async with asyncio.timeout(RECORD_WITHIN_S):
-                await body.free.wait()
+        await happens(body.free, RECORD_WITHIN_S)
 
 
 def _under_way(future: "asyncio.Future[Outcome] | None") -> bool:

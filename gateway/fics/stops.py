@@ -1,7 +1,6 @@
 """Software stops of a robot: sent ahead of everything, repeated, believed only when all axes stand still."""
 
 import asyncio
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
@@ -13,6 +12,7 @@ from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.units import RobotUnit, at_rest
 from gateway.records import Record
 from gateway.stopping import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
+from gateway.waiting import happens
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand
@@ -101,9 +101,7 @@ class RobotStops:
         self._robot.moves_by_itself = False
         stop.publish("confirmed")
         await self._robot.errors_of_system.look()
-        with suppress(TimeoutError):
-            async with asyncio.timeout(RECORD_WITHIN_S):
-                await self._robot.idle.wait()
+        await happens(self._robot.idle, RECORD_WITHIN_S)
 
 
 class _RobotStop(Stopping):

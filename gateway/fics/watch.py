@@ -1,6 +1,5 @@
 """What happens to a robot without us: power that was lost, errors, motion nobody here asked for."""
 
-import asyncio
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -8,6 +7,7 @@ from gateway.errors import GatewayError
 from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused
 from gateway.fics.units import at_rest
 from gateway.port import LineState
+from gateway.waiting import happens
 from protocols.fics.system import GetUnit
 
 if TYPE_CHECKING:
@@ -32,9 +32,7 @@ async def watch(robot: "Robot") -> None:
                 pass  # it has been told, or moves for us by now
             except GatewayError as error:
                 robot.publish("robot.unreadable", {"detail": error.detail})
-        with suppress(TimeoutError):
-            async with asyncio.timeout(HEALTH_POLL_S):
-                await robot.look_due.wait()
+        await happens(robot.look_due, HEALTH_POLL_S)
 
 
 async def _look(robot: "Robot") -> None:
