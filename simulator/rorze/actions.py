@@ -3,13 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply, SyntaxFault, WireFault
-
-if TYPE_CHECKING:
-    from simulator.rorze.controller import Rc420
 
 UNKNOWN_CODE, BAD_PARAMETER, OUT_OF_RANGE = 0x49, 0x4A, 0x5D
 
@@ -35,24 +32,26 @@ class Delayed:
 Outcome = Reply | Delayed | None
 """What an action returns; None is the bare echo of the code."""
 
+M = TypeVar("M")
+"""The machine that acts."""
 C = TypeVar("C", bound=RorzeCommand[Any])
-Action = Callable[["Rc420", C, float], Outcome]
+Action = Callable[[M, C, float], Outcome]
 
 
 class Order(NamedTuple):
     """A command understood, with what it does."""
 
     command: RorzeCommand[Any]
-    act: Action[Any]
+    act: Action[Any, Any]
 
 
-_TABLE: dict[str, tuple[type[RorzeCommand[Any]], Action[Any]]] = {}
+_TABLE: dict[str, tuple[type[RorzeCommand[Any]], Action[Any, Any]]] = {}
 
 
-def acts_out(row: type[C]) -> Callable[[Action[C]], Action[C]]:
+def acts_out(row: type[C]) -> Callable[[Action[M, C]], Action[M, C]]:
     """Enter the decorated function into the table as what the row's command does."""
 
-    def enter(action: Action[C]) -> Action[C]:
+    def enter(action: Action[M, C]) -> Action[M, C]:
         _TABLE[row.code] = row, action
         return action
 

@@ -9,7 +9,8 @@ from protocols.rorze.link import MoveEnded, StatusChanged
 from protocols.rorze.profile import SpeedChange
 from protocols.table import Retry
 from simulator.rorze.actions import Delayed, Order, Refused, understand
-from simulator.rorze.events import EventReporter
+from simulator.rorze.axis import Axis
+from simulator.rorze.events import EventReporter, StatusValues
 from simulator.rorze.io import Ports
 from simulator.rorze.motion import Direction
 from simulator.rorze.motor import (
@@ -23,8 +24,8 @@ from simulator.rorze.motor import (
     Task,
 )
 from simulator.rorze.program_memory import Memories
-from simulator.rorze.settings import AXES, FARTHEST, Flash, Settings
-from simulator.rorze.world import CW, EMS, STALL, World
+from simulator.rorze.settings import AXES, FARTHEST
+from simulator.rorze.world import CW, EMS, STALL
 from simulator.truth import TruthLog
 
 PULSES_RUNNING, LIMIT_ERROR, EMS_ERROR, COMMAND_ERROR, INITIALISATION_ERROR, RANGE_ERROR, STALL_ERROR = (
@@ -36,8 +37,6 @@ MOVING = 0x50
 
 WRONG_MODE = 0x61
 """An assumption: the manual marks commands by operating mode, but not what they answer in another one."""
-
-ENCODER_MODE = 1
 
 _END_ERRORS = {
     CW_LIMIT_CAUSE: (LIMIT_ERROR, "limit"),
@@ -53,11 +52,6 @@ class StallFinder(Enum):
 
     SENSOR = auto()
     ENCODER = auto()
-
-
-def held(count: int) -> int:
-    """A count as its register holds it: it goes no further than nine digits."""
-    return max(-FARTHEST, min(FARTHEST, count))
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,19 +70,13 @@ class Message:
     frame: MoveEnded | StatusChanged
 
 
-class Rc420:
-    """One axis. Times are seconds on one clock and never go back; nothing happens but in a call.
-
-    Pulses are counted in two ways: since the axis was built, as the shaft knows them (`motor`, `world`),
-    and as the positions a host reads, which 6PS and an origin search shift and a loss of power clears.
-    """
+class Rc420(Axis):
+    """One axis. Times are seconds on one clock and never go back; nothing happens but in a call."""
 
     def __init__(self, body: int, now: float, truth: TruthLog) -> None:
+        super().__init__(Motor(body, truth, self.sees, self._move_ended))
         self.body = body
         self.truth = truth
-        self.world = World()
-        self.flash = Flash()
-        self.motor = Motor(body, truth, self.sees, self._move_ended)
         self.powered = False
         self.power_on(now)
 
@@ -96,8 +84,7 @@ class Rc420:
 
     def power_on(self, now: float) -> None:
         """Load flash into RAM; everything else starts from nothing (RC-420 manual 18)."""
-        self.settings: Settings = self.flash.settings
-        self.positions = list(self.flash.positions)
+        super().power_on(now)
         self.program = self.flash.program
         self.next_program_address = 0
         self.memories = Memories()
@@ -111,12 +98,10 @@ class Rc420:
         self.stall_centre: int | None = None
         self.paths: dict[int, dict[int, PathPoint]] = {}
         self.start_positions = [0] * AXES
-        self._zero = self.motor.pulses(now)
-        self._encoder_zero: float = self._shaft(now)
         self._messages: list[Message] = []
         self._wake: float | None = None
-        self.io = Ports(self, now)
-        self.events = EventReporter(self)
+        self.io = Ports(self, self.sensor_changed, now)
+        self.events = EventReporter(self.status_values(now))
         self.powered = True
         self._settle(now)
 
@@ -212,9 +197,15 @@ class Rc420:
 
     def _settle(self, now: float) -> None:
         """After any change: report it, and find out when to wake next."""
-        self.events.report(now)
+        self._report(now)
         moments = [at for at in (self._motor_wakes(now), self.io.wake_at()) if at is not None]
         self._wake = min(moments, default=None)
+
+    def _report(self, now: float) -> None:
+        """Send an event message, if the mask lets what has changed be reported."""
+        values = self.status_values(now)
+        if self.events.notice(values):
+            self.say(StatusChanged(self.body, self.events.fields(values)), now)
 
     def _motor_wakes(self, now: float) -> float | None:
         """The end of the leg or pause, or the next pulse on the way at which there is something to see."""
@@ -317,51 +308,7 @@ class Rc420:
     def _stepped_out(self, lag: float) -> bool:
         return abs(lag) > self.settings.encoder_tolerance
 
-    # Counters
-
-    def to_pulses(self, amount: int) -> int:
-        """An amount in the unit of the operating mode, in pulses: encoder mode counts by the encoder."""
-        if self.settings.mode == ENCODER_MODE:
-            return round(amount * self.settings.encoder_ratio)
-        return amount
-
-    def pulse_position(self, now: float) -> int:
-        """The position in output pulses, whatever the operating mode."""
-        return held(self.motor.pulses(now) - self._zero)
-
-    @property
-    def _pulses_per_count(self) -> float:
-        return self.world.encoder / self.settings.encoder_multiplier
-
-    def _counts(self, shaft: int) -> float:
-        return (shaft - self._encoder_zero) / self._pulses_per_count
-
-    def encoder(self, now: float) -> int:
-        """The encoder counter."""
-        return held(round(self._counts(self._shaft(now))))
-
-    def pulses_to_count(self, count: int, now: float) -> int:
-        """The pulses that bring the encoder counter there, CW positive; 0 only if it is there."""
-        if self.encoder(now) == count:
-            return 0
-        missing = (count - self._counts(self._shaft(now))) * self._pulses_per_count
-        return round(missing) or (1 if missing > 0 else -1)
-
-    def encoder_in_pulses(self, now: float) -> int:
-        """The encoder counter converted to output pulses (6MD)."""
-        return held(round(self.encoder(now) * self.settings.encoder_ratio))
-
-    def position(self, now: float) -> int:
-        """The position in the unit of the operating mode (6PD)."""
-        return self.encoder(now) if self.settings.mode == ENCODER_MODE else self.pulse_position(now)
-
-    def set_pulse_position(self, pulses: int, now: float) -> None:
-        """Call the present position this many pulses."""
-        self._zero = self.motor.pulses(now) - pulses
-
-    def set_encoder(self, count: int, now: float) -> None:
-        """Call the present encoder count this."""
-        self._encoder_zero = self._shaft(now) - count * self._pulses_per_count
+    # Origin
 
     def set_origin(self, begun: int, centred: bool, now: float) -> None:
         """Call this place 0, found from `begun` pulses; `centred` says it is the middle of a slit (0QM)."""
@@ -371,9 +318,6 @@ class Rc420:
         self.set_pulse_position(0, now)
         self.set_encoder(0, now)
         self.clear_stalls(*StallFinder)
-
-    def _shaft(self, now: float) -> int:
-        return self.world.shaft(self.motor.pulses(now))
 
     # Moves
 
@@ -386,6 +330,17 @@ class Rc420:
         """The controller status with its live bit 0."""
         return self.status | (PULSES_RUNNING if self.motor.moving else 0)
 
+    def status_values(self, now: float) -> StatusValues:
+        """What event messages watch and tell."""
+        return {
+            "controller": self.status_now(),
+            "end_cause": self.end_cause,
+            "sensors": self.io.sensors(),
+            "inputs": self.io.inputs(),
+            "outputs": self.io.outputs.bits(),
+            "position": self.position(now),
+        }
+
     def clear_stalls(self, *finders: StallFinder) -> None:
         """End the STALL errors of these finders: after an origin search, or by QRS and PRS."""
         self.stalls.difference_update(finders)
@@ -396,5 +351,5 @@ class Rc420:
         self.end_cause = cause
         error, output = _END_ERRORS.get(cause, (0, ""))
         self.status |= error
-        self.io.move_ended(output, now)
+        self.io.move_ended(cause, output, now)
         self.say(MoveEnded(self.body, code, cause), now)

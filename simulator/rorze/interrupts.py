@@ -1,11 +1,8 @@
 """What an edge on input 8 or 9 sets off during a move (RC-420 manual 13.9.4)."""
 
-from typing import TYPE_CHECKING
-
+from simulator.rorze.axis import Axis
+from simulator.rorze.outputs import Outputs
 from simulator.rorze.settings import InterruptActions
-
-if TYPE_CHECKING:
-    from simulator.rorze.controller import Rc420
 
 INTERRUPT_INPUTS = (8, 9)
 
@@ -19,8 +16,9 @@ MOVE_CODES = "12"
 class Interrupts:
     """The two interrupts; each goes off once."""
 
-    def __init__(self, axis: "Rc420") -> None:
+    def __init__(self, axis: Axis, outputs: Outputs) -> None:
         self._axis = axis
+        self._outputs = outputs
 
     def arm(self, port: int, edge: int) -> None:
         """Choose the edge; what is to be recorded is cleared, the output to be pulsed made ready (CPS)."""
@@ -30,7 +28,7 @@ class Interrupts:
             if number is not None:
                 self._axis.positions[number] = 0
         if actions.output is not None:
-            self._axis.io.outputs.set(actions.output.output, not actions.output.level)
+            self._outputs.set(actions.output.output, not actions.output.level)
 
     def edge(self, port: int, edge: int, now: float) -> None:
         """Heed an edge that is waited for, in a move and in the valid section (CSS)."""
@@ -56,7 +54,7 @@ class Interrupts:
         if actions.encoder_in_pulses is not None:
             axis.positions[actions.encoder_in_pulses] = axis.encoder_in_pulses(now)
         if pulse is not None:
-            axis.io.outputs.pulse(pulse.output, bool(pulse.level), pulse.duration_ms, now)
+            self._outputs.pulse(pulse.output, bool(pulse.level), pulse.duration_ms, now)
 
     def _in_move(self) -> bool:
         return self._axis.motor.code[:1] in MOVE_CODES

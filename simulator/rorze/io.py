@@ -1,15 +1,13 @@
 """The inputs of one RC-420 as its software sees them, and what they set off (RC-420 manual 13.9)."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
+from simulator.rorze.axis import Axis
 from simulator.rorze.debounce import UNFILTERED, NoiseFilter
 from simulator.rorze.interrupts import FALLING, INTERRUPT_INPUTS, RISING, Interrupts
 from simulator.rorze.motor import NORMAL_END
 from simulator.rorze.outputs import CLEAR, Outputs
 from simulator.rorze.world import IN_POSITION, INPUTS, SENSORS
-
-if TYPE_CHECKING:
-    from simulator.rorze.controller import Rc420
 
 ALL_INPUTS, ALL_SENSORS = (1 << INPUTS) - 1, (1 << SENSORS) - 1
 
@@ -23,10 +21,11 @@ class Ports:
     The levels of inputs and sensors are one word of lines: the inputs in bits 0-9, the sensors in bits 10-15.
     """
 
-    def __init__(self, axis: "Rc420", now: float) -> None:
+    def __init__(self, axis: Axis, sensor_changed: Callable[[int, bool, float], None], now: float) -> None:
         self._axis = axis
+        self._sensor_changed = sensor_changed
         self.outputs = Outputs(axis)
-        self.interrupts = Interrupts(axis)
+        self.interrupts = Interrupts(axis, self.outputs)
         self._in_position_by: float | None = None
         self._raw = self._lines_of(axis.world.levels(axis.motor.pulses(now)))
         self._filters = [
@@ -86,7 +85,7 @@ class Ports:
                 self.interrupts.edge(port, RISING if self._lines >> port & 1 else FALLING, now)
         for sensor in range(SENSORS):
             if changed >> INPUTS + sensor & 1:
-                self._axis.sensor_changed(sensor, self.sensor(sensor), now)
+                self._sensor_changed(sensor, self.sensor(sensor), now)
 
     # Moves
 
@@ -94,14 +93,14 @@ class Ports:
         """Whether an error output holds until CRS: moves are refused with 66 then."""
         return self.outputs.holding()
 
-    def move_ended(self, error: str, now: float) -> None:
+    def move_ended(self, cause: int, error: str, now: float) -> None:
         """A move has ended; `error` is ems, limit or stall after such an error, else empty."""
         self.interrupts.move_ended()
         if error:
             self.outputs.error(error)
         if error or self._axis.motor.code.startswith("0"):
             self.outputs.give_clear(now)
-        elif self._axis.end_cause == NORMAL_END and self.outputs.available(CLEAR):
+        elif cause == NORMAL_END and self.outputs.available(CLEAR):
             self._in_position_by = now + IN_POSITION_TIME_S
 
     # Time

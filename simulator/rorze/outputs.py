@@ -1,11 +1,9 @@
 """What one RC-420 drives: general outputs, error outputs and the CLR signal (RC-420 manual 13.9)."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from simulator.rorze.axis import Axis
 from simulator.rorze.settings import ErrorOutput
-
-if TYPE_CHECKING:
-    from simulator.rorze.controller import Rc420
 
 SERVO_MODE = 2
 
@@ -32,7 +30,7 @@ class Pulse(NamedTuple):
 class Outputs:
     """A pulse hides the steady level of its output while it lasts; setting the output ends it."""
 
-    def __init__(self, axis: "Rc420") -> None:
+    def __init__(self, axis: Axis) -> None:
         self._axis = axis
         self._steady = axis.settings.outputs
         self._pulses: dict[int, Pulse] = {}

@@ -34,7 +34,8 @@ from protocols.rorze.stall_sensor import Enabled, StallError
 from simulator.rorze.actions import acts_out
 from simulator.rorze.acts.patterns import Ramps
 from simulator.rorze.acts.speeds import start_speed_of
-from simulator.rorze.controller import ENCODER_MODE, Rc420, StallFinder
+from simulator.rorze.axis import ENCODER_MODE
+from simulator.rorze.controller import Rc420, StallFinder
 from simulator.rorze.motor import STALL_CAUSE, Halted, Leg, Pause, Task
 from simulator.rorze.settings import STANDARD
 from simulator.rorze.world import CCW, CW

@@ -86,7 +86,7 @@ def set_event_mask(axis: Rc420, command: SetEventMask, now: float) -> None:
 
 @acts_out(GetEventStatus)
 def get_event_status(axis: Rc420, command: GetEventStatus, now: float) -> EventStatus:
-    return EventStatus(status=axis.events.content(now))
+    return EventStatus(status=axis.events.content(axis.status_values(now)))
 
 
 @acts_out(GetEventKinds)

@@ -26,7 +26,8 @@ from protocols.rorze.profile import plan, steady
 from simulator.rorze.actions import Refused, acts_out
 from simulator.rorze.acts.moves import LIMIT_ON, STALLED, require_safe
 from simulator.rorze.acts.patterns import Ramps, ramps_of
-from simulator.rorze.controller import Rc420, StallFinder, held
+from simulator.rorze.axis import held
+from simulator.rorze.controller import Rc420, StallFinder
 from simulator.rorze.motion import Direction
 from simulator.rorze.motor import CCW_LIMIT_CAUSE, STALL_CAUSE, Edge, Halted, Leg, Task
 from simulator.rorze.world import CCW, CCW_LIMIT, CW, CW_LIMIT, ORIGIN, STALL

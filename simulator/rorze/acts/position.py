@@ -10,7 +10,8 @@ from protocols.rorze.position import (
     SignedPulses,
 )
 from simulator.rorze.actions import acts_out
-from simulator.rorze.controller import ENCODER_MODE, Rc420, held
+from simulator.rorze.axis import ENCODER_MODE, held
+from simulator.rorze.controller import Rc420
 
 
 @acts_out(GetPosition)

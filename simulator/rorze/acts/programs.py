@@ -24,7 +24,8 @@ from protocols.rorze.programs import (
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 from simulator.rorze.actions import BAD_PARAMETER, Refused, acts_out
 from simulator.rorze.acts.stops import stop_decelerating, stop_immediately
-from simulator.rorze.controller import Rc420, held
+from simulator.rorze.axis import held
+from simulator.rorze.controller import Rc420
 from simulator.rorze.program_memory import fits, free_steps, steps_of
 
 NEVER_RUN = 0x00
