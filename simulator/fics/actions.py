@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from protocols.fics.commands import COMMANDS, read
 from protocols.fics.row import FicsCommand
@@ -12,9 +12,6 @@ from protocols.fics.status import MotionMode
 from protocols.table import Reply, SyntaxFault, WireFault
 from simulator.fics.alarms import Alarm
 from simulator.fics.course import Course
-
-if TYPE_CHECKING:
-    from simulator.fics.robot import Robot
 
 
 class Code(IntEnum):
@@ -68,40 +65,42 @@ Wait = tuple[Course, ...] | float
 Task = Generator[Wait, float, float]
 """Something that takes time: sent the moments at which its waits were over, it returns the last of them."""
 
+M = TypeVar("M")
+"""The machine that acts."""
 C = TypeVar("C", bound=FicsCommand[Any])
-Action = Callable[["Robot", C, float], Outcome]
-Plan = Callable[["Robot", C, float], Task]
+Action = Callable[[M, C, float], Outcome]
+Plan = Callable[[M, C, float], Task]
 
-_ACTIONS: dict[type[FicsCommand[Any]], Action[Any]] = {}
-_PLANS: dict[type[FicsCommand[Any]], tuple[MotionMode, Plan[Any]]] = {}
+_ACTIONS: dict[type[FicsCommand[Any]], Action[Any, Any]] = {}
+_PLANS: dict[type[FicsCommand[Any]], tuple[MotionMode, Plan[Any, Any]]] = {}
 
 
-def acts_out(*rows: type[C]) -> Callable[[Action[C]], Action[C]]:
+def acts_out(*rows: type[C]) -> Callable[[Action[M, C]], Action[M, C]]:
     """Enter the decorated function as what commands of these rows do at once."""
 
-    def enter(action: Action[C]) -> Action[C]:
+    def enter(action: Action[M, C]) -> Action[M, C]:
         _ACTIONS.update(dict.fromkeys(rows, action))
         return action
 
     return enter
 
 
-def plans(mode: MotionMode, *rows: type[C]) -> Callable[[Plan[C]], Plan[C]]:
+def plans(mode: MotionMode, *rows: type[C]) -> Callable[[Plan[M, C]], Plan[M, C]]:
     """Enter the decorated function: it checks a command of these rows, then returns what takes time."""
 
-    def enter(plan: Plan[C]) -> Plan[C]:
+    def enter(plan: Plan[M, C]) -> Plan[M, C]:
         _PLANS.update(dict.fromkeys(rows, (mode, plan)))
         return plan
 
     return enter
 
 
-def action_of(command: FicsCommand[Any]) -> Action[Any] | None:
+def action_of(command: FicsCommand[Any]) -> Action[Any, Any] | None:
     """What a command does at once; None if it takes time."""
     return _ACTIONS.get(type(command))
 
 
-def plan_of(command: FicsCommand[Any]) -> tuple[MotionMode, Plan[Any]]:
+def plan_of(command: FicsCommand[Any]) -> tuple[MotionMode, Plan[Any, Any]]:
     """How a command moves axes, and what ACD calls that."""
     return _PLANS[type(command)]
 

@@ -3,14 +3,11 @@
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf, isfinite
-from typing import TYPE_CHECKING
 
 from simulator.fics.axes import Motor, Sensor
 from simulator.fics.geometry import Places
+from simulator.fics.mechanics import Mechanics
 from simulator.fics.motion import Glide, Ramps, glide
-
-if TYPE_CHECKING:
-    from simulator.fics.units import Unit
 
 ROUNDING = 1e-9
 """In the unit of an axis."""
@@ -118,10 +115,10 @@ class Course:
     The strokes are in the coordinates of the motors or, if `converted`, in user coordinates that differ.
     """
 
-    def __init__(self, unit: "Unit", *, converted: bool = False) -> None:
-        self.unit = unit
+    def __init__(self, mechanics: Mechanics, *, converted: bool = False) -> None:
+        self.mechanics = mechanics
         self.converted = converted
-        self._user = list(unit.geometry.to_user(unit.at_rest())) if converted else []
+        self._user = list(mechanics.geometry.to_user(mechanics.at_rest())) if converted else []
         self._tracks: list[_Track] = []
 
     @property
@@ -146,11 +143,11 @@ class Course:
 
     def motor_places(self, now: float) -> Places:
         """The coordinates of the motors."""
-        places = self._user[:] if self.converted else list(self.unit.at_rest())
+        places = self._user[:] if self.converted else list(self.mechanics.at_rest())
         for track in self._tracks:
             for axis in track.stroke.spans:
                 places[axis] = track.stroke.place(axis, now)
-        return self.unit.geometry.to_motors(tuple(places)) if self.converted else tuple(places)
+        return self.mechanics.geometry.to_motors(tuple(places)) if self.converted else tuple(places)
 
     def advance(self, now: float) -> None:
         """Let the strokes end that are over.
@@ -201,22 +198,22 @@ class Course:
             if self.converted:
                 self._user[axis] = stroke.place(axis, now)
             else:
-                self.unit.motors[axis].at = stroke.place(axis, now)
+                self.mechanics.motors[axis].at = stroke.place(axis, now)
         if self.converted:
-            self.unit.put(self.unit.geometry.to_motors(tuple(self._user)))
+            self.mechanics.put(self.mechanics.geometry.to_motors(tuple(self._user)))
         self._log("axis_stop", stroke, now)
 
     def _log(self, kind: str, stroke: Stroke, now: float) -> None:
         """Tell the truth of each motor that a stroke moves."""
         places = self.motor_places(now)
         for axis in self._driven(stroke):
-            motor = self.unit.motors[axis]
-            self.unit.truth.log(kind, now, self.unit.number, axis=motor.name, place=places[axis])
+            motor = self.mechanics.motors[axis]
+            self.mechanics.truth.log(kind, now, self.mechanics.number, axis=motor.name, place=places[axis])
 
     def _driven(self, stroke: Stroke) -> list[int]:
         """The motors of a stroke, by their places; a converted axis takes all those of the arms."""
         moving = {axis for axis, span in stroke.spans.items() if span.way}
-        arms = set(range(self.unit.geometry.converted)) if self.converted else set()
+        arms = set(range(self.mechanics.geometry.converted)) if self.converted else set()
         return sorted(moving | arms if moving & arms else moving)
 
     def _next_limit(self, stroke: Stroke, now: float) -> tuple[float, Overrun | None]:
@@ -226,7 +223,7 @@ class Course:
 
     def _limits(self, stroke: Stroke) -> Iterator[tuple[float, Overrun]]:
         for axis, span in stroke.spans.items():
-            motor, sensor = self.unit.motors[axis], _ahead(span.start, span.target)
+            motor, sensor = self.mechanics.motors[axis], _ahead(span.start, span.target)
             if sensor not in (None, stroke.onto):
                 yield stroke.time_at(axis, motor.limit(sensor)), Overrun(motor, sensor)
 
@@ -236,7 +233,7 @@ class Course:
         shares = [way.place(check / PATH_CHECKS) for check in range(PATH_CHECKS + 1)]
         places = [self._motors_after(stroke, share) for share in shares]
         for check in range(PATH_CHECKS):
-            for axis, motor in enumerate(self.unit.motors):
+            for axis, motor in enumerate(self.mechanics.motors):
                 sensor = _ahead(places[check][axis], places[check + 1][axis])
                 if sensor is not None and motor.sees(sensor, places[check + 1][axis]):
                     share = self._first_seen(stroke, axis, sensor, shares[check], shares[check + 1])
@@ -244,7 +241,7 @@ class Course:
 
     def _first_seen(self, stroke: Stroke, axis: int, sensor: Sensor, early: float, late: float) -> float:
         """The share of a converted way at which a motor comes onto a sensor that it sees at the later one."""
-        motor = self.unit.motors[axis]
+        motor = self.mechanics.motors[axis]
         while early < (middle := (early + late) / 2) < late:
             if motor.sees(sensor, self._motors_after(stroke, middle)[axis]):
                 late = middle
@@ -258,7 +255,7 @@ class Course:
             stroke.spans[axis].place(share) if axis in stroke.spans else at
             for axis, at in enumerate(self._user)
         ]
-        return self.unit.geometry.to_motors(tuple(user))
+        return self.mechanics.geometry.to_motors(tuple(user))
 
 
 def _ahead(start: float, end: float) -> Sensor | None:

@@ -289,7 +289,7 @@ class Robot:
                 course.advance(now)
             except Overrun as overrun:
                 overrun.motor.driver_error = OVERRUN
-                unit, motor = self.error_unit(course.unit), overrun.motor
+                unit, motor = self.error_unit(self._unit_of(course)), overrun.motor
                 raise Alarmed(driver_error(unit, motor.name, OVERRUN, overrun.sensor)) from None
             except OriginNotFound:
                 raise Alarmed(timed_out(HOMING_PROGRAM)) from None
@@ -306,7 +306,7 @@ class Robot:
             self.raise_alarm(alarmed.alarm, now)
         else:
             for course in job.courses:
-                course.unit.course = course
+                self._unit_of(course).course = course
         finally:
             self._job_unit = None
 
@@ -327,7 +327,10 @@ class Robot:
 
     def _free(self, job: Job) -> None:
         for course in job.courses:
-            course.unit.course = None
+            self._unit_of(course).course = None
+
+    def _unit_of(self, course: Course) -> Unit:
+        return self.units[course.mechanics.number]
 
     def _halt(self, job: Job, now: float) -> None:
         for course in job.courses:

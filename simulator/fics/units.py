@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from simulator.fics.axes import Axis, Motor
 from simulator.fics.course import PATH_CHECKS, Course, Span
 from simulator.fics.geometry import Geometry, OutOfReach, Places
+from simulator.fics.mechanics import Mechanics
 from simulator.truth import TruthLog
 
 Position = tuple[float | None, ...]
@@ -15,7 +16,7 @@ class BeyondLimits(Exception):
     """A soft limit forbids it."""
 
 
-class Unit:
+class Unit(Mechanics):
     """Axes that move together. Settings and positions outlast the power, an assumption."""
 
     def __init__(
@@ -26,10 +27,7 @@ class Unit:
         converted: Sequence[Axis] = (),
         truth: TruthLog | None = None,
     ) -> None:
-        self.number = number
-        self.truth = truth or TruthLog()
-        self.geometry = geometry
-        self.motors = tuple(motors)
+        super().__init__(number, geometry, motors, truth)
         self.users: tuple[Axis, ...] = (*converted, *motors[geometry.converted :])
         """The user axes: those that are converted, and the other motors themselves."""
         self.positions: dict[int, Position] = {}
@@ -42,15 +40,6 @@ class Unit:
             motor.lose_power()
         for axis in (*self.users, *self.motors):
             axis.percent = 100.0
-
-    def at_rest(self) -> Places:
-        """The coordinates of the motors, as they last stood."""
-        return tuple(motor.at for motor in self.motors)
-
-    def put(self, places: Places) -> None:
-        """Let the motors stand there."""
-        for motor, at in zip(self.motors, places, strict=True):
-            motor.at = at
 
     def motor_places(self, now: float) -> Places:
         """The coordinates of the motors."""
