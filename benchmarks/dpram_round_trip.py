@@ -27,9 +27,6 @@ class Answers:
         """Give the message to whoever waits."""
         self.next.set_result(data)
 
-    def reply_is_near(self) -> None:
-        """Nothing is to be done ahead."""
-
     def connection_lost(self, error: TransportLost) -> None:
         """Measure no further."""
         self.next.set_exception(error)

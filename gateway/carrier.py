@@ -110,11 +110,6 @@ class Carrier(PortLoop, Generic[X, F]):
         for frame in self._reader.feed(data):
             self._take(frame)
 
-    def reply_is_near(self) -> None:
-        """Do with nothing in hand what the reply will have us do, so that the processor has it at hand."""
-        self._reader.feed(b"")
-        self._pump()
-
     def _pass_deadlines(self, now: float) -> float | None:
         resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
         self._talk.pass_deadlines(now, resumes_at)

@@ -76,10 +76,6 @@ class PortLoop(ABC):
         """Bytes from the port."""
 
     @abstractmethod
-    def reply_is_near(self) -> None:
-        """A reply will probably be here in a moment."""
-
-    @abstractmethod
     def _in_step(self) -> bool:
         """Whether replies can be believed."""
 

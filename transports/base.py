@@ -29,9 +29,6 @@ class Receiver(Protocol):
     def data_received(self, data: bytes) -> None:
         """One or more bytes have arrived."""
 
-    def reply_is_near(self) -> None:
-        """A reply will probably be here in a moment; not every port foresees it."""
-
     def connection_lost(self, error: TransportLost) -> None:
         """The port has gone by itself; called at most once per opening, and never after `close`."""
 

@@ -6,9 +6,9 @@ keep to the millisecond only, so the operating system is told the moment (Linux 
 """
 
 import asyncio
+import contextlib
 import ctypes
 import os
-from collections.abc import Callable
 from time import CLOCK_MONOTONIC, monotonic
 
 LEAD_S = 150e-6
@@ -33,22 +33,21 @@ class _Spec(ctypes.Structure):
 
 
 class Nudge:
-    """Expects a reply as long after a frame as the last reply to the same frame came.
+    """Expects a reply as long after a frame as the last reply to the same frame came, and wakes up before it.
 
     When it comes at another time, nothing is lost but a wake-up in vain. Where the system has no such timers,
     nobody is woken.
     """
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, woken: Callable[[], object]) -> None:
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
-        self._woken = woken
         self._timer = _timer()
         self._spec = _Spec()
         self._took_s: dict[bytes, float] = {}
         self._frame = b""
         self._written_at = 0.0
         if self._timer is not None:
-            loop.add_reader(self._timer, self._ring, self._timer)
+            loop.add_reader(self._timer, _silence, self._timer)
 
     def wrote(self, frame: bytes, heard_at: float) -> None:
         """A frame has just been written; the last bytes came at `heard_at` of the monotonic clock."""
@@ -76,12 +75,11 @@ class Nudge:
             self._spec.wait_s, self._spec.wait_ns = int(wait_s), int(wait_s % 1 * 1e9)
             _LIBC.timerfd_settime(self._timer, 0, ctypes.byref(self._spec), None)
 
-    def _ring(self, timer: int) -> None:
-        try:
-            os.read(timer, 8)
-        except BlockingIOError:
-            return  # it was set anew meanwhile
-        self._woken()
+
+def _silence(timer: int) -> None:
+    """The loop is awake, which is all that was wanted."""
+    with contextlib.suppress(BlockingIOError):  # it was set anew meanwhile
+        os.read(timer, 8)
 
 
 def _timer() -> int | None:

@@ -99,11 +99,6 @@ class Recorded(Transport):
         if self._receiver is not None:
             self._receiver.data_received(data)
 
-    def reply_is_near(self) -> None:
-        """Pass it on; nothing has happened yet."""
-        if self._receiver is not None:
-            self._receiver.reply_is_near()
-
     def connection_lost(self, error: TransportLost) -> None:
         """Record that the port was lost, and pass it on."""
         self._recorder.record("lost")

@@ -91,7 +91,7 @@ class SerialPort(StreamTransport):
         except Exception:
             port.close()
             raise
-        port.nudge = Nudge(loop, session.reply_is_near)
+        port.nudge = Nudge(loop)
         port.on_write_error = lambda error: loop.call_soon(session.fail, channel, error)
         return channel, session
 

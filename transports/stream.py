@@ -24,11 +24,6 @@ class Session(asyncio.Protocol):
         if self._receiver is not None:
             self._receiver.data_received(data)
 
-    def reply_is_near(self) -> None:
-        """Pass on that something will arrive in a moment."""
-        if self._receiver is not None:
-            self._receiver.reply_is_near()
-
     def fail(self, channel: asyncio.Transport, error: Exception) -> None:
         """Give up a channel that has met an error without noticing."""
         self._reason = error

@@ -9,11 +9,10 @@ import pytest
 
 from gateway.carrier import GAP_S, Carrier
 from gateway.errors import GatewayError, InvalidRequest, LineDown
-from gateway.exchange import Answered, Lane
+from gateway.exchange import Lane
 from gateway.line import Line, LineState
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
-from protocols.rorze.position import GetPosition, SignedPulses
-from protocols.rorze.status import GetControllerStatus
+from protocols.rorze.position import GetPosition
 from tests.gateway.far_end import FarEnd, running_line, until, virtual
 from transports.base import TransportRefused
 
@@ -245,44 +244,3 @@ async def test_the_next_frame_leaves_before_anybody_is_told_of_a_reply() -> None
         second = line.submit(3, GetPosition(), Lane.READ)
         await asyncio.gather(first, second)
         assert sent_when_told == [["&026PD", "&036PD"]] * 2
-
-
-# a reply that is near
-
-
-@virtual
-async def test_foreseeing_a_reply_sends_nothing_twice_and_nothing_early() -> None:
-    far = FarEnd()
-    async with running_line(far) as line:
-        position = line.submit(2, GetPosition(), Lane.READ)
-        status = line.submit(2, GetControllerStatus(), Lane.READ)
-        line.reply_is_near()
-        line.reply_is_near()
-        assert far.frames == ["&026PD"]
-        assert isinstance(await position, Answered)
-        assert isinstance(await status, Answered)
-        line.reply_is_near()
-        assert far.frames == ["&026PD", "&029CD"]
-
-
-@virtual
-async def test_foreseeing_a_reply_does_not_disturb_the_half_that_has_come() -> None:
-    far = FarEnd()
-    async with running_line(far) as line:
-        far.once("&026PD", (0.010, b">&026PD+00"), (0.030, b"0001234\r"))
-        position = line.submit(2, GetPosition(), Lane.READ)
-        await asyncio.sleep(0.020)
-        line.reply_is_near()
-        outcome = await position
-        assert isinstance(outcome, Answered)
-        assert outcome.replies[2] == SignedPulses(pulses=1234)
-        assert (far.frames, line.counters["garbage"]) == (["&026PD"], 0)
-
-
-@virtual
-async def test_on_a_line_that_has_gone_no_reply_is_near() -> None:
-    far = FarEnd()
-    async with running_line(far) as line:
-        far.unplug()
-        line.reply_is_near()
-        assert (far.frames, line.state) == ([], LineState.DOWN)

@@ -66,9 +66,6 @@ class PlainLine(PortLoop):
         self.heard += data
         self._last_rx_at = self._loop.time()
 
-    def reply_is_near(self) -> None:
-        """Nothing is to be done ahead."""
-
     def _in_step(self) -> bool:
         return self.in_step
 

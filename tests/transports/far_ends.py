@@ -17,17 +17,12 @@ class Ear:
 
     def __init__(self) -> None:
         self.heard = b""
-        self.foreseen: list[bytes] = []
-        """What had been heard whenever a reply was said to be near."""
         self.losses: list[TransportLost] = []
         self._news = anyio.Event()
 
     def data_received(self, data: bytes) -> None:
         self.heard += data
         self._news.set()
-
-    def reply_is_near(self) -> None:
-        self.foreseen.append(self.heard)
 
     def connection_lost(self, error: TransportLost) -> None:
         self.losses.append(error)

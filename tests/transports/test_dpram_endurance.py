@@ -33,9 +33,6 @@ class Checker:
             self.heard_all.set_result(None)
         dawdle(self._rng)
 
-    def reply_is_near(self) -> None:
-        """Nothing is to be done ahead."""
-
     def connection_lost(self, error: TransportLost) -> None:
         self._fail(error)
 

@@ -1,7 +1,9 @@
 import asyncio
+import os
 from time import monotonic
 
 import anyio
+import anyio.lowlevel
 import pytest
 
 from transports import nudge
@@ -18,7 +20,7 @@ class Line:
         self.waits: list[float] = []
         monkeypatch.setattr(nudge, "monotonic", lambda: self.now)
         monkeypatch.setattr(Nudge, "_set", lambda _, wait_s: self.waits.append(wait_s))
-        self.nudge = Nudge(asyncio.get_running_loop(), lambda: None)
+        self.nudge = Nudge(asyncio.get_running_loop())
 
     def ask(self, frame: bytes, *, answered_in_s: float | None) -> None:
         self.nudge.wrote(frame, self.heard_at)
@@ -64,22 +66,39 @@ async def test_the_memory_of_frames_is_bounded(line: Line) -> None:
     assert len(line.nudge._took_s) <= FRAMES_KEPT
 
 
-async def test_the_computer_is_woken_and_says_so_once() -> None:
-    woken = asyncio.Event()
-    alarm = Nudge(asyncio.get_running_loop(), woken.set)
+async def test_the_computer_is_woken_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    rings: list[int] = []
+    woken = anyio.Event()
+
+    def ring(timer: int) -> None:
+        silence(timer)
+        rings.append(timer)
+        woken.set()
+
+    silence = nudge._silence
+    monkeypatch.setattr(nudge, "_silence", ring)
+    alarm = Nudge(asyncio.get_running_loop())
     alarm.wrote(b"&006PD\r", 0.0)
     alarm.wrote(b"&006PD\r", monotonic() + 0.002)
     with anyio.fail_after(10):
         await woken.wait()
+    await anyio.lowlevel.checkpoint()
+    assert len(rings) == 1
     alarm.close()
     alarm.close()
+
+
+async def test_a_timer_that_was_set_anew_has_nothing_to_silence() -> None:
+    timer = nudge._timer()
+    assert timer is not None
+    nudge._silence(timer)
+    os.close(timer)
 
 
 async def test_a_system_without_such_timers_does_without(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(nudge, "_LIBC", object())
-    woken = asyncio.Event()
-    alarm = Nudge(asyncio.get_running_loop(), woken.set)
+    alarm = Nudge(asyncio.get_running_loop())
+    assert alarm._timer is None
     for _ in range(2):
         alarm.wrote(b"&006PD\r", monotonic() + 0.002)
     alarm.close()
-    assert not woken.is_set()

@@ -117,21 +117,6 @@ async def test_a_loss_is_recorded_and_passed_on_and_closing_afterwards_is_not() 
 
 
 @pytest.mark.anyio
-async def test_that_a_reply_is_near_is_passed_on_and_is_no_record() -> None:
-    recorder, ear, loop = Recorder(), Ear(), LoopBack("loop")
-    port = Recorded(loop, recorder)
-    port.reply_is_near()
-    await port.open(ear)
-    port.reply_is_near()
-    port.write(b"&3F6PD\r")
-    port.reply_is_near()
-    await port.close()
-    port.reply_is_near()
-    assert ear.foreseen == [b"", b"&3F6PD\r"]
-    assert [kind for kind, _ in story(recorder)] == ["opened", "rx", "tx", "closed"]
-
-
-@pytest.mark.anyio
 async def test_bytes_that_the_port_refuses_are_not_recorded_as_sent() -> None:
     recorder = Recorder()
     with pytest.raises(TransportLost):

@@ -3,36 +3,17 @@ import pytest
 
 from tests.transports.far_ends import Ear, TcpFarEnd
 from transports import create
-from transports.stream import Session, StreamTransport
+from transports.stream import Session
 
 pytestmark = pytest.mark.anyio
 
 
 async def test_a_session_that_has_not_begun_tells_nobody() -> None:
     session, ear = Session("tcp://moxa:4001"), Ear()
-    session.reply_is_near()
     session.data_received(b"too early")
     session.connection_lost(None)
     session.begin(ear)
-    assert (ear.heard, ear.foreseen, ear.losses) == (b"", [], [])
-
-
-async def test_a_session_passes_on_that_a_reply_is_near_until_it_ends() -> None:
-    far, ear = TcpFarEnd(), Ear()
-    transport = create(far.address)
-    await transport.open(ear)
-    await far.answer()
-    assert isinstance(transport, StreamTransport)
-    session = transport._session
-    assert session is not None
-    session.reply_is_near()
-    await far.write(b">&3F6PD")
-    await ear.hears(7)
-    session.reply_is_near()
-    await transport.close()
-    session.reply_is_near()
-    assert ear.foreseen == [b"", b">&3F6PD"]
-    far.vanish()
+    assert (ear.heard, ear.losses) == (b"", [])
 
 
 async def test_a_loss_says_where_and_why() -> None:
