@@ -72,6 +72,11 @@ class PlaceQuery(PlaceCommand[R_co], errors=frozenset({0x4A, 0x5B}), retry=Retry
         """Whether a place is given: without one, every question steps on."""
         return super().may_repeat() and (self.label, self.address) != (None, None)
 
+    @property
+    def instruction(self) -> str | None:
+        """What stands at a label: the label, which the reply thereby repeats; otherwise nobody knows."""
+        return None if self.label is None else f"*{self.label}"
+
 
 class AutostartReply(Reply, args="{autostart}"):
     """Whether the program starts at power-on."""
@@ -240,7 +245,7 @@ class GetProgramLine(
     PlaceQuery[ProgramLine],
     code="UPD",
     args="*{label}|{address}|",
-    echo=("address",),
+    echo=("address", "instruction"),
     example=("&3FUPD*TS", ">&3FUPD00511,*TS", "&3FUPD512", ">&3FUPD00512,WAT5", "&3FUPD", ">&3FUPD00513,END"),
 ):
     """1アドレス取得(アドレス付き): get one address of the user program, with its number.
@@ -302,6 +307,7 @@ class GetProgramInstruction(
     PlaceQuery[ProgramInstruction],
     code="UWD",
     args="*{label}|{address}|",
+    echo=("instruction",),
     example=(
         "&3FUWD*TS",
         ">&3FUWD*TS",

@@ -258,3 +258,14 @@ def test_a_nonce_that_comes_back_differently_is_not_the_reply() -> None:
     assert asked.read_reply("P[0025],-000000001").pulses == -1
     with pytest.raises(SyntaxFault):
         asked.read_reply("P[0026],-000000001")
+
+
+@every_row
+def test_what_the_reply_repeats_is_checked(row: Row) -> None:
+    repeated = row.model_fields.keys() & row.reply_type().model_fields.keys()
+    assert repeated <= set(row.echo)
+
+
+def test_these_rows_have_a_reply_that_repeats_what_was_asked_for() -> None:
+    repeating = {code: row.echo for code, row in COMMANDS.items() if row.echo}
+    assert repeating == {"3ND": ("position",), "UPD": ("address", "instruction"), "UWD": ("instruction",)}

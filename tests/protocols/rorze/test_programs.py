@@ -193,3 +193,15 @@ def test_bits_of_a_data_memory_read_back(number: int, bits: int) -> None:
     command = SetProgramMemory(memory=f"D{number}", bits=bits)
     assert SetProgramMemory.read(command.written()) == command
     assert programs.MemoryReply(bits=bits).written() == f"H{bits:08X}"
+
+
+@pytest.mark.parametrize(("row", "head"), [(GetProgramLine, "00511,"), (GetProgramInstruction, "")])
+def test_the_reply_to_a_label_repeats_it_and_that_to_an_address_does_not(
+    row: type[RorzeCommand[Any]], head: str
+) -> None:
+    asked = row.read("*TS")
+    assert asked.read_reply(f"{head}*TS").written() == f"{head}*TS"
+    for other in ("*TT", "END", ""):
+        with pytest.raises(SyntaxFault):
+            asked.read_reply(f"{head}{other}")
+    assert row.read("511").read_reply(f"{head}*TS").written() == f"{head}*TS"
