@@ -38,6 +38,10 @@ class LineInfo(_PortInfo):
     stop_mode: Literal["interject", "after_reply"] = Field(
         description="Whether a stop goes out at the next frame boundary, or after the reply under way."
     )
+    strict: bool = Field(
+        description="A reply came twice here lately: an acknowledgement counts only when a fence before and "
+        "one after it have shown that it was no copy."
+    )
     bodies: list[str]
     offline: list[str] = Field(description="Bodies that do not answer.")
     groups: list[str]
@@ -159,6 +163,7 @@ def _info(plant: Plant, port: Line | FicsLine) -> LineInfo | RobotLineInfo:
         protocol="rorze",
         controllers=port.controllers,
         stop_mode="interject" if port.interject_stops else "after_reply",
+        strict=port.strict,
         bodies=_addresses(port, port.bodies),
         offline=_addresses(port, sorted(port.offline)),
         groups=_addresses(port, list(port.groups)),

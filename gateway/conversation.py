@@ -15,14 +15,15 @@ from itertools import cycle
 from math import inf
 from typing import Any
 
+from gateway.copies import Copies, ReplyFrame
 from gateway.errors import BodyOffline, Cancelled, GarbledReply, GatewayError, NoReply
 from gateway.exchange import STOPS, Answered, Exchange, Lane
 from gateway.gate import Gate
 from gateway.scheduler import Scheduler
-from protocols.rorze.link import Answer, GroupAnswer, Refusal, encode
+from protocols.rorze.link import Refusal, encode
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
-from protocols.rorze.row import LAST_BODY, RorzeCommand
+from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
 from protocols.table import Retry
 
 FENCE_TRIES = 3
@@ -35,11 +36,11 @@ SILENT_BODIES = 3
 
 Two may hang on one fuse.
 """
+STRICT_S = 3600.0
+"""A line on which a reply came twice brackets its acknowledgements until so long after the last such copy."""
 
 NEW_STOPS = (Lane.STOP,)
 LANES = tuple(Lane)
-
-ReplyFrame = Answer | Refusal | GroupAnswer
 
 
 class Conversation:
@@ -71,6 +72,8 @@ class Conversation:
         self.on_online: Callable[[int], None] = lambda _body: None
         self.on_offline: Callable[[int, bool], None] = lambda _body, _asked: None
         """Told which body counts as silent, and whether it was asked itself, or nobody was heard at all."""
+        self.on_strict: Callable[[bool], None] = lambda _on: None
+        """Told when acknowledgements begin to be bracketed by fences, and when that is over."""
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
         self._nonces = cycle(dice.sample(range(NONCES), NONCES))
         self._urgent: deque[Exchange] = deque()
@@ -78,11 +81,14 @@ class Conversation:
         self._stops: list[Exchange] = []
         self._suspect: Exchange | None = None
         self._fence: Exchange | None = None
-        self._fence_body = 0
+        self._fence_for = self._fence_body = 0
+        """Whose copies the fence rules out, and who is asked: others stand for groups and the dead."""
         self._fence_tries = 0
         self._fenced_in_silence = 0
-        self._last_command: tuple[int, str] | None = None
-        self._last_reply: ReplyFrame | None = None
+        self._copies = Copies(late_reply_s)
+        self._fenced: set[int] = set()
+        """Who has said nothing since a fence."""
+        self._strict_until: float | None = None
         self._heard_at: dict[int, float] = {}
 
     # what goes next
@@ -145,13 +151,15 @@ class Conversation:
         if self._held_up():
             return self._interjected() if self.interject_stops else None
         if ready and self.in_step and not self._urgent:
-            return self._interposed(self._wanted(), now)
+            return self._interposed(self._wanted(), now, self.scheduler.put_back)
         stop = self.scheduler.next(NEW_STOPS, self._not_under_way)
         if stop is not None:
             return stop
         if not self.in_step:
             return self._new_fence()
-        return self._urgent.popleft() if self._urgent else self.scheduler.next(STOPS, self._not_under_way)
+        if self._urgent:
+            return self._interposed(self._urgent.popleft(), now, self._urgent.appendleft)
+        return self.scheduler.next(STOPS, self._not_under_way)
 
     def _held_up(self) -> bool:
         """Whether nothing but stops may go before a reply has come."""
@@ -175,28 +183,33 @@ class Conversation:
                 return exchange
         return None
 
-    def _interposed(self, exchange: Exchange | None, now: float) -> Exchange | None:
-        """Between two commands with equal replies goes a fence: no copy of the first reply counts twice."""
-        if exchange is None or exchange.key != self._last_command or exchange.lane in STOPS:
+    def _interposed(
+        self, exchange: Exchange | None, now: float, put_back: Callable[[Exchange], None]
+    ) -> Exchange | None:
+        """Where a copy of an earlier reply would answer this command, a fence goes first."""
+        if exchange is None or not self._wants_fence(exchange, now) or self.gate.refuses(exchange, now):
             return exchange
-        if exchange.command.may_repeat():
-            return exchange
-        if self.gate.refuses(exchange, now):
-            return exchange
-        self.scheduler.put_back(exchange)
+        put_back(exchange)
         self._lose_step(exchange.body)
         return self._new_fence()
+
+    def _wants_fence(self, exchange: Exchange, now: float) -> bool:
+        if exchange.lane in STOPS:
+            return False
+        opens_bracket = self._is_bracketed(exchange) and exchange.body not in self._fenced
+        return opens_bracket or self._copies.could_answer(exchange, now)
+
+    def _is_bracketed(self, exchange: Exchange) -> bool:
+        return self.strict and exchange.lane is Lane.COMMAND
 
     def written(self, exchange: Exchange, now: float, deadline: float) -> None:
         """Note that the frame has been handed to the port, and until when its reply is waited for."""
         self.counters["frames_sent"] += 1
-        exchange.written_at, exchange.deadline = now, deadline
+        exchange.written_at, exchange.deadline, exchange.doubt = now, deadline, None
         if exchange.lane in STOPS:
             self._stops.append(exchange)
         else:
             self._awaiting = exchange
-            if exchange.lane is Lane.COMMAND:
-                self._last_command = exchange.key
         if exchange.on_written is not None:
             exchange.on_written(now)
 
@@ -205,17 +218,25 @@ class Conversation:
     def heard(self, frame: ReplyFrame, now: float) -> Callable[[], None] | None:
         """Credit a reply. What it gives back tells those who wait; it can be called after the next write."""
         self._fenced_in_silence = 0
+        self._fenced.discard(frame.body)
         for exchange in (self._awaiting, *self._stops):
             if exchange is not None and (outcome := exchange.credit(frame, now)) is not None:
-                self._last_reply = frame
                 self._heard_at[frame.body] = now
                 self.counters["replies"] += 1
+                if exchange.lane not in STOPS:  # an equal one is repeated before its reply has come
+                    self._copies.note(exchange, frame, now)
                 self._answered(exchange)
-                return partial(exchange.settle, outcome)
+                return self._bracket(exchange, outcome) or partial(exchange.settle, outcome)
         if not self._is_late(frame, now):
-            self.counters["duplicates" if frame == self._last_reply else "strays"] += 1
-            self.noise("the reply to another command", now)
+            self._stray(frame, now)
         return None
+
+    def _stray(self, frame: ReplyFrame, now: float) -> None:
+        is_copy = self._copies.is_one(frame)
+        self.counters["duplicates" if is_copy else "strays"] += 1
+        if is_copy:
+            self._be_strict(now)
+        self.noise("the reply to another command", now)
 
     def noise(self, what: str, now: float) -> None:
         """Something came that nobody can have wanted: whatever is awaited may have been it.
@@ -234,12 +255,27 @@ class Conversation:
     def _is_late(self, frame: ReplyFrame, now: float) -> bool:
         """A reply that comes before the fence can only belong to the exchange in doubt."""
         suspect = self._suspect
-        outcome = suspect.credit(frame, now) if suspect and suspect.late_answer is None else None
+        outcome = suspect.credit(frame, now) if suspect else None
         if suspect is None or outcome is None:
             return False
-        self.counters["late_replies"] += 1
-        suspect.late_answer = outcome.as_late() if isinstance(outcome, Answered) else outcome
+        if suspect.doubt is not None and isinstance(outcome, Answered):
+            outcome = outcome.as_late()
+        if suspect.late_answer is None:
+            self.counters["late_replies"] += 1
+            suspect.late_answer = outcome
+        else:
+            self._stray(frame, now)
+            suspect.late_answer = _last_of(suspect, suspect.late_answer, outcome)
+        self._copies.note(suspect, frame, now)
         return True
+
+    def _bracket(self, exchange: Exchange, outcome: Answered | Refusal) -> Callable[[], None] | None:
+        """Where replies come twice, a fence has to show that this one was the last before it is told."""
+        if not self._is_bracketed(exchange):
+            return None
+        exchange.late_answer, self._suspect = outcome, exchange
+        self._lose_step(exchange.body)
+        return _nothing
 
     def _answered(self, exchange: Exchange) -> None:
         if exchange in self._stops:
@@ -247,22 +283,49 @@ class Conversation:
         else:
             self._awaiting = None
         if exchange.self_identifying:
-            self._last_command = None
+            self._rule_out_copies(exchange.body)
         if exchange.body in self.offline:
             self.offline.discard(exchange.body)
             self.on_online(exchange.body)
         if exchange is self._fence:
             self._fence = None
+            if self._fence_for > LAST_BODY:
+                self._rule_out_copies(self._fence_for)
             self._regain_step()
+
+    def _rule_out_copies(self, body: int) -> None:
+        """Nothing it has said before is on its way any more."""
+        self._copies.forget(body)
+        self._fenced.add(body)
+
+    # strictness
+
+    @property
+    def strict(self) -> bool:
+        """Whether a reply came twice here, so that every acknowledgement is bracketed by fences."""
+        return self._strict_until is not None
+
+    def _be_strict(self, now: float) -> None:
+        was_strict, self._strict_until = self.strict, now + STRICT_S
+        if not was_strict:
+            self.on_strict(True)
+
+    def _be_lenient(self) -> None:
+        was_strict, self._strict_until = self.strict, None
+        if was_strict:
+            self.on_strict(False)
 
     # time
 
     def deadline(self) -> float | None:
-        """When the next reply is overdue."""
-        return min((it.deadline for it in self._under_way() if it.deadline is not None), default=None)
+        """When the next reply is overdue, or the line has been without copies for long enough."""
+        overdue = [it.deadline for it in self._under_way() if it.deadline is not None]
+        return min(overdue if self._strict_until is None else [*overdue, self._strict_until], default=None)
 
     def pass_deadlines(self, now: float, resumes_at: float | None) -> None:
         """Give up waiting for what is overdue; `resumes_at` is set while a reply has begun and may go on."""
+        if self._strict_until is not None and self._strict_until <= now:
+            self._be_lenient()
         for exchange in self._under_way():
             if exchange.deadline is None or exchange.deadline > now:
                 continue
@@ -296,6 +359,7 @@ class Conversation:
     def _lose_step(self, body: int) -> None:
         """From now on nothing but stops is sent until a fence has passed."""
         self.in_step = False
+        self._fence_for = body
         self._fence_body, self._fence_tries, self._fenced_in_silence = self._fence_target(body), 0, 0
 
     def _fence_target(self, body: int) -> int:
@@ -330,7 +394,7 @@ class Conversation:
         for body in alive:
             self._went_offline(body, asked=False)
         # Late replies have had their time; the probes tell when somebody is back.
-        self._last_command = None
+        self._rule_out_copies(self._fence_for)
         if self._suspect is not None:
             self._suspect.repeats = 0
         self._regain_step()
@@ -372,6 +436,10 @@ class Conversation:
         waiting = [*self._urgent, *self.scheduler.remove(lambda _: True)]
         self._awaiting = self._suspect = self._fence = None
         self._stops, self._urgent, self.in_step = [], deque(), True
+        self._copies.forget(
+            LINK_MASTER
+        )  # it is set up anew, and its bodies may not be there to prove anything
+        self._be_lenient()
         for exchange in written:
             exchange.settle(exchange.late_answer or NoReply(lost.detail, _remedy(exchange), exchange.command))
         for exchange in waiting:
@@ -386,6 +454,19 @@ class Conversation:
 def offline_error(body: int) -> BodyOffline:
     """The error of whoever asks a body that does not answer."""
     return BodyOffline(f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable.")
+
+
+def _last_of(
+    exchange: Exchange, first: Answered | Refusal | NoReply, last: Answered | Refusal
+) -> Answered | Refusal | NoReply:
+    """What two replies to one command tell: the last counts, but one that contradicts leaves a doubt."""
+    if type(first) is type(last):
+        return last
+    return _unusable(GarbledReply, exchange, "replies that contradict each other came back")
+
+
+def _nothing() -> None:
+    """Tell nobody anything yet."""
 
 
 def _unusable(kind: type[NoReply], exchange: Exchange, what: str) -> NoReply:

@@ -72,7 +72,8 @@ class Exchange:
     deadline: float | None = None
     doubt: NoReply | None = None
     """Why there is no usable reply, until a fence has shown whether one still comes."""
-    late_answer: Answered | Refusal | None = None
+    late_answer: Answered | Refusal | NoReply | None = None
+    """What came before that fence, once or more often."""
 
     @property
     def key(self) -> tuple[int, str]:

@@ -72,7 +72,11 @@ class Line(Carrier[Exchange, Frame]):
         """What the link master answered to XID."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
-        talk.on_online, talk.on_offline = self._came_back, self._fell_silent
+        talk.on_online, talk.on_offline, talk.on_strict = (
+            self._came_back,
+            self._fell_silent,
+            self._grew_strict,
+        )
 
     def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
         return (self._probe_offline(),)
@@ -108,6 +112,11 @@ class Line(Carrier[Exchange, Frame]):
     def interject_stops(self) -> bool:
         """Whether a stop goes out before the reply under way."""
         return self._talk.interject_stops
+
+    @property
+    def strict(self) -> bool:
+        """Whether a reply came twice here lately, so that every acknowledgement is bracketed by fences."""
+        return self._talk.strict
 
     @property
     def last_error_at(self) -> float | None:
@@ -249,6 +258,13 @@ class Line(Carrier[Exchange, Frame]):
         else:
             self.counters["messages"] += 1
             self.on_message(frame)
+
+    def _grew_strict(self, strict: bool) -> None:
+        if strict:
+            log.warning("line %s says replies twice: acknowledgements now wait for a fence", self.id)
+        else:
+            log.info("line %s: acknowledgements are believed at once again", self.id)
+        self.on_change("line.strict", {"strict": strict})
 
     # presence
 

@@ -67,6 +67,10 @@ class RorzeCommand(Command[R_co]):
         """Whether it may be sent again by itself: a read that does not step the position index."""
         return self.retry is Retry.READ and not any(map(_steps, self.__dict__.values()))
 
+    def is_only_question(self) -> bool:
+        """Whether every command of its code asks the same, and changes nothing: a read without parameters."""
+        return self.retry is Retry.READ and not self.__dict__
+
     @classmethod
     def starts_motion(cls) -> bool:
         """Whether the controller answers at once and then moves: a third letter M (RC-420 manual 12)."""

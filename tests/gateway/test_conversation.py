@@ -3,6 +3,7 @@
 import asyncio
 from collections import deque
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from random import Random
 from typing import Any, NamedTuple
@@ -11,20 +12,26 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+from pydantic import ValidationError
 
-from gateway.conversation import FENCE_TRIES, NONCES, READ_REPEATS, Conversation, ReplyFrame
-from gateway.errors import BodyOffline, Cancelled, Expired, NoReply
+from gateway.conversation import FENCE_TRIES, NONCES, READ_REPEATS, STRICT_S, Conversation
+from gateway.copies import REMEMBERED, ReplyFrame
+from gateway.errors import BodyOffline, Cancelled, Expired, GarbledReply, NoReply
 from gateway.exchange import Answered, Exchange, Lane, Outcome
 from gateway.line import lane_of
+from protocols.rorze import commands as table
 from protocols.rorze.flash import SaveSettings
-from protocols.rorze.link import Answer, Refusal
-from protocols.rorze.link_master import IdentifyControllers, SetReplyFormat
+from protocols.rorze.link import Answer, GroupAnswer, Refusal
+from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
 from protocols.rorze.moves import MoveClockwise, MoveTo
+from protocols.rorze.notation import PositionReference
 from protocols.rorze.position import GetPosition, SignedPulses
-from protocols.rorze.position_table import GetNumberedPositionEntry
+from protocols.rorze.position_table import GetNumberedPositionEntry, GetPositionEntry
+from protocols.rorze.programs import GetProgramMemory
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.rorze.status import GetControllerStatus
 from protocols.rorze.stops import StopImmediately
+from protocols.table import WireFault
 from tests.gateway.exchanges import waiting
 from tests.virtual_time import VirtualLoop
 
@@ -34,6 +41,10 @@ STOP = StopImmediately()
 LOST, UNSENT = NoReply("The port has gone."), Cancelled("The port has gone.")
 
 Future = asyncio.Future[Outcome]
+
+
+def entry(position: int) -> GetPositionEntry:
+    return GetPositionEntry(entry=PositionReference(position=position))
 
 
 def answer_to(exchange: Exchange, pulses: int = 0) -> Answer:
@@ -448,6 +459,8 @@ def test_a_copy_of_a_reply_ends_no_equal_command(it: Talk) -> None:
     assert it.next() == "02 1+M"
     assert not second.done()
     it.answer()
+    assert it.next() == "fence 02 3ND", "replies come twice here: this may not be the last"
+    it.answer()
     assert isinstance(second.result(), Answered)
 
 
@@ -461,7 +474,7 @@ def test_a_copy_is_told_from_a_reply_to_nothing(it: Talk) -> None:
     assert it.talk.in_step
 
 
-def test_the_second_late_reply_is_a_stray(it: Talk) -> None:
+def test_late_replies_that_contradict_each_other_leave_a_doubt(it: Talk) -> None:
     move = it.ask(MOVE)
     it.next()
     it.fall_silent()
@@ -470,8 +483,331 @@ def test_the_second_late_reply_is_a_stray(it: Talk) -> None:
     assert not it.hear(Answer(2, "1+M", ""))
     assert not it.hear(Refusal(2, "1+M", 0x50))
     assert it.hear(answer_to(fence))
-    assert move.result() == Answered({2: MOVE.read_reply("")}, it.now, late=True)
+    outcome = move.result()
+    assert isinstance(outcome, GarbledReply)
+    assert outcome.detail == "1+M was sent to body 02, and replies that contradict each other came back."
+    assert outcome.moved == "unknown"
     assert (it.talk.counters["late_replies"], it.talk.counters["strays"]) == (1, 1)
+
+
+def test_of_late_replies_of_one_kind_the_last_counts(it: Talk) -> None:
+    read = it.ask(READ)
+    it.next()
+    it.fall_silent()
+    it.next()
+    fence = it.last
+    for pulses in (1, 2):
+        assert not it.hear(Answer(2, "6PD", f"{pulses:+010d}"))
+    assert it.hear(answer_to(fence))
+    assert read.result() == Answered({2: SignedPulses(pulses=2)}, it.now, late=True)
+
+
+# copies of replies
+
+
+def commands_of(row: type[RorzeCommand[Any]]) -> dict[str, RorzeCommand[Any]]:
+    """The commands of the manual's examples and their neighbours, by what is written."""
+    asked = [row.read(command[3:].removeprefix(row.code)) for command in row.example[::2]]
+    for command in asked[:]:
+        for name, value in dict(command).items():
+            for other in (value - 1, value + 1) if isinstance(value, int) else ():
+                with suppress(ValidationError):
+                    asked.append(row(**{**dict(command), name: other}))
+    return {command.written(): command for command in asked}
+
+
+def understands(command: RorzeCommand[Any], payload: str) -> bool:
+    try:
+        command.read_reply(payload)
+    except WireFault:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("row", table.COMMANDS.values(), ids=lambda row: row.code)
+def test_no_copy_of_a_reply_answers_another_command_of_its_code(
+    row: type[RorzeCommand[Any]], it: Talk
+) -> None:
+    if lane_of(row.read(row.example[0][3:].removeprefix(row.code))) is Lane.STOP:
+        return  # a stop waits for no fence, and is repeated until standstill is proved
+    payload = row.example[1][4:].removeprefix(row.code)
+    asked, *others = commands_of(row).values()
+    for other in (asked, *others):
+        harmless = other == asked and asked.may_repeat()
+        it.talk = Conversation([2, 3, 4, 5], rng=Random(1))
+        it.ask(asked)
+        it.next()
+        copy = Answer(2, row.code, payload)
+        assert it.hear(copy)
+        it.ask(READ, 3)
+        it.next()
+        it.answer()
+        future = it.ask(other)
+        if understands(other, payload) and not harmless:
+            assert it.next() == "fence 02 3ND", other
+            assert not it.hear(copy)
+            it.answer()
+            assert not future.done()
+        assert it.next() == f"02 {row.code}", "a fence costs time"
+
+
+def test_a_copy_of_a_refusal_answers_no_other_question(it: Talk) -> None:
+    it.ask(entry(1))
+    it.next()
+    refusal = Refusal(2, "3PD", 0x4A)
+    assert it.hear(refusal)
+    it.ask(entry(1))
+    assert it.next() == "02 3PD", "the same question has the same answer"
+    it.hear(refusal)
+    it.ask(entry(2))
+    assert it.next() == "fence 02 3ND"
+
+
+def test_what_another_body_or_another_code_has_answered_needs_no_fence(it: Talk) -> None:
+    for command, body in (
+        (entry(1), 2),
+        (entry(2), 3),
+        (GetControllerStatus(bit=0), 2),
+        (MOVE, 2),
+        (MOVE, 3),
+    ):
+        it.ask(command, body)
+        assert not it.next().startswith("fence")
+        it.hear(Answer(body, command.code, {"3PD": "+000001000", "9CD": "0"}.get(command.code, "")))
+
+
+def test_earlier_answers_are_remembered_as_well_as_the_last(it: Talk) -> None:
+    for bit, said in ((0, "0"), (None, "H00")):
+        it.ask(GetControllerStatus(bit=bit))
+        assert it.next() == "02 9CD"
+        it.hear(Answer(2, "9CD", said))
+    it.ask(GetControllerStatus(bit=1))
+    assert it.next() == "fence 02 3ND"
+
+
+def test_a_fence_rules_out_the_copies_of_all_codes_of_its_body(it: Talk) -> None:
+    for command in (entry(1), GetControllerStatus(bit=0)):
+        it.ask(command)
+        it.next()
+        it.hear(Answer(2, command.code, "0" if command.code == "9CD" else "+000000001"))
+    it.ask(entry(2))
+    assert it.next() == "fence 02 3ND"
+    it.answer()
+    assert it.next() == "02 3PD"
+    it.hear(Answer(2, "3PD", "+000000002"))
+    it.ask(GetControllerStatus(bit=1))
+    assert it.next() == "02 9CD"
+
+
+def test_a_copy_that_would_be_later_than_any_reply_is_not_reckoned_with(it: Talk) -> None:
+    it.ask(MOVE)
+    it.next()
+    it.answer()
+    for seconds, expected in ((-0.01, "fence 02 3ND"), (0.0, "02 1+M")):
+        it.now = it.talk.reply_timeout_s + it.talk.late_reply_s + seconds
+        it.talk.in_step = True
+        it.ask(MOVE)
+        assert it.next() == expected
+        it.hear(answer_to(it.last))
+        it.talk.cancel(lambda _: True, UNSENT)
+
+
+def test_a_group_is_kept_from_copies_like_a_body(it: Talk) -> None:
+    it.talk.groups[0x80] = [3, 4]
+    members = {3: Answer(3, "9CD", "0"), 4: Answer(4, "9CD", "0")}
+    copy = GroupAnswer(0x80, "9CD", members)
+    it.ask(GetControllerStatus(bit=0), 0x80)
+    it.next()
+    it.hear(copy)
+    running = it.ask(GetControllerStatus(bit=1), 0x80)
+    assert it.next() == "fence 03 3ND"
+    assert not it.hear(copy)
+    it.answer()
+    assert it.next() == "80 9CD"
+    assert not running.done()
+
+
+def test_two_groups_are_defined_with_a_fence_between(it: Talk) -> None:
+    first, second = (it.set_up(SetGroup(group=group, members=["02", "03"])) for group in ("80", "81"))
+    assert it.next(ready=False) == "7F XVS"
+    acknowledgement = Answer(LINK_MASTER, "XVS", "")
+    it.hear(acknowledgement)
+    assert it.next(ready=False) == "fence 02 3ND"
+    assert not it.hear(acknowledgement)
+    it.answer()
+    assert it.next(ready=False) == "7F XVS"
+    assert first.done()
+    assert not second.done()
+
+
+def test_what_changes_with_every_question_is_fenced_now_and_then_so_that_little_is_remembered(
+    it: Talk,
+) -> None:
+    memory = GetProgramMemory(memory="T0")
+    fences = 0
+    for value in range(10 * REMEMBERED):
+        it.ask(memory)
+        if it.next() == "fence 02 3ND":
+            fences += 1
+            it.answer()
+            it.next()
+        it.hear(Answer(2, "UDD", f"{value:+010d}"))
+    assert 8 <= fences <= 10
+
+
+# strictness: after a reply has come twice
+
+
+@pytest.fixture
+def strict(it: Talk) -> Talk:
+    """A line on which a reply has come twice."""
+    it.ask(MOVE, 5)
+    it.next()
+    it.answer()
+    assert not it.hear(answer_to(it.last))
+    assert it.talk.strict
+    return it
+
+
+def test_a_second_reply_makes_strict_and_that_is_told_once(it: Talk) -> None:
+    told: list[bool] = []
+    it.talk.on_strict = told.append
+    it.ask(READ)
+    it.next()
+    it.answer(7)
+    assert not it.talk.strict
+    for _ in range(2):
+        assert not it.hear(Answer(2, "6PD", "+000000007"))
+    assert it.talk.strict
+    assert told == [True]
+
+
+def test_what_only_looks_like_a_copy_does_not_make_strict(it: Talk) -> None:
+    it.ask(STOP)
+    it.next()
+    it.answer()
+    assert not it.hear(Answer(2, "5IS", "")), "the reply to a stop that was given up"
+    assert not it.hear(Answer(3, "6PD", "+000000007"))
+    assert not it.talk.strict
+
+
+def test_where_replies_come_twice_an_acknowledgement_is_told_between_two_fences(strict: Talk) -> None:
+    it = strict
+    move = it.ask(MOVE)
+    assert it.next() == "fence 02 3ND"
+    it.answer()
+    assert it.next() == "02 1+M"
+    it.answer()
+    assert not move.done()
+    assert it.next() == "fence 02 3ND"
+    it.answer()
+    assert move.result() == Answered({2: MOVE.read_reply("")}, it.now, late=False)
+    it.ask(MOVE)
+    assert it.next() == "02 1+M", "the fence behind is one before, too"
+
+
+def test_a_fence_before_is_old_when_its_body_has_spoken_since(strict: Talk) -> None:
+    it = strict
+    it.ask(MOVE)
+    it.next()
+    it.answer()
+    it.next()
+    it.answer()
+    it.next()
+    it.answer()
+    it.ask(READ)
+    it.next()
+    it.answer()
+    it.ask(MOVE)
+    assert it.next() == "fence 02 3ND"
+
+
+def test_reads_need_no_brackets(strict: Talk) -> None:
+    it = strict
+    read = it.ask(READ)
+    assert it.next() == "02 6PD"
+    it.answer(3)
+    assert read.done()
+
+
+def test_before_the_second_fence_the_last_reply_counts_and_a_contradiction_leaves_a_doubt(
+    strict: Talk,
+) -> None:
+    it = strict
+    for said, kind in (([0x4A, 0x50], Refusal), ([None, 0x50], GarbledReply), ([0x50, None], GarbledReply)):
+        move = it.ask(MOVE)
+        if it.next() != "02 1+M":
+            it.answer()
+            it.next()
+        for error in said:
+            it.hear(Answer(2, "1+M", "") if error is None else Refusal(2, "1+M", error))
+        assert it.next() == "fence 02 3ND"
+        it.answer()
+        assert isinstance(move.result(), kind)
+    assert it.talk.counters["late_replies"] == 0
+
+
+def test_a_stop_goes_before_the_fences_of_a_bracket(strict: Talk) -> None:
+    it = strict
+    it.ask(MOVE)
+    it.next()
+    it.answer()
+    it.next()
+    it.answer()
+    it.ask(STOP)
+    assert it.next() == "02 5IS"
+
+
+def test_a_bracketed_reply_is_told_though_the_body_dies_behind_it_or_the_port_goes(strict: Talk) -> None:
+    it = strict
+    for end in ("dies", "goes"):
+        it.talk.offline.clear()
+        move = it.ask(MOVE)
+        assert it.next() == "fence 02 3ND"
+        it.answer()
+        it.next()
+        it.answer()
+        if end == "goes":
+            it.talk.break_off(LOST, UNSENT)
+        else:
+            for _ in range(FENCE_TRIES):
+                assert it.next() == "fence 02 3ND"
+                it.fall_silent()
+            it.next()
+            it.answer()
+        assert isinstance(move.result(), Answered)
+
+
+def test_where_nobody_is_left_for_a_fence_the_link_master_is_told_nevertheless(strict: Talk) -> None:
+    it = strict
+    told = it.set_up(SetReplyFormat(end_of_move=1))
+    written = [it.next(ready=False)]
+    while written[-1].startswith("fence"):
+        it.fall_silent()
+        written.append(it.next(ready=False))
+    assert written[-1] == "7F XRS"
+    assert not told.done()
+
+
+def test_strictness_ends_when_no_reply_has_come_twice_for_long(strict: Talk) -> None:
+    it, told = strict, list[bool]()
+    it.talk.on_strict = told.append
+    assert it.talk.deadline() == STRICT_S
+    it.now = STRICT_S / 2
+    assert not it.hear(answer_to(it.last))
+    for it.now in (STRICT_S, 1.5 * STRICT_S - 1):
+        it.talk.pass_deadlines(it.now, None)
+        assert it.talk.strict
+    it.now += 1
+    it.talk.pass_deadlines(it.now, None)
+    assert not it.talk.strict
+    assert told == [False]
+    assert it.talk.deadline() is None
+
+
+def test_a_port_that_is_opened_anew_is_not_strict(strict: Talk) -> None:
+    strict.talk.break_off(LOST, UNSENT)
+    assert not strict.talk.strict
 
 
 # the end

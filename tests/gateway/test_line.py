@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.conversation import FENCE_TRIES, READ_REPEATS
+from gateway.conversation import FENCE_TRIES, READ_REPEATS, STRICT_S
 from gateway.errors import (
     BodyOffline,
     Cancelled,
@@ -27,7 +27,7 @@ from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.origin import GetOverrunFactor, SetOverrunFactor
 from protocols.rorze.position import GetPosition, SignedPulses
-from protocols.rorze.position_table import GetPositionEntry
+from protocols.rorze.position_table import GetPositionEntry, SetPositionEntry
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.rorze.status import GetControllerStatus
 from protocols.rorze.stops import StopDecelerating, StopImmediately
@@ -129,7 +129,7 @@ async def test_a_group_that_is_defined_now_is_defined_again_after_a_restart_of_t
     async with running_line(far) as line:
         await line.define_group(0x80, [3, 2])
         line.set_up_again("test")
-        await until(lambda: far.frames[1:] == ["&7FXID", "&7FXRSM1", "&7FXVS80,03,02"])
+        await until(lambda: far.frames[1:] == ["fence 02", "&7FXID", "&7FXRSM1", "&7FXVS80,03,02"])
 
 
 @virtual
@@ -651,6 +651,57 @@ async def test_a_probe_that_nobody_answered_is_no_fence_between() -> None:
         assert isinstance(await line.probe(0x44, 0.1), NoReply)
         await ask(line, MOVE)
         assert far.frames == [MOVE_FRAME, "fence 44", "fence 02", MOVE_FRAME]
+
+
+@virtual
+async def test_one_doubled_reply_does_not_shift_the_reads_behind_it() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        for position in range(1, 13):
+            said = f">&023PD{1000 * position:+010d}"
+            copies = ((0.002, said),) if position == 1 else ()
+            far.once(f"&023PDP[{position}]", (0.01, said), *copies)
+        read = [
+            pulses(await ask(line, GetPositionEntry(entry=PositionReference(position=position))))
+            for position in range(1, 13)
+        ]
+        assert read == [1000 * position for position in range(1, 13)]
+        assert line.counters["duplicates"] == 1
+
+
+@virtual
+async def test_a_doubled_acknowledgement_does_not_make_a_lost_setting_succeed() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        setting = SetPositionEntry(entry=PositionReference(position=1), pulses=7)
+        frame = "&023PSP[1],7"
+        assert isinstance(await ask(line, setting), Answered)
+        assert isinstance(await ask(line, SetOverrunFactor(factor=2), 3), Answered)
+        far.once(frame)
+        far.say(">&023PS", after_s=0.005)
+        assert isinstance(await ask(line, setting), NoReply)
+        assert far.frames == [frame, "&030BS2", "fence 02", frame, "fence 02"]
+
+
+@virtual
+async def test_a_line_that_says_replies_twice_tells_so_and_brackets_what_it_acknowledges(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    far = FarEnd()
+    changes: list[tuple[str, dict[str, object]]] = []
+    async with running_line(far) as line:
+        line.on_change = lambda what, facts: changes.append((what, facts))
+        far.once(READ_FRAME, (0.01, f">{READ_FRAME}+000000009"), (0.02, f">{READ_FRAME}+000000009"))
+        await ask(line, READ)
+        await asyncio.sleep(0.1)
+        assert line.strict
+        assert changes == [("line.strict", {"strict": True})]
+        assert "line line1 says replies twice" in caplog.text
+        assert isinstance(await ask(line, MOVE), Answered)
+        assert far.frames == [READ_FRAME, "fence 02", MOVE_FRAME, "fence 02"]
+        await asyncio.sleep(STRICT_S)
+        assert not line.strict
+        assert changes[1:] == [("line.strict", {"strict": False})]
 
 
 # stops
