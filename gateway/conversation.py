@@ -144,7 +144,7 @@ class Conversation:
             if exchange is self._fence:
                 self._fence_failed()
             else:
-                exchange.settle(refusal)
+                exchange.withdraw(refusal)
         return None
 
     def _choose(self, now: float, *, ready: bool) -> Exchange | None:
@@ -425,7 +425,7 @@ class Conversation:
         for exchange in self.scheduler.remove(
             lambda it: it.body == body and it.lane not in STOPS and not it.self_identifying
         ):
-            exchange.settle(offline_error(body))
+            exchange.withdraw(offline_error(body))
         self.on_offline(body, asked)
 
     # the end
@@ -443,12 +443,12 @@ class Conversation:
         for exchange in written:
             exchange.settle(exchange.late_answer or NoReply(lost.detail, _remedy(exchange), exchange.command))
         for exchange in waiting:
-            exchange.settle(unsent)
+            exchange.withdraw(unsent)
 
     def cancel(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
         """Take out of the queue what is not wanted any more."""
         for exchange in self.scheduler.remove(unwanted):
-            exchange.settle(reason)
+            exchange.withdraw(reason)
 
 
 def offline_error(body: int) -> BodyOffline:

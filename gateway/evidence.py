@@ -6,7 +6,16 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from gateway.bodies import Body, MotorState
-from gateway.errors import BodyBusy, GatewayError, MoveFailed, NoReply, NotExecuted, NotSent, QueueFull
+from gateway.errors import (
+    BodyBusy,
+    Expired,
+    GatewayError,
+    MoveFailed,
+    NoReply,
+    NotExecuted,
+    NotSent,
+    QueueFull,
+)
 from gateway.exchange import Lane
 from gateway.move_record import LOST_AFTER_S, Move, MoveStatus
 from gateway.plans import target_of
@@ -97,7 +106,7 @@ class Case:
                         return again
                     state = again
             except GatewayError as error:
-                if isinstance(error, QueueFull):  # crowded out is not silent
+                if isinstance(error, QueueFull | Expired):  # crowded out is not silent
                     give_up_at = loop.time() + LOST_AFTER_S
                 await asyncio.sleep(self.body.poll_interval_s)
             else:

@@ -7,7 +7,7 @@ from enum import IntEnum
 from operator import methodcaller
 from typing import Any
 
-from gateway.errors import GatewayError, NoReply
+from gateway.errors import Expired, GatewayError, NoReply
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP, RorzeCommand
 from protocols.table import Reply, WireFault
@@ -60,6 +60,7 @@ class Exchange:
     epoch: int = 0
     """The body's stop epoch at admission: a later stop forbids the write."""
     expires_at: float | None = None
+    """From when on it must not be written any more: the latest of those who wait allow."""
     timeout_s: float = 0.5
     """From the frame's last bit to the reply's deadline."""
     repeats: int = 0
@@ -67,7 +68,8 @@ class Exchange:
     self_identifying: bool = False
     """Its reply carries a number of its own, so a late one can be taken for nothing else."""
     on_written: Callable[[float], None] | None = None
-    waiters: list["asyncio.Future[Outcome]"] = field(default_factory=list)
+    waiters: dict["asyncio.Future[Outcome]", float | None] = field(default_factory=dict)
+    """Who waits, and until when it had to be written for each of them."""
     written_at: float | None = None
     deadline: float | None = None
     doubt: NoReply | None = None
@@ -81,14 +83,13 @@ class Exchange:
         return self.body, self.command.code
 
     def shares(self, other: "Exchange") -> bool:
-        """Whether one trip on the wire serves both, and neither is told of a deadline that is not its own."""
+        """Whether one trip on the wire serves both."""
         if self.lane is other.lane is Lane.STOP:
             return self.frame == other.frame and other.on_written is None
         return (
             self.lane is other.lane
             and self.lane in QUESTIONS
             and self.frame == other.frame
-            and self.expires_at == other.expires_at
             and self.command.may_repeat()
             and other.on_written is None
         )
@@ -112,16 +113,44 @@ class Exchange:
             for member, answer in frame.members.items()
         }
 
+    def wait_for(self, waiter: "asyncio.Future[Outcome]") -> None:
+        """Add somebody who waits, for whom it has to be written before it expires."""
+        self.waiters[waiter] = self.expires_at
+
+    def take_over(self, other: "Exchange") -> None:
+        """Serve those who wait for an equal one, each with a deadline of its own."""
+        self.waiters |= other.waiters
+        if self.expires_at is None or other.expires_at is None:
+            self.expires_at = None
+        else:
+            self.expires_at = max(self.expires_at, other.expires_at)
+
+    def expire(self, now: float) -> bool:
+        """Tell those for whom it is too late; whether it is for all of them."""
+        late = [it for it, expires_at in self.waiters.items() if expires_at is not None and expires_at <= now]
+        for waiter in late:
+            del self.waiters[waiter]
+            _tell(waiter, self.doubt or Expired())
+        return self.expires_at is not None and self.expires_at <= now
+
+    def withdraw(self, reason: GatewayError) -> None:
+        """It is not written, or not again: then what is known is that there was no reply."""
+        self.settle(self.doubt or reason)
+
     def settle(self, outcome: Outcome) -> None:
         """Tell everybody who still waits."""
         for waiter in self.waiters:
-            if not waiter.done():
-                waiter.set_result(outcome)
+            _tell(waiter, outcome)
         self.waiters.clear()
 
     def abandoned(self) -> bool:
         """Whether nobody waits any more: a read of this kind need not be sent."""
         return self.lane in QUESTIONS and all(map(_IS_DONE, self.waiters))
+
+
+def _tell(waiter: "asyncio.Future[Outcome]", outcome: Outcome) -> None:
+    if not waiter.done():
+        waiter.set_result(outcome)
 
 
 def is_group(body: int) -> bool:

@@ -34,6 +34,10 @@ log = logging.getLogger(__name__)
 
 REPLIES = Answer, Refusal, GroupAnswer
 
+WRITTEN_WITHIN_S = 5.0
+"""A command or read that could not be written for so long is not sent any more, as a move is not."""
+EXPIRY_STEP_S = 0.05
+"""What has expired is looked for at most this often: a crowd that waits must not cost the line its time."""
 PROBE_S = (1.0, 10.0)
 """First and longest pause between probes of the bodies that do not answer."""
 PROBE_SHARE = 0.1
@@ -72,6 +76,8 @@ class Line(Carrier[Exchange, Frame]):
         """What the link master answered to XID."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
+        self._expiry: asyncio.TimerHandle | None = None
+        self._expiry_at = 0.0
         talk.on_online, talk.on_offline, talk.on_strict = (
             self._came_back,
             self._fell_silent,
@@ -200,6 +206,9 @@ class Line(Carrier[Exchange, Frame]):
     ) -> "asyncio.Future[Outcome]":
         """Queue a command; the future gives what became of it and never raises.
 
+        What people wait for has to be written within `WRITTEN_WITHIN_S` where `expires_at` says no other
+        time. Stops, and the questions that a motor waits for, are never too late.
+
         :raises LineDown: the port is not open; nothing was queued.
         :raises BodyOffline: the body does not answer (stops are sent nevertheless).
         :raises QueueFull: too many requests wait for this body.
@@ -209,12 +218,14 @@ class Line(Carrier[Exchange, Frame]):
         if body in self.offline and lane not in STOPS:
             raise offline_error(body)
         exchange = self._talk.exchange(body, command, lane)
+        if expires_at is None and lane in IMPATIENT:
+            expires_at = self._loop.time() + WRITTEN_WITHIN_S
         exchange.expires_at, exchange.on_written = expires_at, on_written
         future = self._promise(exchange)
         self._talk.scheduler.submit(exchange)
-        if expires_at is not None:
-            self._loop.call_at(expires_at, self._expire)
         self._pump()
+        if expires_at is not None:
+            self._expire_at(expires_at)
         return future
 
     def probe(self, body: int, timeout_s: float) -> "asyncio.Future[Outcome]":
@@ -235,11 +246,23 @@ class Line(Carrier[Exchange, Frame]):
 
     def _promise(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
         future: asyncio.Future[Outcome] = self._loop.create_future()
-        exchange.waiters.append(future)
+        exchange.wait_for(future)
         return future
 
+    def _expire_at(self, at: float) -> None:
+        """Keep one timer for all that waits, at the earliest moment at which any of it is too late."""
+        if self._expiry is not None:
+            if self._expiry_at <= at:
+                return
+            self._expiry.cancel()
+        self._expiry, self._expiry_at = self._loop.call_at(at, self._expire), at
+
     def _expire(self) -> None:
-        self._talk.scheduler.expire(self._loop.time())
+        self._expiry = None
+        now = max(self._loop.time(), self._expiry_at)  # timers may fire a little early
+        next_at = self._talk.scheduler.expire(now)
+        if next_at is not None:
+            self._expire_at(max(next_at, now + EXPIRY_STEP_S))
 
     # reading
 
@@ -319,6 +342,8 @@ def _group_definition(group: int, members: list[int]) -> SetGroup:
     return SetGroup(group=f"{group:02X}", members=[f"{member:02X}" for member in members])
 
 
+IMPATIENT = Lane.COMMAND, Lane.READ
+"""The lanes of what people wait for."""
 _LANES = {Retry.STOP: Lane.STOP, Retry.READ: Lane.READ}
 
 

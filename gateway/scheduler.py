@@ -9,7 +9,7 @@ from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator
 from itertools import chain
 
-from gateway.errors import Expired, QueueFull
+from gateway.errors import QueueFull
 from gateway.exchange import STOPS, Exchange, Lane
 
 QUEUE_LIMIT = 64
@@ -76,7 +76,7 @@ class Scheduler:
         queue = self._lanes[exchange.lane].get(exchange.body, ())
         for other in queue:
             if other.shares(exchange):
-                other.waiters += exchange.waiters
+                other.take_over(exchange)
                 return other
         if exchange.lane not in STOPS and len(queue) >= QUEUE_LIMIT:
             raise QueueFull(
@@ -103,9 +103,9 @@ class Scheduler:
         """Take out everything unwanted, in whatever lane it waits."""
         return [exchange for turns in self._lanes for exchange in turns.remove(unwanted)]
 
-    def expire(self, now: float) -> list[Exchange]:
-        """Take out what could not be started in time, and tell those who waited."""
-        late = self.remove(lambda it: it.expires_at is not None and it.expires_at <= now)
-        for exchange in late:
-            exchange.settle(Expired())
-        return late
+    def expire(self, now: float) -> float | None:
+        """Tell those for whom it is too late, and give the time at which to look again, if any."""
+        self.remove(lambda it: it.expire(now))
+        waiting = chain.from_iterable(turns.exchanges() for turns in self._lanes)
+        deadlines = chain.from_iterable(exchange.waiters.values() for exchange in waiting)
+        return min((it for it in deadlines if it is not None), default=None)

@@ -18,5 +18,5 @@ def exchange(command: RorzeCommand[Any], body: int = 2, lane: Lane | None = None
 def waiting(one: Exchange, loop: asyncio.AbstractEventLoop) -> "asyncio.Future[Outcome]":
     """Somebody who waits for it."""
     future: asyncio.Future[Outcome] = loop.create_future()
-    one.waiters.append(future)
+    one.wait_for(future)
     return future

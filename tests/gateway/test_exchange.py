@@ -71,7 +71,7 @@ def test_only_equal_repeatable_reads_share_a_trip() -> None:
     assert not exchange(GetPosition()).shares(exchange(GetPosition(), lane=Lane.COMMAND))
     assert not exchange(GetPosition()).shares(exchange(GetPosition(), lane=Lane.PROOF))
     assert exchange(GetPosition(), lane=Lane.PROOF).shares(exchange(GetPosition(), lane=Lane.PROOF))
-    assert not exchange(GetPosition()).shares(exchange(GetPosition(), expires_at=5.0))
+    assert exchange(GetPosition()).shares(exchange(GetPosition(), expires_at=5.0))
     assert not exchange(GetPosition()).shares(exchange(GetPosition(), on_written=lambda _: None))
     assert not exchange(next_entry).shares(exchange(next_entry))
     assert not exchange(MOVE).shares(exchange(MOVE))

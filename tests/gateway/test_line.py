@@ -18,9 +18,9 @@ from gateway.errors import (
     QueueFull,
 )
 from gateway.exchange import Answered, Lane, Outcome
-from gateway.line import Line, LineState, lane_of
+from gateway.line import WRITTEN_WITHIN_S, Line, LineState, lane_of
 from gateway.port import REOPEN_S, SILENCE_S
-from gateway.scheduler import QUEUE_LIMIT
+from gateway.scheduler import QUEUE_LIMIT, Scheduler
 from protocols.rorze.link import Frame, MoveEnded, Refusal, StatusChanged, UnknownMessage
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
@@ -845,6 +845,78 @@ async def test_what_could_not_start_in_time_is_told_so_at_that_time_and_never_wr
         assert loop.time() == pytest.approx(expires_at)
         await blocking
         assert MOVE_FRAME not in far.frames
+
+
+async def crowd_out(line: Line, for_s: float) -> None:
+    """Ask one body what a motor waits for, again and again."""
+    ends_at = asyncio.get_running_loop().time() + for_s
+    while asyncio.get_running_loop().time() < ends_at:
+        waiting = [line.submit(body, READ, Lane.PROOF) for body in line.bodies]
+        await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
+
+
+@virtual
+async def test_a_read_and_a_command_that_were_not_written_in_time_are_told_so_and_never_sent() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        loop = asyncio.get_running_loop()
+        crowd = asyncio.create_task(crowd_out(line, 3 * WRITTEN_WITHIN_S))
+        await asyncio.sleep(0.1)
+        asked_at = loop.time()
+        reads = [ask(line, GetPositionEntry(entry=PositionReference(position=at))) for at in range(40)]
+        setting = ask(line, SetOverrunFactor(factor=1), 3)
+        for outcome in await asyncio.gather(*reads, setting):
+            assert isinstance(outcome, Expired)
+            assert (outcome.moved, outcome.retryable) == ("no", True)
+        assert loop.time() == pytest.approx(asked_at + WRITTEN_WITHIN_S, abs=0.02)
+        assert {frame[3:] for frame in far.frames} == {"6PD"}
+        await crowd
+
+
+@virtual
+async def test_a_shared_read_is_sent_for_those_for_whom_it_is_not_too_late() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        crowd = asyncio.create_task(crowd_out(line, WRITTEN_WITHIN_S + 1.0))
+        await asyncio.sleep(0.1)
+        early = ask(line, GetControllerStatus())
+        await asyncio.sleep(3.0)
+        late = ask(line, GetControllerStatus())
+        assert isinstance(await early, Expired)
+        assert "&029CD" not in far.frames
+        assert isinstance(await late, Answered)
+        assert far.frames.count("&029CD") == 1
+        await crowd
+
+
+@virtual
+async def test_what_a_motor_waits_for_is_never_too_late() -> None:
+    far = FarEnd()
+    async with running_line(far, interject_stops=False) as line:
+        far.once("&036PD", (WRITTEN_WITHIN_S + 1.0, ">&036PD+000000001"))
+        long = line.submit(3, READ, Lane.PROOF)
+        line._talk._awaiting.deadline = None  # type: ignore[union-attr]  # as long as it takes
+        waiting = [ask(line, StopImmediately()), line.submit(2, READ, Lane.PROOF)]
+        assert all(isinstance(it, Answered) for it in await asyncio.gather(long, *waiting))
+
+
+@virtual
+async def test_one_timer_serves_all_who_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        looked = 0
+        expire = Scheduler.expire
+
+        def counted(scheduler: Scheduler, now: float) -> float | None:
+            nonlocal looked
+            looked += 1
+            return expire(scheduler, now)
+
+        monkeypatch.setattr(Scheduler, "expire", counted)
+        for _ in range(100):
+            await asyncio.gather(ask(line, READ), ask(line, READ, 3))
+        await asyncio.sleep(2 * WRITTEN_WITHIN_S)
+        assert looked == 1
 
 
 @virtual

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateway.errors import Expired, QueueFull
+from gateway.errors import Expired, NoReply, QueueFull
 from gateway.exchange import STOPS, Exchange, Lane
 from gateway.scheduler import QUEUE_LIMIT, Scheduler
 from protocols.rorze.moves import MoveTo
@@ -130,7 +130,7 @@ async def test_equal_reads_share_one_exchange_and_all_who_asked_wait_for_it() ->
     futures = [waiting(read, loop) for read in reads]
     assert {id(scheduler.submit(read)) for read in reads} == {id(reads[0])}
     assert taken(scheduler) == [reads[0]]
-    assert reads[0].waiters == futures
+    assert list(reads[0].waiters) == futures
     assert scheduler.submit(another := exchange(GetPosition())) is another, "the first is under way"
 
 
@@ -197,7 +197,52 @@ async def test_what_is_too_late_is_taken_out_and_told() -> None:
     futures = [waiting(one, loop) for one in (late, timely, patient)]
     for one in (late, timely, patient):
         scheduler.submit(one)
-    assert scheduler.expire(5.0) == [late]
+    assert scheduler.expire(4.9) == 5.0
+    assert not futures[0].done()
+    assert scheduler.expire(5.0) == 5.1
     assert isinstance(futures[0].result(), Expired)
     assert not futures[1].done()
     assert taken(scheduler) == [timely, patient]
+    assert scheduler.expire(9.0) is None
+
+
+@virtual
+async def test_everybody_who_shares_a_read_has_a_deadline_of_his_own() -> None:
+    loop = asyncio.get_running_loop()
+    scheduler = Scheduler()
+    reads = [exchange(GetPosition(), expires_at=at) for at in (6.0, 5.0, 7.0)]
+    middle, early, late = (waiting(read, loop) for read in reads)
+    for read in reads:
+        scheduler.submit(read)
+    assert scheduler.expire(5.5) == 6.0
+    assert isinstance(early.result(), Expired)
+    assert scheduler.expire(6.0) == 7.0
+    assert isinstance(middle.result(), Expired)
+    assert not late.done()
+    assert taken(scheduler) == [reads[0]]
+    assert reads[0].expires_at == 7.0
+
+
+@virtual
+async def test_a_read_shared_with_somebody_who_has_all_the_time_is_never_too_late_for_him() -> None:
+    loop = asyncio.get_running_loop()
+    for deadlines in ((5.0, None), (None, 5.0)):
+        scheduler = Scheduler()
+        reads = [exchange(GetPosition(), expires_at=at) for at in deadlines]
+        futures = [waiting(read, loop) for read in reads]
+        for read in reads:
+            scheduler.submit(read)
+        assert scheduler.expire(5.0) is None
+        assert [future.done() for future in futures] == [at is not None for at in deadlines]
+        assert taken(scheduler) == [reads[0]]
+
+
+@virtual
+async def test_what_was_written_once_and_is_too_late_for_the_repetition_has_had_no_reply() -> None:
+    scheduler = Scheduler()
+    read = exchange(GetPosition(), expires_at=5.0)
+    future = waiting(read, asyncio.get_running_loop())
+    read.doubt = NoReply("6PD was sent to body 02, and no reply came.")
+    scheduler.put_back(read)
+    scheduler.expire(5.0)
+    assert future.result() is read.doubt
