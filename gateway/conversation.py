@@ -17,7 +17,7 @@ from typing import Any
 
 from gateway.copies import Copies, ReplyFrame
 from gateway.errors import BodyOffline, Cancelled, GarbledReply, GatewayError, NoReply
-from gateway.exchange import STOPS, Answered, Exchange, Lane
+from gateway.exchange import IMPATIENT, STOPS, Answered, Exchange, Lane
 from gateway.gate import Gate
 from gateway.scheduler import Scheduler
 from protocols.rorze.link import Refusal, encode
@@ -36,6 +36,8 @@ SILENT_BODIES = 3
 
 Two may hang on one fuse.
 """
+TURN_S = 0.5
+"""Commands and reads that others went before for so long have one turn, ahead of all but stops."""
 STRICT_S = 3600.0
 """A line on which a reply came twice brackets its acknowledgements until so long after the last such copy."""
 
@@ -79,6 +81,8 @@ class Conversation:
         self._urgent: deque[Exchange] = deque()
         self._awaiting: Exchange | None = None
         self._stops: list[Exchange] = []
+        self._passed_over: dict[Lane, float] = {}
+        """Since when a lane that people wait for has had no turn."""
         self._suspect: Exchange | None = None
         self._fence: Exchange | None = None
         self._fence_for = self._fence_body = 0
@@ -151,7 +155,7 @@ class Conversation:
         if self._held_up():
             return self._interjected() if self.interject_stops else None
         if ready and self.in_step and not self._urgent:
-            return self._interposed(self._wanted(), now, self.scheduler.put_back)
+            return self._interposed(self._wanted(now), now, self.scheduler.put_back)
         stop = self.scheduler.next(NEW_STOPS, self._not_under_way)
         if stop is not None:
             return stop
@@ -176,12 +180,28 @@ class Conversation:
     def _not_under_way(self, exchange: Exchange) -> bool:
         return all(exchange.key != stop.key for stop in self._stops)
 
-    def _wanted(self) -> Exchange | None:
+    def _wanted(self, now: float) -> Exchange | None:
         may_go = self._not_under_way if self._stops else None
-        while (exchange := self.scheduler.next(LANES, may_go)) is not None:
+        while (exchange := self.scheduler.next(self._lanes(now), may_go)) is not None:
             if not exchange.abandoned():
+                if self._passed_over or exchange.lane is not Lane.READ:
+                    self._note_turn(exchange.lane, now)
                 return exchange
         return None
+
+    def _lanes(self, now: float) -> tuple[Lane, ...]:
+        """Who goes first: a lane that was passed over for long goes once before all but stops."""
+        for lane, since in self._passed_over.items():
+            if now - since >= TURN_S:
+                return (Lane.STOP, lane, *LANES)
+        return LANES
+
+    def _note_turn(self, taken: Lane, now: float) -> None:
+        for lane in IMPATIENT:
+            if lane is taken or not self.scheduler.has(lane):
+                self._passed_over.pop(lane, None)
+            else:
+                self._passed_over.setdefault(lane, now)
 
     def _interposed(
         self, exchange: Exchange | None, now: float, put_back: Callable[[Exchange], None]

@@ -1,6 +1,6 @@
 """Replies of which a copy may still be on its way, and whose answer such a copy would look like."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from gateway.exchange import Exchange
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
@@ -11,8 +11,7 @@ REMEMBERED = 32
 """Different replies of one body to one code. After so many a fence goes before the next, whatever it asks."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Reply:
+class _Reply(NamedTuple):
     """A reply that was credited."""
 
     request: bytes
@@ -39,11 +38,13 @@ class Copies:
         if exchange.self_identifying or exchange.command.is_only_question():
             return
         replies = self._replies.setdefault(exchange.body, {}).setdefault(exchange.command.code, [])
-        replies[:] = [
-            it for it in replies if it.until > now and (it.request, it.frame) != (exchange.frame, frame)
-        ]
         until = max(now, exchange.deadline or now) + self._late_reply_s
-        replies.append(_Reply(exchange.frame, frame, until))
+        said = _Reply(exchange.frame, frame, until)
+        if replies and replies[-1][:2] == said[:2]:
+            replies[-1] = said
+        else:
+            replies[:] = [it for it in replies if it.until > now and it[:2] != said[:2]]
+            replies.append(said)
 
     def forget(self, body: int) -> None:
         """Its fence has passed: no copy of what it has said is on its way any more."""

@@ -29,6 +29,8 @@ class Lane(IntEnum):
 
 STOPS = (Lane.STOP, Lane.AGAIN)
 QUESTIONS = (Lane.READ, Lane.PROOF)
+IMPATIENT = (Lane.COMMAND, Lane.READ)
+"""What people wait for: it is too late some day, and has its turn before that."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import Any
 from gateway.carrier import Carrier
 from gateway.conversation import Conversation, offline_error
 from gateway.errors import Cancelled, ControllerRefused, GatewayError, NoReply
-from gateway.exchange import STOPS, Answered, Exchange, Lane, Outcome
+from gateway.exchange import IMPATIENT, STOPS, Answered, Exchange, Lane, Outcome
 from gateway.gate import Gate
 from gateway.port import LineState as LineState
 from gateway.waiting import happens
@@ -342,8 +342,6 @@ def _group_definition(group: int, members: list[int]) -> SetGroup:
     return SetGroup(group=f"{group:02X}", members=[f"{member:02X}" for member in members])
 
 
-IMPATIENT = Lane.COMMAND, Lane.READ
-"""The lanes of what people wait for."""
 _LANES = {Retry.STOP: Lane.STOP, Retry.READ: Lane.READ}
 
 

@@ -64,6 +64,10 @@ class Scheduler:
         """Whether any stop waits."""
         return any(self._lanes[lane] for lane in STOPS)
 
+    def has(self, lane: Lane) -> bool:
+        """Whether anything waits in a lane."""
+        return bool(self._lanes[lane])
+
     def waiting(self, lane: Lane) -> int:
         """How many exchanges wait in a lane."""
         return sum(map(len, self._lanes[lane].values()))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.conversation import FENCE_TRIES, READ_REPEATS, STRICT_S
+from gateway.conversation import FENCE_TRIES, READ_REPEATS, STRICT_S, TURN_S
 from gateway.errors import (
     BodyOffline,
     Cancelled,
@@ -848,11 +848,11 @@ async def test_what_could_not_start_in_time_is_told_so_at_that_time_and_never_wr
 
 
 async def crowd_out(line: Line, for_s: float) -> None:
-    """Ask one body what a motor waits for, again and again."""
+    """Stop all bodies, again and again."""
     ends_at = asyncio.get_running_loop().time() + for_s
     while asyncio.get_running_loop().time() < ends_at:
-        waiting = [line.submit(body, READ, Lane.PROOF) for body in line.bodies]
-        await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
+        stops = [line.submit(body, StopImmediately(), Lane.STOP) for body in line.bodies]
+        await asyncio.wait(stops, return_when=asyncio.FIRST_COMPLETED)
 
 
 @virtual
@@ -869,7 +869,27 @@ async def test_a_read_and_a_command_that_were_not_written_in_time_are_told_so_an
             assert isinstance(outcome, Expired)
             assert (outcome.moved, outcome.retryable) == ("no", True)
         assert loop.time() == pytest.approx(asked_at + WRITTEN_WITHIN_S, abs=0.02)
-        assert {frame[3:] for frame in far.frames} == {"6PD"}
+        assert {frame[3:] for frame in far.frames} == {"5IS"}
+        await crowd
+
+
+@virtual
+async def test_reads_and_commands_have_a_turn_though_questions_of_motors_would_fill_the_line() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        ends_at = asyncio.get_running_loop().time() + 2.0
+
+        async def wonder() -> None:
+            while asyncio.get_running_loop().time() < ends_at:
+                questions = [line.submit(body, READ, Lane.PROOF) for body in line.bodies]
+                await asyncio.wait(questions, return_when=asyncio.FIRST_COMPLETED)
+
+        crowd = asyncio.create_task(wonder())
+        await asyncio.sleep(0.1)
+        asked_at = asyncio.get_running_loop().time()
+        outcomes = await asyncio.gather(ask(line, GetControllerStatus()), ask(line, MOVE, 3))
+        assert all(isinstance(outcome, Answered) for outcome in outcomes)
+        assert TURN_S < asyncio.get_running_loop().time() - asked_at < TURN_S + 0.1
         await crowd
 
 
