@@ -48,10 +48,10 @@ async def livez() -> Response:
     "/readyz",
     name="readyz",
     response_model=Readiness,
-    responses={503: {"model": Readiness, "description": "A line is down or being set up."}},
+    responses={503: {"model": Readiness, "description": "A line is down, silent or being set up."}},
 )
 async def readyz(request: Request) -> Response:
-    """Say whether all lines are open and set up."""
+    """Say whether all lines are open and set up, and somebody answers on each."""
     states = {port.id: port.state for port in plant_of(request).ports().values()}
     ready = all(state in (LineState.READY, LineState.OUT_OF_STEP) for state in states.values())
     return json_response(Readiness(ready=ready, lines=states), 200 if ready else 503)

@@ -25,7 +25,9 @@ class _PortInfo(BaseModel):
     line_id: str
     address: str = Field(description="The port.")
     state: LineState
-    down_reason: str | None = Field(description="Why the port is not open; null while it is.")
+    down_reason: str | None = Field(
+        description="Why the line is `down` or `silent`, and what to check; null while it is neither."
+    )
     waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
     counters: dict[str, int] = Field(description="What has happened on the line since the start.")
 
@@ -151,7 +153,7 @@ def _info(plant: Plant, port: Line | FicsLine) -> LineInfo | RobotLineInfo:
         "line_id": port.id,
         "address": port.transport.address,
         "state": port.state,
-        "down_reason": port.down_reason if port.state is LineState.DOWN else None,
+        "down_reason": port.trouble,
         "waiting": port.waiting(),
         "counters": dict(port.counters),
     }

@@ -38,6 +38,22 @@ WRITTEN_WITHIN_S = 5.0
 """A command or read that could not be written for so long is not sent any more, as a move is not."""
 EXPIRY_STEP_S = 0.05
 """What has expired is looked for at most this often: a crowd that waits must not cost the line its time."""
+ALL_SILENT = (
+    "nobody on it answers; check the cable, the power of the RC-400 and of its bodies, and whether the baud "
+    "rate is that of the RC-400's rotary switch (position 2: 9600)"
+)
+GARBLED = (
+    "what comes back is no reply; check whether the baud rate is that of the RC-400's rotary switch "
+    "(position 2: 9600), then the cable"
+)
+BODIES_SILENT = (
+    "the RC-400 answers, and none of its bodies does; check their power, their cable and the body numbers "
+    "on their rotary switches"
+)
+NO_LINK_MASTER = (
+    "bodies answer, and the link master does not answer XID; ends of moves are found by asking, and "
+    "groups may not work"
+)
 PROBE_S = (1.0, 10.0)
 """First and longest pause between probes of the bodies that do not answer."""
 PROBE_SHARE = 0.1
@@ -72,6 +88,7 @@ class Line(Carrier[Exchange, Frame]):
             rng=rng,
         )
         super().__init__(line_id, transport, talk, LinkReader())
+        self._garbage_before = 0
         self.controllers = ""
         """What the link master answered to XID."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
@@ -155,18 +172,36 @@ class Line(Carrier[Exchange, Frame]):
         self._ready = False
         if fresh:
             await self._clear_with(POISON, self._talk.late_reply_s)
+            self._garbage_before = self.counters["garbage"]
         identified = await self._tell(IdentifyControllers())
         if isinstance(identified, Answered):
             self.controllers = getattr(identified.replies[LINK_MASTER], "text", "")
-        await self._tell(SetReplyFormat(end_of_move=1))
-        for group, members in list(self.groups.items()):
-            await self._tell(_group_definition(group, members))
-        if not self._open:
-            return
+        link_answers = isinstance(identified, Answered | Refusal)
+        if link_answers or not self._all_are_offline():
+            await self._tell(SetReplyFormat(end_of_move=1))
+            for group, members in list(self.groups.items()):
+                await self._tell(_group_definition(group, members))
+        if self._open:
+            self._begin_to_serve(link_answers=link_answers)
+
+    def _begin_to_serve(self, *, link_answers: bool) -> None:
+        """The set-up is over: from now on everybody is heard, and the silent are probed."""
         self._ready = True
-        log.info("line %s is up", self.id)
-        self.on_change("line.up", {"controllers": self.controllers})
+        if self._all_are_offline() and (self.bodies or not link_answers):
+            self._is_silent(self._why_silent(link_answers=link_answers))
+        else:
+            if not link_answers:
+                log.warning("line %s: %s", self.id, NO_LINK_MASTER)
+            self._came_up({"controllers": self.controllers})
         self._pump()
+
+    def _all_are_offline(self) -> bool:
+        return self.offline.issuperset(self.bodies)
+
+    def _why_silent(self, *, link_answers: bool) -> str:
+        if link_answers:
+            return BODIES_SILENT
+        return GARBLED if self.counters["garbage"] > self._garbage_before else ALL_SILENT
 
     async def _tell(self, command: RorzeCommand[Any]) -> Outcome:
         """Send the link master a command ahead of everything but stops and fences."""
@@ -294,10 +329,12 @@ class Line(Carrier[Exchange, Frame]):
     def _fell_silent(self, body: int, asked: bool) -> None:
         self._news_of_silence.set()
         self.on_change("body.offline", {"body": body, "asked": asked})
+        if self._ready and self._all_are_offline():
+            self.set_up_again("nobody answers any more")
 
     def _came_back(self, body: int) -> None:
         self.on_change("body.online", {"body": body})
-        if len(self.offline) == len(self.bodies) - 1:
+        if self._silence is not None or len(self.offline) == len(self.bodies) - 1:
             self.set_up_again("the line was silent and answers again")
 
     async def _probe_offline(self) -> None:
@@ -307,6 +344,8 @@ class Line(Carrier[Exchange, Frame]):
             if await self._another_falls_silent(pause_s):
                 pause_s = PROBE_S[0]
                 continue
+            if self._silence is not None and not self.bodies:
+                self.set_up_again("there is only the link master to ask")
             somebody_came_back = await self._probe_each()
             nobody_is_disturbed = len(self.offline) in (0, len(self.bodies))
             often = somebody_came_back or nobody_is_disturbed

@@ -25,6 +25,8 @@ class LineState(StrEnum):
     """What a line can do for its users now."""
 
     DOWN = "down"
+    SILENT = "silent"
+    """The port is open, and nobody answers on it."""
     SETTING_UP = "setting_up"
     READY = "ready"
     OUT_OF_STEP = "out_of_step"
@@ -41,6 +43,9 @@ class PortLoop(ABC):
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
         self._open = False
         self._ready = False
+        self._silence: str | None = None
+        """Why nobody seems to answer, while that is so."""
+        self._told_up = False
         self._tx_free_at = 0.0
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
@@ -105,9 +110,16 @@ class PortLoop(ABC):
         """What the line can do now."""
         if not self._open:
             return LineState.DOWN
+        if self._silence is not None:
+            return LineState.SILENT
         if not self._ready:
             return LineState.SETTING_UP
         return LineState.READY if self._in_step() else LineState.OUT_OF_STEP
+
+    @property
+    def trouble(self) -> str | None:
+        """Why the port is not open, or nobody answers on it; None if neither is so."""
+        return self._silence if self._open else self.down_reason
 
     async def _keep_open(self) -> None:
         pause_s = REOPEN_S[0]
@@ -146,12 +158,33 @@ class PortLoop(ABC):
         self._heard_out = False
         changed = was_open or reason != self.down_reason
         self.down_reason = reason
-        self._stuck_since = None
+        self._stuck_since = self._silence = None
         self._break_off(reason)
         if changed:
             log.warning("line %s is down: %s", self.id, reason, exc_info=fault)
-            self.on_change("line.down", {"reason": reason})
+        self._tell_down(reason)
         self._attention.set()
+
+    def _came_up(self, facts: dict[str, object]) -> None:
+        """Somebody answers and is set up; told once, until the line is down or silent."""
+        self._ready, self._silence = True, None
+        log.info("line %s is up", self.id)
+        if not self._told_up:
+            self._told_up = True
+            self.on_change("line.up", facts)
+
+    def _is_silent(self, why: str) -> None:
+        """Nobody answers: for those who use the line that is as if it were down."""
+        if why != self._silence:
+            log.warning("line %s is silent: %s", self.id, why)
+        self._silence = why
+        self._tell_down(why)
+
+    def _tell_down(self, reason: str) -> None:
+        """Every line.down follows a line.up."""
+        if self._told_up:
+            self._told_up = False
+            self.on_change("line.down", {"reason": reason})
 
     def _down(self) -> LineDown:
         return LineDown(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", REMEDY)

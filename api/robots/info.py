@@ -257,7 +257,7 @@ def _info(robot: Robot) -> RobotInfo:
         robot_id=robot.id,
         line_id=line.id,
         line_state=line.state,
-        down_reason=line.down_reason if line.state is LineState.DOWN else None,
+        down_reason=line.trouble,
         name=robot.name,
         online=robot.online,
         mode=robot.mode,

@@ -31,6 +31,11 @@ ASK_AGAIN_S = (0.5, 2.0)
 READY_WITHIN_S = 2.0
 """Whoever asks while the robot is being set up waits so long for that, reckoned from its beginning."""
 REMEDY = "Read status and position."
+SILENT = (
+    "the robot does not answer; check the cable, its power, the baud rate, the terminator, and its "
+    "communication mode"
+)
+GARBLED = "what comes back is no answer; check the baud rate and the terminator, then the cable"
 CLEARING = b"\rPOF 2\r"
 """Ends a half command and an upload that an earlier life may have left open: a robot in one takes no stop.
 
@@ -125,18 +130,17 @@ class FicsLine(Carrier[Exchange, Frame]):
         if fresh:
             await self._clear_with(CLEARING, self.late_reply_s)
         pause_s = ASK_AGAIN_S[0]
-        while self._open and not await self._agree_on_mode():
+        while self._open and not await self._agree_on_mode_or_tell():
             await asyncio.sleep(pause_s)
             pause_s = min(2 * pause_s, ASK_AGAIN_S[1])
         if not self._open:
             return
         if self.mode == HostMode.VER_2:
             await self._tell(TakeCurrentError())  # what the clearing has left: an error of the system stays
-        self._known, self._ready, self._was_away = True, self._open, False
-        if not self._ready:
+        self._known, self._was_away = True, False
+        if not self._open:
             return
-        log.info("line %s is up", self.id)
-        self.on_change("line.up", {"mode": self.mode})
+        self._came_up({"mode": self.mode})
         if self._missing:
             self._missing = False
             self.on_change("robot.online", {})
@@ -146,6 +150,15 @@ class FicsLine(Carrier[Exchange, Frame]):
         """From now on only stops are said to the robot, until it is set up."""
         self._ready = False
         self._patient_until = self._loop.time() + READY_WITHIN_S
+
+    async def _agree_on_mode_or_tell(self) -> bool:
+        """Whether the robot is in its mode now; a robot that says nothing at all is told to be silent."""
+        replies, garbage = self.counters["replies"], self.counters["garbage"]
+        if await self._agree_on_mode():
+            return True
+        if self._open and self.counters["replies"] == replies:
+            self._is_silent(GARBLED if self.counters["garbage"] > garbage else SILENT)
+        return False
 
     async def _agree_on_mode(self) -> bool:
         """Find out the robot's mode, and change it if it is another; whether it is right now."""

@@ -75,7 +75,9 @@ async def test_a_gateway_whose_robot_is_away_or_silent_is_not_ready(cell: Cell) 
     cell.rig.cable.plugged_in = True
     await asyncio.sleep(30)
     ready = await cell.get("/readyz")
-    assert (ready.status_code, ready.json()["lines"]) == (503, {"cell": "setting_up"})
+    assert (ready.status_code, ready.json()["lines"]) == (503, {"cell": "silent"})
+    info = (await cell.get("/lines/cell")).json()
+    assert (info["state"], "baud rate" in info["down_reason"]) == ("silent", True)
 
 
 @on_stand()

@@ -1,4 +1,6 @@
 import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from itertools import pairwise
 from typing import Any
 
@@ -569,6 +571,7 @@ async def test_when_the_whole_line_was_silent_the_link_master_is_set_up_again() 
         outcomes = await asyncio.gather(ask(line, READ), ask(line, READ, 3))
         assert all(isinstance(it, NoReply | BodyOffline) for it in outcomes)
         assert line.offline == {2, 3}
+        await until(lambda: line.state is LineState.SILENT)
         far.silent = set()
         far.written.clear()
         await until(lambda: not line.offline)
@@ -583,10 +586,118 @@ async def test_nothing_is_repeated_when_nobody_is_left_to_prove_that_the_line_is
     far.silent = {2, 3, LINK_MASTER}
     line = Line("line1", far, [2, 3])
     line.start()
-    await until(lambda: line.state is LineState.READY)
+    await until(lambda: line.state is LineState.SILENT)
     assert line.offline == {2, 3}
     assert far.frames.count("&7FXID") == 1
+    assert "&7FXRSM1" not in far.frames
     await line.close()
+
+
+# silence of all
+
+
+@asynccontextmanager
+async def started(far: FarEnd, bodies: tuple[int, ...] = (2, 3)) -> AsyncIterator[tuple[Line, list[str]]]:
+    """A line that is not waited for, and what it tells of itself."""
+    line = Line("line1", far, bodies)
+    news: list[str] = []
+    line.on_change = lambda what, _: news.append(what) if what.startswith("line.") else None
+    line.start()
+    yield line, news
+    await line.close()
+
+
+@virtual
+async def test_a_line_on_which_nobody_has_ever_answered_is_silent_and_says_what_to_check(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    far = FarEnd()
+    far.silent = {2, 3, LINK_MASTER}
+    async with started(far) as (line, news):
+        await asyncio.sleep(60)
+        assert line.state is LineState.SILENT
+        assert line.trouble is not None
+        for cause in ("cable", "power", "baud rate", "rotary switch"):
+            assert cause in line.trouble
+        assert caplog.text.count("line line1 is silent") == 1
+        with pytest.raises(BodyOffline):
+            ask(line, READ)
+        assert isinstance(await ask(line, StopImmediately()), NoReply), "a stop is sent nevertheless"
+        assert news == []
+        far.silent = set()
+        await until(lambda: line.state is LineState.READY, within_s=3)
+        assert line.trouble is None
+        assert news == ["line.up"]
+        await until(lambda: not line.offline)
+        assert pulses(await ask(line, READ)) == 0
+    assert news == ["line.up", "line.down"]
+
+
+@virtual
+async def test_a_line_that_answers_in_garbage_says_so() -> None:
+    far = FarEnd()
+    for _ in range(20):
+        far.once("&7FXID", (0.01, b"\xf8\x80\xf8\r"))
+    far.silent = {2, 3}
+    async with started(far) as (line, _):
+        await until(lambda: line.state is LineState.SILENT)
+        assert "what comes back is no reply" in (line.trouble or "")
+
+
+@virtual
+async def test_the_last_body_to_fall_silent_takes_the_line_down_and_the_first_back_brings_it_up() -> None:
+    far = FarEnd()
+    async with started(far) as (line, news):
+        await until(lambda: line.state is LineState.READY)
+        far.silent = {2}
+        await ask(line, READ)
+        assert line.state is LineState.READY
+        far.silent = {2, 3}
+        await ask(line, READ, 3)
+        await until(lambda: line.state is LineState.SILENT)
+        assert "the RC-400 answers, and none of its bodies does" in (line.trouble or "")
+        assert news == ["line.up", "line.down"]
+        far.silent = {2}
+        await until(lambda: line.state is LineState.READY, within_s=5)
+        assert line.offline == {2}
+        assert news == ["line.up", "line.down", "line.up"]
+
+
+@virtual
+async def test_a_link_master_that_does_not_answer_is_told_and_its_bodies_are_served(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    far = FarEnd()
+    far.silent = {LINK_MASTER}
+    async with started(far) as (line, news):
+        await until(lambda: line.state is LineState.READY)
+        assert "does not answer XID" in caplog.text
+        assert news == ["line.up"]
+        assert line.controllers == ""
+        assert isinstance(await ask(line, MOVE), Answered)
+
+
+@virtual
+async def test_a_line_without_bodies_is_up_when_its_link_master_answers() -> None:
+    far = FarEnd()
+    far.silent = {LINK_MASTER, 0}
+    async with started(far, bodies=()) as (line, news):
+        await until(lambda: line.state is LineState.SILENT)
+        far.silent = {0}
+        await until(lambda: line.state is LineState.READY)
+        assert news == ["line.up"]
+
+
+@virtual
+async def test_a_line_that_is_set_up_again_was_up_all_the_time() -> None:
+    far = FarEnd()
+    async with started(far) as (line, news):
+        await until(lambda: line.state is LineState.READY)
+        for _ in range(3):
+            line.set_up_again("test")
+            await asyncio.sleep(5)
+        assert news == ["line.up"]
+        assert far.frames.count("&7FXID") == 4
 
 
 @virtual

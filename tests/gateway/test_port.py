@@ -29,6 +29,8 @@ class PlainLine(PortLoop):
         self.set_up_s = 0.0
         self.set_up_fault: Exception | None = None
         self.opening = b""
+        self.nobody = ""
+        """Why nobody answers."""
         self.heard = b""
         self.broken_off: list[str] = []
         self.woken: list[float] = []
@@ -47,7 +49,10 @@ class PlainLine(PortLoop):
         if fresh and self.opening:
             await self._clear_with(self.opening, patience_s=1.0)
         await asyncio.sleep(self.set_up_s)
-        self._ready = True
+        if self.nobody:
+            self._is_silent(self.nobody)
+        else:
+            self._came_up({})
 
     def _break_off(self, reason: str) -> None:
         self.broken_off.append(reason)
@@ -147,10 +152,48 @@ async def test_the_end_of_a_line_breaks_everything_off_and_closes_the_port() -> 
         assert line.beside_ran
     assert line.beside_ended
     assert line.broken_off == ["the gateway is shutting down"]
-    assert line.news == [("line.down", {"reason": "the gateway is shutting down"})]
+    assert line.news == [("line.up", {}), ("line.down", {"reason": "the gateway is shutting down"})]
     assert port.closed == 1
     await asyncio.sleep(60)
     assert len(port.openings) == 1
+
+
+# silence
+
+
+@virtual
+async def test_a_line_on_which_nobody_answers_is_silent_and_was_never_up(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    line = PlainLine(Port())
+    line.nobody = "check the cable"
+    line.start()
+    await asyncio.sleep(1)
+    line.set_up_again("try")
+    await asyncio.sleep(1)
+    assert (line.state, line.trouble) == (LineState.SILENT, "check the cable")
+    assert [it.getMessage() for it in caplog.records].count("line line1 is silent: check the cable") == 1
+    await line.close()
+    assert line.news == []
+
+
+@virtual
+async def test_every_line_down_follows_a_line_up_whatever_happens() -> None:
+    port = Port()
+    async with plain_line(port) as line:
+        for nobody in ("", "check the cable", "check the power", "", "", "check the cable"):
+            line.nobody = nobody
+            line.set_up_again("test")
+            await asyncio.sleep(0.1)
+            assert line.trouble == (nobody or None)
+        port.unplug()
+        await asyncio.sleep(0)
+        assert line.state is LineState.DOWN
+        port.plugged_in = True
+        line.nobody = ""
+        await until(lambda: line.state is LineState.READY)
+        assert line.trouble is None
+    assert [what for what, _ in line.news] == 3 * ["line.up", "line.down"]
 
 
 # opening
@@ -176,7 +219,9 @@ async def test_after_an_opening_that_worked_the_pauses_are_short_again() -> None
 
 
 @virtual
-async def test_a_reason_is_told_once_for_as_long_as_it_stays_the_same() -> None:
+async def test_a_reason_is_told_once_for_as_long_as_it_stays_the_same(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     port = Port()
     port.trouble = "the port is taken"
     line = PlainLine(port)
@@ -184,8 +229,10 @@ async def test_a_reason_is_told_once_for_as_long_as_it_stays_the_same() -> None:
     await asyncio.sleep(3)
     port.trouble = "there is no such port"
     await asyncio.sleep(10)
-    told = [facts["reason"] for _, facts in line.news]
-    assert told == ["the port is taken", "there is no such port"]
+    told = [record.getMessage() for record in caplog.records]
+    assert told == ["line line1 is down: the port is taken", "line line1 is down: there is no such port"]
+    assert line.trouble == "there is no such port"
+    assert line.news == [], "it was never up"
     assert "there is no such port. Nothing was sent." in line._down().detail
     await line.close()
 
@@ -211,7 +258,7 @@ async def test_a_fault_that_nobody_foresaw_takes_the_line_down_until_the_next_tr
     line.start()
     await asyncio.sleep(30)
     assert len(port.openings) > 3
-    assert line.news == [("line.down", {"reason": "RuntimeError: the driver is out of its mind"})]
+    assert line.trouble == "RuntimeError: the driver is out of its mind"
     assert [record.exc_info is not None for record in caplog.records].count(True) == 1
     port.trouble = ""
     await until(lambda: line.state is LineState.READY)
@@ -333,7 +380,7 @@ async def test_a_port_that_takes_bytes_now_and_then_is_not_stuck() -> None:
         await asyncio.sleep(0.9 * STUCK_S)
         assert line.state is LineState.READY
         await asyncio.sleep(0.2 * STUCK_S)
-        assert line.news == [("line.down", {"reason": "scripted:// takes no bytes"})]
+        assert line.news[1:] == [("line.down", {"reason": "scripted:// takes no bytes"})]
 
 
 @virtual

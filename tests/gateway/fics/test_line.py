@@ -286,6 +286,25 @@ async def test_what_the_port_does_not_carry_is_not_sent_and_the_line_stays_up() 
 
 
 @virtual
+async def test_a_robot_that_has_never_answered_makes_a_silent_line_that_says_what_to_check(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    async with stand() as it:
+        it.power(False)
+        await asyncio.sleep(30)
+        assert it.line.state is LineState.SILENT
+        assert it.line.trouble is not None
+        for cause in ("cable", "power", "baud rate", "terminator", "mode"):
+            assert cause in it.line.trouble
+        assert caplog.text.count("is silent") == 1
+        assert it.told.of("line") == []
+        it.power(True)
+        await it.ready()
+        assert it.told.of("line") == ["line.up"]
+        assert it.line.trouble is None
+
+
+@virtual
 async def test_a_robot_that_falls_silent_is_told_once_and_asked_until_it_is_back() -> None:
     async with stand() as it:
         await it.ready()
@@ -296,12 +315,13 @@ async def test_a_robot_that_falls_silent_is_told_once_and_asked_until_it_is_back
             it.ask(QUERY, Lane.READ)
         await asyncio.sleep(30)
         assert it.told.of("robot") == ["robot.offline"]
-        assert it.line.state is not LineState.READY
+        assert it.line.state is LineState.SILENT
+        assert it.told.of("line") == ["line.up", "line.down"]
         it.power(True)
         await it.ready()
         assert it.line.online
         assert it.told.of("robot.o") == ["robot.offline", "robot.online"]
-        assert it.told.of("line") == ["line.up", "line.up"]
+        assert it.told.of("line") == ["line.up", "line.down", "line.up"]
 
 
 @virtual
