@@ -355,8 +355,14 @@ class Conversation:
                 exchange.deadline = min(resumes_at, given_up_at)
                 continue
             self.counters["timeouts"] += 1
-            self.last_error_at = now
+            if not self._was_to_be_expected(exchange):
+                self.last_error_at = now
             self._doubt(exchange, _unusable(NoReply, exchange, "no reply came"))
+
+    def _was_to_be_expected(self, silent: Exchange) -> bool:
+        """Whether its silence tells nothing of the line: it is that of a body that may well be absent."""
+        is_probe = silent.self_identifying and silent is not self._fence
+        return is_probe or silent.body in self.offline
 
     # doubt and certainty
 

@@ -143,7 +143,10 @@ class Line(Carrier[Exchange, Frame]):
 
     @property
     def last_error_at(self) -> float | None:
-        """When a reply was last missing or garbled, in the event loop's time."""
+        """When a reply was last missing, garbled or a copy, in the event loop's time.
+
+        The silence of those who are known not to answer does not count.
+        """
         return self._talk.last_error_at
 
     def waiting(self) -> dict[str, int]:
@@ -160,6 +163,8 @@ class Line(Carrier[Exchange, Frame]):
 
     def _break_off(self, reason: str) -> None:
         self._reader = LinkReader()
+        if self._talk.awaits_replies():
+            self._talk.last_error_at = self._loop.time()
         self._talk.break_off(
             NoReply(f"Line {self.id} was lost before the reply came: {reason}.", "Read status and position."),
             Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later."),

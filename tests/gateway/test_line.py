@@ -711,6 +711,56 @@ async def test_a_stop_is_sent_to_a_body_that_is_offline_and_its_answer_brings_it
         assert not line.offline
 
 
+# when the line last erred
+
+
+@virtual
+async def test_a_missing_a_garbled_and_a_doubled_reply_are_errors_of_the_line_and_so_is_a_lost_port() -> None:
+    far = FarEnd()
+    answered = (0.01, f">{READ_FRAME}+000000001")
+    async with running_line(far) as line:
+        assert line.last_error_at is None
+        for replies in ((), ((0.01, "noise"), answered), (answered, (0.011, answered[1]))):
+            before = asyncio.get_running_loop().time()
+            far.once(READ_FRAME, *replies)
+            await ask(line, READ)
+            await asyncio.sleep(0.1)
+            assert line.last_error_at is not None
+            assert line.last_error_at > before
+        far.once(READ_FRAME)
+        lost = ask(line, READ)
+        await asyncio.sleep(0.1)
+        unplugged_at = asyncio.get_running_loop().time()
+        far.unplug()
+        await lost
+        assert line.last_error_at == unplugged_at
+
+
+@virtual
+async def test_the_silence_of_those_who_are_known_to_be_absent_is_no_error_of_the_line() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        far.silent = {2, 0x44}
+        await ask(line, READ)
+        assert line.offline == {2}
+        erred_at = line.last_error_at
+        assert erred_at is not None
+        assert isinstance(await line.probe(0x44, 0.1), NoReply)
+        assert isinstance(await ask(line, StopImmediately()), NoReply)
+        await asyncio.sleep(60)
+        assert line.last_error_at == erred_at
+
+
+@virtual
+async def test_a_fence_that_goes_first_is_no_error_of_the_line() -> None:
+    far = FarEnd()
+    async with running_line(far) as line:
+        await ask(line, MOVE)
+        await ask(line, MOVE)
+        assert far.frames == [MOVE_FRAME, "fence 02", MOVE_FRAME]
+        assert line.last_error_at is None
+
+
 # C8: between equal commands
 
 
