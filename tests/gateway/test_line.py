@@ -1304,13 +1304,13 @@ def test_no_reply_is_credited_to_another_command_and_no_move_is_written_twice(
 
     async def one(line: Line, far: FaultyEnd, number: int, asked: tuple[str, int, str]) -> None:
         kind, body, _ = asked
-        patience = {"expires_at": asyncio.get_running_loop().time() + 600.0}
+        patience = asyncio.get_running_loop().time() + 600.0
         if kind == "move":
-            outcome = await line.submit(body, MoveTo(position=number), Lane.COMMAND, **patience)
+            outcome = await line.submit(body, MoveTo(position=number), Lane.COMMAND, expires_at=patience)
             if isinstance(outcome, Answered):
                 assert f"&{body:02X}1AM{number}" in far.executed
         else:
-            outcome = await line.submit(body, READ, Lane.READ, **patience)
+            outcome = await line.submit(body, READ, Lane.READ, expires_at=patience)
             if isinstance(outcome, Answered):
                 assert far.executed[pulses(outcome, body) - 1] == f"&{body:02X}6PD"
 
