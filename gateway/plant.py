@@ -285,10 +285,7 @@ class Plant:
     # news
 
     def _publish_move(self, kind: str, body: Body, move: Move) -> str:
-        event = self.events.publish(
-            kind, f"/bodies/{body.address}", move.model_dump(mode="json"), correlation=move.id
-        )
-        return event.cursor
+        return self.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id).cursor
 
     def _publish_robot(self, kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
         return self.events.publish(kind, subject, data, correlation).cursor
