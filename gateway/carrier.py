@@ -4,7 +4,7 @@ from abc import abstractmethod
 from collections import Counter
 from typing import Generic, Protocol, TypeVar
 
-from gateway.errors import GatewayError, InvalidRequest
+from gateway.errors import GatewayError, InvalidRequest, Overtaking
 from gateway.port import PortLoop
 from transports.base import Transport, TransportRefused
 
@@ -36,6 +36,12 @@ class Talk(Protocol[X]):
 
     counters: Counter[str]
     in_step: bool
+
+    def revoke(self, why: Overtaking) -> None:
+        """Write no command that was admitted before now."""
+
+    def fence(self) -> None:
+        """Prove anew that no earlier reply is still to come."""
 
     def has_something(self) -> bool:
         """Whether anything could go; asked first, because it costs less than asking the port."""
@@ -80,9 +86,19 @@ class Carrier(PortLoop, Generic[X, F]):
     def _in_step(self) -> bool:
         return self._talk.in_step
 
+    def revoke(self, why: Overtaking) -> None:
+        """Send no command that was admitted before now and is not written yet."""
+        self._talk.revoke(why)
+
+    def fence(self) -> None:
+        """Let nothing but stops go before it is proved that no earlier reply is still to come."""
+        if self._ready:
+            self._talk.fence()
+            self._loop.call_soon(self._pump)
+
     def _pump(self) -> None:
         """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
-        while self._open and self._talk.has_something():
+        while self._open and self._has_something():
             now = self._loop.time()
             if not self._port_is_free(now):
                 return
@@ -90,6 +106,13 @@ class Carrier(PortLoop, Generic[X, F]):
             if exchange is None:
                 return
             self._write(exchange, now)
+
+    def _has_something(self) -> bool:
+        """Whether anything could go that was not asked for before a suspension."""
+        if not self._talk.has_something():
+            return False
+        self.admission.revise()
+        return self._talk.has_something()
 
     def _write(self, exchange: X, now: float) -> None:
         try:

@@ -363,6 +363,9 @@ class Server(_Table):
     """Whether commands may be sent as plain text."""
     allow_endless_moves: bool = False
     """Whether moves without an end may be started."""
+    on_exit: Literal["leave", "stop"] = "leave"
+    """Whether motors that move when the gateway ends go on to the ends of their moves, or are stopped; moves
+    without an end and JOGs are always stopped."""
 
 
 class Config(_Table):

@@ -16,7 +16,7 @@ from math import inf
 from typing import Any
 
 from gateway.copies import Copies, ReplyFrame
-from gateway.errors import BodyOffline, Cancelled, GarbledReply, GatewayError, NoReply
+from gateway.errors import BodyOffline, Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
 from gateway.exchange import IMPATIENT, STOPS, Answered, Exchange, Lane
 from gateway.gate import Gate
 from gateway.scheduler import Scheduler
@@ -470,6 +470,15 @@ class Conversation:
             exchange.settle(exchange.late_answer or NoReply(lost.detail, _remedy(exchange), exchange.command))
         for exchange in waiting:
             exchange.withdraw(unsent)
+
+    def revoke(self, why: Overtaking) -> None:
+        """Write no command that was admitted before now."""
+        self.gate.revoke(why)
+        self.cancel(lambda it: it.lane is Lane.COMMAND, why())
+
+    def fence(self) -> None:
+        """Prove anew that no earlier reply is still to come."""
+        self._lose_step(LINK_MASTER)
 
     def cancel(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
         """Take out of the queue what is not wanted any more."""

@@ -120,6 +120,37 @@ class StoppedFirst(Cancelled):
         )
 
 
+class HeldUp(NotSent):
+    """The gateway was suspended, or held up for seconds, between a request and its turn to be sent."""
+
+    kind = "held-up"
+    title = "The gateway was held up"
+
+    def __init__(self) -> None:
+        super().__init__(
+            "The gateway was suspended or held up for seconds, so the request may be older than its sender "
+            "expects; nothing was sent.",
+            "Send it again if it is still wanted.",
+        )
+
+
+class ShuttingDown(NotSent):
+    """The gateway has been told to end: it lets nothing begin any more."""
+
+    kind = "shutting-down"
+    title = "The gateway is shutting down"
+
+    def __init__(self) -> None:
+        super().__init__(
+            "The gateway is shutting down; nothing was sent.", "Send it again when the gateway is back."
+        )
+
+
+Overtaking = type[StoppedFirst] | type[HeldUp] | type[ShuttingDown]
+"""What can come between the admission of a command and the moment it could be sent."""
+OVERTAKEN = StoppedFirst, HeldUp, ShuttingDown
+
+
 class NoReply(GatewayError):
     """The command was written, and no reply could be credited to it.
 

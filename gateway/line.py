@@ -249,10 +249,13 @@ class Line(Carrier[Exchange, Frame]):
         What people wait for has to be written within `WRITTEN_WITHIN_S` where `expires_at` says no other
         time. Stops, and the questions that a motor waits for, are never too late.
 
+        :raises ShuttingDown, HeldUp: it comes too late, and is neither a read nor a stop.
         :raises LineDown: the port is not open; nothing was queued.
         :raises BodyOffline: the body does not answer (stops are sent nevertheless).
         :raises QueueFull: too many requests wait for this body.
         """
+        if lane is Lane.COMMAND:
+            self.admission.require()
         if not self._open:
             raise self._down()
         if body in self.offline and lane not in STOPS:

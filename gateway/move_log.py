@@ -37,6 +37,11 @@ class MoveLog(Generic[M]):
         """The move is over: tell who waits."""
         self._over[move.id].set()
 
+    def let_go(self) -> None:
+        """Let nobody wait any longer: the gateway ends, and the moves may go on."""
+        for over in self._over.values():
+            over.set()
+
     def get(self, move_id: str) -> M:
         """Find a move by its id.
 

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from gateway.bodies import Body, Group
-from gateway.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, StoppedFirst
+from gateway.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
 from gateway.evidence import MISSING_END_FRAME_S, Case, Verdict, gone
 from gateway.move_log import MoveLog, new_id
 from gateway.move_record import Move, MoveError, MoveKind, MoveStatus
@@ -53,8 +53,10 @@ class Moves:
 
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
         :raises ControllerRefused: the body refused; nothing moved.
-        :raises NotSent: the line is down, the body offline, or the time was up; nothing was sent.
+        :raises NotSent: the line is down, the body offline, the time was up, or the gateway ends or was held
+            up; nothing was sent.
         """
+        target.line.admission.require()
         bodies = _idle_bodies_of(target)
         epoch = target.line.gate.epoch(target.number)
         flight = _Flight(
@@ -69,10 +71,19 @@ class Moves:
             raise refusal
         return [case.move for case in flight.cases]
 
+    async def begun(self) -> None:
+        """Wait until every move that was asked for has been taken or refused."""
+        if self._tasks:
+            await asyncio.wait(self._tasks.values())
+
+    def let_go(self) -> None:
+        """Give those who wait for moves what is known now."""
+        self._log.let_go()
+
     async def close(self) -> None:
         """Stop following, once the lines are closed; the motors keep doing what they do."""
-        tasks, answers = list(self._tasks), list(self._tasks.values())
-        await asyncio.gather(*answers, return_exceptions=True)
+        await self.begun()
+        tasks = list(self._tasks)
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
@@ -139,7 +150,7 @@ class Moves:
 
         target = flight.target
         if target.line.gate.epoch(target.number) != flight.epoch:
-            raise StoppedFirst
+            raise target.line.gate.overtaken(target.number)
         if isinstance(target, Group):
             return {**await target.ask(flight.command, expires_at=expires_at, on_written=written)}
         reply, _ = await target.ask(flight.command, expires_at=expires_at, on_written=written)

@@ -1,6 +1,7 @@
 """The plant: the configured lines with their bodies, groups and robots, and everything that works on them."""
 
 import asyncio
+import logging
 import random
 from collections.abc import Callable, Collection, Iterable
 from functools import partial
@@ -8,6 +9,7 @@ from typing import Any, TypeVar
 
 from gateway import config as settings
 from gateway.addresses import numbered_address
+from gateway.admission import Admission
 from gateway.bodies import Body, Group
 from gateway.config import Config
 from gateway.errors import (
@@ -16,6 +18,7 @@ from gateway.errors import (
     Cancelled,
     ControllerRefused,
     GatewayError,
+    HeldUp,
     InvalidRequest,
     NoReply,
     NotFound,
@@ -28,10 +31,12 @@ from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
 from gateway.fics.watch import watch
 from gateway.line import Line
+from gateway.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.move_record import Move
 from gateway.moves import Moves
 from gateway.scans import Scans
 from gateway.stops import Stops
+from gateway.wind_down import SUBJECT, WindDown
 from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP
 from protocols.rorze.status import GetControllerStatus
@@ -39,6 +44,8 @@ from protocols.table import Retry
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
 from transports.trace_file import TraceFile
+
+log = logging.getLogger(__name__)
 
 HEALTH_POLL_S = 5.0
 """A body without a move is asked for its status this often."""
@@ -63,6 +70,9 @@ class Plant:
         self._robots: dict[str, Robot] = {}
         self._polls: list[asyncio.Task[None]] = []
         self._defining = asyncio.Lock()
+        self.watch = LoopWatch()
+        self.watch.on_held = self._was_held
+        self.admission = Admission(self.watch)
         for line in config.lines:
             port = self._open_port(line, open_transport)
             if line.robot is not None:
@@ -73,6 +83,9 @@ class Plant:
         self.stops = Stops(self.events, self.groups_of)
         self.scans = Scans(self.events)
         self.robot_moves = RobotMoves()
+        self._end = WindDown(self)
+        for built in self.ports().values():
+            built.admission = self.admission
 
     # life
 
@@ -89,8 +102,21 @@ class Plant:
             ),
         ]
 
+    async def wind_down(self) -> None:
+        """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
+
+        Reads and stops go on until the lines are closed.
+        """
+        await self._end.done()
+
+    def hurry(self) -> None:
+        """Wait for nothing longer than a stop takes to be written."""
+        self._end.hurry()
+
     async def close(self) -> None:
-        """End all work. Bounded moves run on in the controllers; nothing more is sent."""
+        """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
+        await self.wind_down()
+        self.watch.close()
         for poll in self._polls:
             poll.cancel()
         await asyncio.gather(*self._polls, return_exceptions=True)
@@ -343,6 +369,27 @@ class Plant:
         group.line.counters["strangers_in_groups"] += 1
         self.events.publish("group.strangers", f"/groups/{group.address}", {"bodies": strangers})
         group.line.set_up_again(f"{', '.join(strangers)} obeyed group {group.short}")
+
+    def _was_held(self, seconds: float) -> None:
+        """What has waited while the loop was held for long is not sent any more, and nothing is believed."""
+        suspended = seconds > SUSPENDED_S
+        log.warning(
+            "the gateway was suspended or held up for %.1f s%s",
+            seconds,
+            "; what waited is cancelled, and all lines are fenced" if suspended else "",
+        )
+        self.events.publish(
+            "gateway.loop.held", SUBJECT, {"seconds": round(seconds, 3), "cancelled": suspended}
+        )
+        if not suspended:
+            return
+        for port in self.ports().values():
+            port.revoke(HeldUp)
+            port.fence()
+        for body in self.bodies():
+            body.may_move()
+        for robot in self.robots():
+            robot.was_left_alone()
 
     # rules and watching
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Coroutine, Iterable
 from enum import StrEnum
 from typing import Any
 
+from gateway.admission import Admission
 from gateway.errors import LineDown
 from transports.base import Transport, TransportError, TransportLost
 
@@ -40,6 +41,8 @@ class PortLoop(ABC):
         self.transport = transport
         self.counters = counters
         self.down_reason = "not opened yet"
+        self.admission = Admission()
+        """What may be begun now; a plant's lines share one."""
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
         self._open = False
         self._ready = False

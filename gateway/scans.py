@@ -102,6 +102,8 @@ class Scans:
             await self._ask_everybody(scan, line)
         except GatewayError as error:
             scan.status, scan.error = "failed", error.detail
+        except asyncio.CancelledError:
+            scan.status, scan.error = "failed", "The gateway is shutting down."
         else:
             scan.status = "finished"
         scan.ended_at = datetime.now(UTC)

@@ -7,19 +7,20 @@ import os
 import signal
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from ipaddress import ip_address
 
 import uvicorn
 
 from gateway.config import Config, Server
-from gateway.events import EventHub
 from gateway.plant import Plant
 
 log = logging.getLogger(__name__)
 
-SHUTDOWN_S = 3
-"""How long open requests and streams may take to end."""
+STREAMS_S = 1.0
+"""How long event streams may take to deliver what there is and to close."""
+REQUESTS_S = 2.0
+"""How long requests may take to end by themselves; then the lines are closed, which answers whoever waits."""
 
 
 class CannotListen(OSError):
@@ -27,7 +28,7 @@ class CannotListen(OSError):
 
 
 async def serve(config: Config) -> None:
-    """Serve until SIGINT or SIGTERM. Bounded moves run on in the controllers; nothing more is sent.
+    """Serve until SIGINT, SIGTERM or SIGHUP. What `on_exit` leaves moving runs on in the controllers.
 
     :raises CannotListen: no line was opened.
     """
@@ -35,18 +36,57 @@ async def serve(config: Config) -> None:
 
     with _listener(config.server) as listener:
         plant = Plant(config)
-        server = _StreamEndingServer(_uvicorn_config(create_app(plant)), plant.events)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            asyncio.get_running_loop().add_signal_handler(number, server.end, number)
+        server = _Server(_uvicorn_config(create_app(plant)))
+        end = _End(plant, server)
         await plant.start()
         try:
             # What has been made by now stays: looking it through again would hold up every line for 50 ms.
             gc.collect()
             gc.freeze()
+            plant.watch.start()
             log.info("running on http://%s:%d", config.server.host, listener.getsockname()[1])
-            await server.serve([listener])
+            serving = asyncio.create_task(server.serve([listener]), name="server")
+            await end.told(serving)
+            await plant.wind_down()
+            plant.events.close()
+            await server.end_streams()
+            await server.end_requests(serving)
         finally:
             await plant.close()
+        await serving
+
+
+class _End:
+    """The signals that tell the gateway to end."""
+
+    def __init__(self, plant: Plant, server: "_Server") -> None:
+        self._plant, self._server = plant, server
+        self._told = asyncio.Event()
+        for number in _signals():
+            asyncio.get_running_loop().add_signal_handler(number, self._tell, number)
+
+    async def told(self, serving: "asyncio.Task[None]") -> None:
+        """Wait for the first signal, or for a server that ends without one."""
+        waiting = asyncio.create_task(self._told.wait(), name="signals")
+        await asyncio.wait({serving, waiting}, return_when=asyncio.FIRST_COMPLETED)
+        waiting.cancel()
+
+    def _tell(self, number: int) -> None:
+        """End because of a signal; after a second one nobody is waited for."""
+        name = signal.Signals(number).name
+        if self._told.is_set():
+            log.warning("%s again: ending without waiting any longer", name)
+            self._plant.hurry()
+            self._server.force_exit = True
+        else:
+            log.info("%s: shutting down; nothing begins to move any more", name)
+            self._told.set()
+
+
+def _signals() -> list[signal.Signals]:
+    """Those that end the gateway; that of a closed terminal too, unless it was started with nohup."""
+    ignored = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    return [signal.SIGINT, signal.SIGTERM, *([] if ignored else [signal.SIGHUP])]
 
 
 def _listener(settings: Server) -> socket.socket:
@@ -61,22 +101,29 @@ def _listener(settings: Server) -> socket.socket:
         ) from None
 
 
-class _StreamEndingServer(uvicorn.Server):
-    """A server whose signals are ours, and that ends the event streams before it waits for its clients."""
-
-    def __init__(self, config: uvicorn.Config, events: EventHub) -> None:
-        super().__init__(config)
-        self._events = events
-
-    def end(self, number: int) -> None:
-        """Shut down because of a signal; a second one does not wait for anybody."""
-        self._events.close()
-        self.handle_exit(number, None)
+class _Server(uvicorn.Server):
+    """A server whose signals are ours, and that ends step by step."""
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Leave the signals to us: after the server the plant has to be closed too."""
+        """Leave the signals to us: before and after the server the plant has to end too."""
         yield
+
+    async def end_streams(self) -> None:
+        """Let WebSockets close as their routes close them; server-sent events end as requests do."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(STREAMS_S):
+                while self._has_websockets() and not self.force_exit:  # noqa: ASYNC110
+                    await asyncio.sleep(0.02)  # uvicorn has no event for it
+
+    def _has_websockets(self) -> bool:
+        kind = self.config.ws_protocol_class
+        return kind is not None and any(isinstance(it, kind) for it in self.server_state.connections)
+
+    async def end_requests(self, serving: "asyncio.Task[None]") -> None:
+        """Take no more requests, and let those that are under way end."""
+        self.should_exit = True
+        await asyncio.wait({serving}, timeout=0 if self.force_exit else REQUESTS_S)
 
 
 def _uvicorn_config(asgi: object) -> uvicorn.Config:
@@ -92,5 +139,6 @@ def _uvicorn_config(asgi: object) -> uvicorn.Config:
         server_header=False,
         proxy_headers=False,
         lifespan="off",
-        timeout_graceful_shutdown=SHUTDOWN_S,
+        # By then the lines are closed, and whoever still waits has had an answer.
+        timeout_graceful_shutdown=int(2 * REQUESTS_S),
     )

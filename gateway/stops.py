@@ -77,6 +77,16 @@ class Stops:
             if stop.body is body:
                 stop.repeat_at_once()
 
+    def unconfirmed(self, body: Body) -> StopReport | None:
+        """How far a stop of the body has come that is not confirmed yet."""
+        reports = [stop.report for stop in self._tasks if stop.body is body]
+        return next((report for report in reports if report.state != "confirmed"), None)
+
+    async def confirmed(self) -> None:
+        """Wait until every stop is confirmed, and its move recorded."""
+        if self._tasks:
+            await asyncio.wait(self._tasks.values())
+
     async def close(self) -> None:
         """Give up repeating: nobody is there any more who could."""
         tasks = list(self._tasks.values())

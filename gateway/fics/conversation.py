@@ -15,7 +15,15 @@ from enum import Enum
 from itertools import cycle
 from typing import Any
 
-from gateway.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, StoppedFirst
+from gateway.errors import (
+    Cancelled,
+    Expired,
+    GarbledReply,
+    GatewayError,
+    NoReply,
+    Overtaking,
+    StoppedFirst,
+)
 from gateway.exchange import Lane
 from gateway.fics.errors import RobotOffline
 from gateway.fics.exchange import Answered, Exchange, Outcome
@@ -75,7 +83,10 @@ class Conversation:
         self._upload = Upload.NONE
         self._upload_begun = 0
         """The number of the frame that began the last one: only what was written later can prove its end."""
+        self.stops = 0
+        """How many stops there have been."""
         self.stop_epoch = 0
+        self._last_overtaking: Overtaking = StoppedFirst
         self.unheard = 0
         """How often something was said that may have been refused without a word."""
         self.counters: Counter[str] = Counter()
@@ -120,7 +131,7 @@ class Conversation:
     def submit(self, exchange: Exchange) -> None:
         """Queue an exchange; a stop goes first, and in the middle of an upload the upload's end before it."""
         if exchange.lane is Lane.COMMAND and exchange.epoch != self.stop_epoch:
-            exchange.settle(StoppedFirst())
+            exchange.settle(self.overtaken())
         elif exchange.lane is not Lane.STOP:
             self._queue.append(exchange)
         else:
@@ -149,8 +160,22 @@ class Conversation:
 
     def begin_stop(self) -> None:
         """Begin a new stop epoch: no command admitted earlier can be written any more."""
+        self.stops += 1
+        self.revoke(StoppedFirst)
+
+    def revoke(self, why: Overtaking) -> None:
+        """Begin a new epoch that is not that of a stop."""
         self.stop_epoch += 1
-        self._withdraw_commands(StoppedFirst())
+        self._last_overtaking = why
+        self._withdraw_commands(why())
+
+    def overtaken(self) -> GatewayError:
+        """Why what was admitted in an earlier epoch is not written."""
+        return self._last_overtaking()
+
+    def fence(self) -> None:
+        """Prove anew that no earlier answer is still to come."""
+        self._lose_step()
 
     def _withdraw_commands(self, reason: GatewayError) -> None:
         for exchange in [it for it in self._queue if it.lane is Lane.COMMAND]:
@@ -185,7 +210,7 @@ class Conversation:
 
     def _refuses(self, exchange: Exchange, now: float) -> GatewayError | None:
         if exchange.lane is Lane.COMMAND and exchange.epoch != self.stop_epoch:
-            return StoppedFirst()
+            return self.overtaken()
         if exchange.expires_at is not None and now >= exchange.expires_at:
             return Expired("robot")
         return None

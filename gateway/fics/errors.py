@@ -1,6 +1,15 @@
 """What can go wrong with a robot besides what can go wrong with anything."""
 
-from gateway.errors import BodyBusy, ControllerRefused, GatewayError, Moved, NoReply, NotSent, StoppedFirst
+from gateway.errors import (
+    OVERTAKEN,
+    BodyBusy,
+    ControllerRefused,
+    GatewayError,
+    Moved,
+    NoReply,
+    NotSent,
+    StoppedFirst,
+)
 from protocols.fics.errors import lookup
 
 
@@ -107,7 +116,7 @@ class UploadBrokenOff(GatewayError):
 
     def __init__(self, robot_id: str, last_stored: int, cause: GatewayError) -> None:
         stored = f"up to {last_stored} are stored" if last_stored else "are not stored"
-        why = "a stop came" if isinstance(cause, StoppedFirst) else cause.detail.rstrip(".")
+        why = _what_came_first(cause)
         maybe = " The next one may be stored as well." if isinstance(cause, NoReply) else ""
         super().__init__(
             f"Positions of {robot_id} {stored}, then the upload was broken off: {why}.{maybe}",
@@ -152,6 +161,14 @@ class JogOver(GatewayError):
     kind = "jog-over"
     title = "The JOG is over"
     moved = "yes"
+
+
+def _what_came_first(cause: GatewayError) -> str:
+    if isinstance(cause, StoppedFirst):
+        return "a stop came"
+    if isinstance(cause, OVERTAKEN):
+        return cause.title[0].lower() + cause.title[1:]
+    return cause.detail.rstrip(".")
 
 
 def _why(cause: GatewayError) -> str:

@@ -39,7 +39,7 @@ class JogSession(Record):
     state: Literal["jogging", "ended", "lost", "stopped"] = Field(
         "jogging",
         description="ended by request or because the axis stood still, as at its limit; lost for want of a "
-        "heartbeat; or stopped with the robot.",
+        "heartbeat; or stopped, with the robot or at the end of the gateway.",
     )
     heartbeat_within_ms: int = Field(
         default=int(HEARTBEAT_S * 1000), description="The next heartbeat has to come within this."
@@ -49,6 +49,8 @@ class JogSession(Record):
 @dataclass(eq=False)
 class _Running:
     session: JogSession
+    until: float
+    """When the next heartbeat has to have come, on the event loop's clock."""
     alarm: asyncio.TimerHandle
     """Ends it, unless the next heartbeat comes first."""
     rest: "asyncio.Task[None]"
@@ -76,6 +78,7 @@ class Jogs:
         :raises JogOver: it was stopped before it was answered.
         """
         robot = self._robot
+        robot.line.admission.require()
         self._require_settled(unit, axis)
         loop = asyncio.get_running_loop()
         command = StartJog(axis=axis, direction=direction)
@@ -106,11 +109,16 @@ class Jogs:
 
     def _begun(self, session: JogSession) -> None:
         """The axis may move from now on, answered or not."""
-        alarm = asyncio.get_running_loop().call_later(HEARTBEAT_S, self._missed, session)
+        until, alarm = self._await_heartbeat(session)
         rest = asyncio.create_task(self._rests(session), name=f"JOG of {self._robot.id}")
         rest.add_done_callback(lambda task: None if task.cancelled() else self._rested(session))
-        self._running[session.id] = _Running(session, alarm, rest)
+        self._running[session.id] = _Running(session, until, alarm, rest)
         self._robot.publish("robot.jog.started", session.model_dump())
+
+    def _await_heartbeat(self, session: JogSession) -> tuple[float, asyncio.TimerHandle]:
+        loop = asyncio.get_running_loop()
+        until = loop.time() + HEARTBEAT_S
+        return until, loop.call_at(until, self._missed, session)
 
     async def _hear(self, session: JogSession, command: StartJog, accepted: "Accepted") -> None:
         """Wait for the answer, which comes at once; in Ver.2 there is only one where it was refused."""
@@ -134,6 +142,8 @@ class Jogs:
         :raises JogOver: the axis was stopped.
         :raises JogOutOfReach: nobody can keep it, or stop it; the session is lost as if none had come.
         """
+        self._robot.line.admission.revise()
+        self._end_overdue(session_id)
         running = self._find(session_id)
         if not self._robot.online:
             session = running.session
@@ -143,8 +153,14 @@ class Jogs:
                 "Use the hardware stop.",
             )
         running.alarm.cancel()
-        running.alarm = asyncio.get_running_loop().call_later(HEARTBEAT_S, self._missed, running.session)
+        running.until, running.alarm = self._await_heartbeat(running.session)
         return running.session
+
+    def _end_overdue(self, session_id: str) -> None:
+        """After a time in which the loop was held, a heartbeat may be read before its alarm goes off."""
+        running = self._running.get(session_id)
+        if running is not None and asyncio.get_running_loop().time() >= running.until:
+            self._missed(running.session)
 
     async def end(self, session_id: str) -> JogSession:
         """Stop an axis, and give its session when it stands still or the robot is being stopped.
@@ -218,11 +234,24 @@ class Jogs:
         self._unsettled.clear()
         self._end_motion()
 
-    async def close(self) -> None:
-        """Stop every axis that jogs: nobody will send heartbeats any more."""
+    def end_all(self, state: Literal["lost", "stopped"]) -> None:
+        """Stop every axis that jogs: no heartbeat counts any more."""
         for running in list(self._running.values()):
-            self._missed(running.session)
-        await asyncio.gather(*self._stopping.values(), return_exceptions=True)
+            self._end(running.session, state)
+            self._stop_axis(running.session)
+
+    async def settled(self) -> None:
+        """Wait until every axis whose JOG has ended stands still, or the robot is being stopped."""
+        if self._stopping:
+            await asyncio.wait(self._stopping.values())
+
+    async def close(self) -> None:
+        """Give up looking whether axes stand still."""
+        self.end_all("stopped")
+        tasks = list(self._stopping.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
 
     def _find(self, session_id: str) -> _Running:
         if session_id in self._running:

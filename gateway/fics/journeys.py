@@ -45,6 +45,7 @@ class Journey:
         """The robot's stop epoch at admission."""
         self.begun: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
         """Known when the robot has taken the command, or why it has not."""
+        self._stops_before = self.robot.line.stops
         self._report = advance
         self._overdue_at: float | None = None
 
@@ -289,7 +290,7 @@ class Journey:
 
     def _stopped(self) -> bool:
         """Whether a stop was sent since the move was admitted."""
-        return self.robot.line.stop_epoch != self.epoch
+        return self.robot.line.stops != self._stops_before
 
     def _miss(self) -> float | None:
         return furthest_miss(self.move.target_position, self.move.position)

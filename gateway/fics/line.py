@@ -96,8 +96,13 @@ class FicsLine(Carrier[Exchange, Frame]):
         return self._talk.uploading
 
     @property
-    def stop_epoch(self) -> int:
+    def stops(self) -> int:
         """How many stops there have been."""
+        return self._talk.stops
+
+    @property
+    def stop_epoch(self) -> int:
+        """Another with each stop, and with whatever else forbids what was admitted before."""
         return self._talk.stop_epoch
 
     @property
@@ -274,6 +279,10 @@ class FicsLine(Carrier[Exchange, Frame]):
     def begin_stop(self) -> None:
         """Forbid everything that was admitted before now and is not written yet."""
         self._talk.begin_stop()
+
+    def overtaken(self) -> GatewayError:
+        """Why what was admitted in an earlier epoch is not sent."""
+        return self._talk.overtaken()
 
     def doubt_upload(self) -> None:
         """A stop was refused as it is in an upload: the end of one goes before the next stop, to be sure."""

@@ -23,7 +23,8 @@ class RobotMoves:
 
     def __init__(self) -> None:
         self._log = MoveLog[RobotMove]()
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
+        """With what is known when the robot has taken the command, or why it has not."""
 
     def get(self, move_id: str) -> RobotMove:
         """Find a move by its id.
@@ -50,8 +51,10 @@ class RobotMoves:
 
         :raises RobotBusy: the robot still moves; nothing was sent.
         :raises RobotRefused: the robot refused; nothing moved.
-        :raises NotSent: power was lost, an error stands, or the line or the robot is away; nothing was sent.
+        :raises NotSent: power was lost, an error stands, the line or the robot is away, or the gateway ends
+            or was held up; nothing was sent.
         """
+        robot.line.admission.require()
         axes = robot.unit(unit)
         check(axes, command)
         robot.require_fit_for_motion(command)
@@ -60,16 +63,26 @@ class RobotMoves:
         epoch = robot.line.stop_epoch
         journey = Journey(axes, command, self._new(axes, command), epoch, self.advance)
         task = asyncio.create_task(journey.make(start_within_s), name=f"move {journey.move.id}")
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        self._tasks[task] = journey.begun
+        task.add_done_callback(self._tasks.pop)
         task.add_done_callback(lambda _: journey.begun.cancel())
         refusal = await asyncio.shield(journey.begun)
         if refusal is not None:
             raise refusal
         return journey.move
 
+    async def begun(self) -> None:
+        """Wait until every move that was asked for has been taken or refused."""
+        if self._tasks:
+            await asyncio.wait(self._tasks.values())
+
+    def let_go(self) -> None:
+        """Give those who wait for moves what is known now."""
+        self._log.let_go()
+
     async def close(self) -> None:
-        """Stop following; the robots keep doing what they do."""
+        """Stop following, once the lines are closed; the robots keep doing what they do."""
+        await self.begun()
         tasks = list(self._tasks)
         for task in tasks:
             task.cancel()

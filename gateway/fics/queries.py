@@ -45,10 +45,9 @@ class Queries:
         self._unit_holds_until = 0.0
 
     async def close(self) -> None:
-        """Ask nothing more."""
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        """Ask nothing more: once the line is closed all who wait are told so."""
+        if self._tasks:
+            await asyncio.wait(self._tasks)
 
     async def ask(self, query: FicsCommand[Any], number: int | None, lane: Lane) -> Heard:
         """Put a question to a unit, or to the robot as a whole; what is a mere read is shared.
@@ -95,6 +94,7 @@ class Queries:
         robot = self._robot
         async with robot.line.floor.held(lane):
             begun()
+            robot.line.admission.revise()  # after a suspension no unit is trusted
             if number is not None:
                 await self._select(number, afresh=isinstance(query, DownloadPositions))
             outcome = await robot.dialogue.say(query, robot.line.stop_epoch)

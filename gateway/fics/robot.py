@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AsyncExitStack
 from typing import Any, NamedTuple
 
-from gateway.errors import InvalidRequest, NotFound, StoppedFirst
+from gateway.errors import InvalidRequest, NotFound
 from gateway.exchange import Lane
 from gateway.fics.dialogue import Dialogue, in_time
 from gateway.fics.downloads import download
@@ -192,6 +192,7 @@ class Robot:
         self.require_free(command)
         if command.is_query():
             return await self.queries.ask(command, number, lane)
+        self.line.admission.require()
         await self._do(command, number)
         return heard_now()
 
@@ -200,7 +201,7 @@ class Robot:
         epoch = self.line.stop_epoch
         async with self.line.floor.held(Lane.COMMAND):
             if self.line.stop_epoch != epoch:
-                raise StoppedFirst
+                raise self.line.overtaken()
             if number is not None:
                 await self.selection.make(number, afresh=True)
             outcome = await self.dialogue.say(command, epoch)
@@ -251,7 +252,7 @@ class Robot:
             async with in_time(expires_at):
                 await stack.enter_async_context(self.line.floor.held(Lane.COMMAND))
                 if self.line.stop_epoch != epoch:
-                    raise StoppedFirst
+                    raise self.line.overtaken()
                 self.require_fit_for_motion(command)
                 await self._make_sure(command, self.unit(unit))
                 await self.dialogue.see_error()
@@ -287,6 +288,14 @@ class Robot:
         if moves and not self.moves_by_itself:
             self.publish("robot.motion.foreign", {})
         self.moves_by_itself = moves
+
+    def was_left_alone(self) -> None:
+        """Nobody has looked after it for seconds: stop what jogs, and believe nothing read before."""
+        self.jogs.end_all("lost")
+        if self.motion is None:
+            self.selection.forget()  # in motion no other unit can be selected
+        self.moves_by_itself = self.moves_by_itself or None
+        self.look_due.set()
 
     async def send_stop(self, command: FicsCommand[Any]) -> Outcome:
         """Send a stop ahead of everything."""
@@ -348,6 +357,7 @@ class Robot:
         :raises UploadBrokenOff: positions were stored before the one that failed, or before a stop.
         :raises GatewayError: nothing was stored.
         """
+        self.line.admission.require()
         number = self._unit_of(UPLOAD, unit)
         runs = runs_of(positions)
         if number is not None:

@@ -64,6 +64,17 @@ class RobotStops:
         stop = self._running[mode]
         return asyncio.create_task(self._report(stop, self._tasks[stop]), name="stop report")
 
+    @property
+    def unconfirmed(self) -> RobotStopReport | None:
+        """How far a stop has come that is not confirmed yet."""
+        reports = [stop.report for stop in self._tasks]
+        return next((report for report in reports if report.state != "confirmed"), None)
+
+    async def confirmed(self) -> None:
+        """Wait until every stop is confirmed, and its move recorded."""
+        if self._tasks:
+            await asyncio.wait(self._tasks.values())
+
     async def close(self) -> None:
         """Give up repeating: nobody is there any more who could."""
         tasks = list(self._tasks.values())

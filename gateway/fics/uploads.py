@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from gateway.errors import GatewayError, InvalidRequest, StoppedFirst
+from gateway.errors import OVERTAKEN, GatewayError, InvalidRequest
 from gateway.fics.errors import UploadBrokenOff
 from protocols.fics.positions import LAST_POSITION, BeginPositionUpload, EndPositionUpload, UploadPosition
 
@@ -36,7 +36,7 @@ async def upload(robot: "Robot", runs: list[Run], epoch: int) -> None:
                     dialogue.answered(command, await dialogue.say(command, epoch))
                     stored = number
         except GatewayError as error:
-            if stored or (begun and isinstance(error, StoppedFirst)):
+            if stored or (begun and isinstance(error, OVERTAKEN)):
                 raise UploadBrokenOff(robot.id, stored, error) from error
             raise
 

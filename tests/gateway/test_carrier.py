@@ -7,10 +7,12 @@ from contextlib import asynccontextmanager
 
 import pytest
 
+from gateway.admission import Admission
 from gateway.carrier import GAP_S, Carrier
-from gateway.errors import GatewayError, InvalidRequest, LineDown
+from gateway.errors import GatewayError, HeldUp, InvalidRequest, LineDown, Overtaking
 from gateway.exchange import Lane
 from gateway.line import Line, LineState
+from gateway.loop_watch import SUSPENDED_S, LoopWatch
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.position import GetPosition
 from tests.gateway.far_end import FarEnd, running_line, until, virtual
@@ -52,10 +54,19 @@ class Speech:
         self.waiting: list[Said] = []
         self.asked: list[float] = []
         """When somebody wanted to know what is to be written."""
+        self.revoked: list[Overtaking] = []
+        self.fences = 0
         self.said: list[tuple[bytes, float, float]] = []
         """What was written when, and until when its answer is waited for."""
         self.passed: list[tuple[float, float | None]] = []
         """When deadlines were looked at, and until when a reply that has begun may go on."""
+
+    def revoke(self, why: Overtaking) -> None:
+        self.revoked.append(why)
+        self.waiting.clear()
+
+    def fence(self) -> None:
+        self.fences += 1
 
     def has_something(self) -> bool:
         return bool(self.waiting)
@@ -124,6 +135,15 @@ async def speaking(port: Port) -> AsyncIterator[Speaker]:
     await line.close()
 
 
+class Clock:
+    """A clock that goes on only when a test says so, as the time of a suspended computer."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
 def now() -> float:
     return asyncio.get_running_loop().time()
 
@@ -144,6 +164,34 @@ async def test_what_is_urgent_leaves_at_the_next_frame_boundary() -> None:
         assert [at for at, _ in port.written] == pytest.approx(
             [began_at, began_at + FRAME_S, began_at + 2 * FRAME_S]
         )
+
+
+@virtual
+async def test_a_suspension_is_noticed_before_anything_is_written_after_it() -> None:
+    port = Port(BAUD)
+    clock = Clock()
+    watch = LoopWatch(clock)
+    async with speaking(port) as line:
+        line.admission = Admission(watch)
+        watch.on_held = lambda _: line.revoke(HeldUp)
+        watch.start()
+        line.say("&026PD", "&021+M100")  # the second one waits for the first one's last bit
+        clock.now += SUSPENDED_S + 1.0
+        await asyncio.sleep(FRAME_S)
+        watch.close()
+        await asyncio.sleep(1.0)
+        assert line.speech.revoked == [HeldUp]
+        assert port.frames == ["&026PD"]
+
+
+@virtual
+async def test_only_a_line_that_is_set_up_is_fenced() -> None:
+    async with speaking(Port()) as line:
+        line.fence()
+        assert line.speech.fences == 1
+        line._ready = False
+        line.fence()
+        assert line.speech.fences == 1
 
 
 @virtual

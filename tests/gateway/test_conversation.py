@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from gateway.conversation import FENCE_TRIES, NONCES, READ_REPEATS, STRICT_S, Conversation
 from gateway.copies import REMEMBERED, ReplyFrame
-from gateway.errors import BodyOffline, Cancelled, Expired, GarbledReply, NoReply
+from gateway.errors import BodyOffline, Cancelled, Expired, GarbledReply, HeldUp, NoReply
 from gateway.exchange import Answered, Exchange, Lane, Outcome
 from gateway.line import lane_of
 from protocols.rorze import commands as table
@@ -29,6 +29,7 @@ from protocols.rorze.position import GetPosition, SignedPulses
 from protocols.rorze.position_table import GetNumberedPositionEntry, GetPositionEntry
 from protocols.rorze.programs import GetProgramMemory
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
+from protocols.rorze.speeds import SetStartSpeed
 from protocols.rorze.status import GetControllerStatus
 from protocols.rorze.stops import StopImmediately
 from protocols.table import WireFault
@@ -996,3 +997,54 @@ def _number(outcome: Outcome) -> int | None:
 
 TestAnyTalk = AnyTalk.TestCase
 TestAnyTalk.settings = settings(max_examples=200, stateful_step_count=40, deadline=None)
+
+
+# what is revoked
+
+
+def test_what_waits_is_revoked_with_its_reason_and_reads_go_on(it: Talk) -> None:
+    first = it.ask(READ, 3)
+    assert it.next() == "03 6PD"
+    move, read = it.ask(MOVE), it.ask(READ)
+    it.talk.revoke(HeldUp)
+    assert isinstance(move.result(), HeldUp)
+    it.answer()
+    assert first.done()
+    assert it.next() == "02 6PD"
+    it.answer()
+    assert isinstance(read.result(), Answered)
+
+
+def test_a_setting_that_was_sent_and_is_not_repeated_is_not_called_not_sent(it: Talk) -> None:
+    setting = it.ask(SetStartSpeed(speed_set=1, speed=1000))
+    it.next()
+    it.fall_silent()
+    assert it.next() == "fence 02 3ND"
+    it.talk.revoke(HeldUp)
+    it.answer()
+    assert it.next() == ""
+    assert type(setting.result()) is NoReply
+
+
+def test_a_fence_that_is_wanted_goes_before_everything_but_stops(it: Talk) -> None:
+    it.ask(READ, 3)
+    it.next()
+    it.answer()
+    it.ask(READ)
+    it.talk.fence()
+    it.ask(STOP)
+    assert it.next() == "02 5IS"
+    it.answer()
+    assert it.next() == "fence 02 3ND"  # who was heard last can best tell
+    it.answer()
+    assert it.next() == "02 6PD"
+
+
+def test_a_fence_that_is_wanted_waits_for_the_reply_under_way(it: Talk) -> None:
+    move = it.ask(MOVE)
+    it.next()
+    it.talk.fence()
+    assert it.next() == ""
+    it.answer()
+    assert isinstance(move.result(), Answered)
+    assert it.next() == "fence 02 3ND"

@@ -1,10 +1,20 @@
 import pytest
 
-from gateway.errors import Cancelled, Expired, GatewayError, NotAllowed
+from gateway.errors import (
+    Cancelled,
+    Expired,
+    GatewayError,
+    HeldUp,
+    NotAllowed,
+    ShuttingDown,
+    StoppedFirst,
+)
 from gateway.exchange import Exchange, Lane
 from gateway.gate import Gate
+from protocols.rorze.link_master import SetReplyFormat
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
+from protocols.rorze.row import LINK_MASTER
 from protocols.rorze.stops import StopImmediately
 from tests.gateway.exchanges import exchange
 
@@ -85,3 +95,40 @@ def test_added_guards_are_asked_after_the_built_in_ones_and_the_first_refusal_co
     gate.stop(2)
     assert isinstance(gate.refuses(exchange(MOVE), now=0.0), Cancelled)
     assert asked == ["lease"]
+
+
+# what is revoked
+
+
+def test_what_was_admitted_before_everything_was_revoked_never_passes_and_says_why() -> None:
+    gate = Gate()
+    admitted = [exchange(MOVE, body=body, epoch=gate.epoch(body)) for body in (2, 0x80)]
+    gate.revoke(HeldUp)
+    assert all(isinstance(gate.refuses(it, now=0.0), HeldUp) for it in admitted)
+    assert gate.refuses(exchange(MOVE, epoch=gate.epoch(2)), now=0.0) is None
+
+
+def test_the_reason_is_what_came_last_to_the_body() -> None:
+    gate = Gate()
+    one, other = (exchange(MOVE, body=body, epoch=gate.epoch(body)) for body in (2, 3))
+    gate.revoke(HeldUp)
+    gate.stop(2)
+    assert isinstance(gate.refuses(one, now=0.0), StoppedFirst)
+    assert isinstance(gate.refuses(other, now=0.0), HeldUp)
+    gate.revoke(ShuttingDown)
+    assert isinstance(gate.refuses(one, now=0.0), ShuttingDown)
+
+
+def test_the_set_up_of_the_link_master_goes_on() -> None:
+    gate = Gate()
+    admitted = exchange(SetReplyFormat(end_of_move=1), body=LINK_MASTER, epoch=gate.epoch(LINK_MASTER))
+    gate.revoke(HeldUp)
+    assert gate.refuses(admitted, now=0.0) is None
+
+
+@pytest.mark.parametrize("command", [GetPosition(), StopImmediately()], ids=lambda it: it.code)
+def test_reads_and_stops_pass_whatever_is_revoked(command: GetPosition | StopImmediately) -> None:
+    gate = Gate()
+    admitted = exchange(command, epoch=gate.epoch(2))
+    gate.revoke(ShuttingDown)
+    assert gate.refuses(admitted, now=0.0) is None

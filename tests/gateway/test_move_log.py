@@ -112,3 +112,15 @@ def test_ids_sort_by_time_and_never_repeat() -> None:
     later = [new_id(NOW + timedelta(milliseconds=number)) for number in range(100)]
     assert later == sorted(later)
     assert len({new_id(NOW) for _ in range(100)}) == 100
+
+
+@virtual
+async def test_at_the_end_nobody_waits_any_longer_and_the_move_is_given_as_it_is() -> None:
+    move = a_move("1")
+    log = log_of(move)
+    waiting = asyncio.create_task(log.wait("1", 60.0))
+    await asyncio.sleep(1.0)
+    log.let_go()
+    assert await waiting is move
+    assert await log.wait("1", 60.0) is move
+    assert asyncio.get_running_loop().time() == 1.0

@@ -5,7 +5,7 @@ from random import Random
 
 import pytest
 
-from gateway.errors import Cancelled, Expired, NoReply
+from gateway.errors import Cancelled, Expired, HeldUp, NoReply, StoppedFirst
 from gateway.exchange import Lane
 from gateway.fics.conversation import MOST_ASKED, Conversation
 from gateway.fics.exchange import Answered, Exchange, Outcome
@@ -378,3 +378,32 @@ def test_what_moves_nothing_is_not_said_to_have_moved_when_the_port_goes() -> No
     assert asyncio.run(told(GetAxisStatus())) == ("no", True)
     assert asyncio.run(told(SetSmoothAcceleration(enabled=1))) == ("no", False)
     assert asyncio.run(told(MoveRelative(coordinates=[1.0]))) == ("unknown", False)
+
+
+def test_what_was_admitted_before_everything_was_revoked_is_not_written_and_stops_are_not_counted() -> None:
+    it = Talk()
+    it.submit(GetAxisStatus(), Lane.READ)
+    it.write()
+    waiting = it.submit(SwitchOutput(channel=1, bit=1, on=True))
+    epoch = it.talk.stop_epoch
+    it.talk.revoke(HeldUp)
+    assert waiting not in it.talk._queue
+    it.hear(AT_REST)
+    assert it.talk.next(0.0, ready=True) is None
+    late = it.talk.exchange(SwitchOutput(channel=1, bit=1, on=True), Lane.COMMAND)
+    late.epoch = epoch
+    it.talk.submit(late)
+    assert it.talk.next(0.0, ready=True) is None
+    assert isinstance(it.talk.overtaken(), HeldUp)
+    assert it.talk.stops == 0
+    it.talk.begin_stop()
+    assert isinstance(it.talk.overtaken(), StoppedFirst)
+    assert it.talk.stops == 1
+
+
+def test_a_fence_that_is_wanted_goes_first() -> None:
+    it = Talk()
+    it.submit(GetAxisStatus(), Lane.READ)
+    it.talk.fence()
+    it.pass_fence()
+    assert it.write() == "ACD"

@@ -1,0 +1,74 @@
+"""Notices that the event loop was held, or the whole process suspended: what has waited meanwhile is late."""
+
+import asyncio
+import time
+from collections.abc import Callable
+from math import inf
+
+BEAT_S = 0.05
+HELD_S = 0.25
+"""A beat later than this is told."""
+SUSPENDED_S = 2.0
+"""After a beat later than this nothing is sent that was asked for before."""
+DOUBT_S = 0.5
+"""After a suspension requests are read that may have lain in their sockets all the time: for so long nobody
+knows how old a request is, and longer while the loop is late with what has piled up."""
+LATE_S = 0.1
+
+_CLOCK: int = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
+
+
+def boot_time() -> float:
+    """Seconds on a clock that goes on while the computer sleeps: Linux and macOS call it differently."""
+    return time.clock_gettime(_CLOCK)
+
+
+class LoopWatch:
+    """A heart that beats in the loop. One that was never started notices nothing."""
+
+    def __init__(self, clock: Callable[[], float] = boot_time) -> None:
+        self.on_held: Callable[[float], None] = lambda _seconds: None
+        """Told for how long the loop was held, from `HELD_S` on."""
+        self._clock = clock
+        self._due = inf
+        """When the next beat is due."""
+        self._doubt_until = -inf
+        self._timer: asyncio.TimerHandle | None = None
+
+    def start(self) -> None:
+        """Begin to beat."""
+        self._due = self._clock() + BEAT_S
+        self._timer = asyncio.get_running_loop().call_later(BEAT_S, self._beat)
+
+    def close(self) -> None:
+        """Beat no more."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._due = inf
+
+    def look(self) -> None:
+        """Notice a suspension now: after it, whatever is called first looks before the next beat comes."""
+        now = self._clock()
+        late_s = now - self._due
+        if late_s > SUSPENDED_S:
+            self._due = now + BEAT_S
+            self._notice(late_s, now)
+
+    def in_doubt(self) -> bool:
+        """Whether nobody knows how old a request is that comes now."""
+        self.look()
+        return self._clock() < self._doubt_until
+
+    def _beat(self) -> None:
+        now = self._clock()
+        late_s = now - self._due
+        self.start()
+        if late_s > LATE_S and now < self._doubt_until:
+            self._doubt_until = now + DOUBT_S
+        if late_s > HELD_S:
+            self._notice(late_s, now)
+
+    def _notice(self, held_s: float, now: float) -> None:
+        if held_s > SUSPENDED_S:
+            self._doubt_until = now + DOUBT_S
+        self.on_held(held_s)
