@@ -23,7 +23,7 @@ HURRY_S = 0.3
 """So long it is waited when somebody is impatient: a stop that was asked for has been written by then."""
 
 ENDS_ITSELF = "It goes on to the end of its move."
-NOT_OURS = "It moves by no move of this gateway."
+NOT_OURS = "No move that the gateway follows explains it."
 SUBJECT = "/gateway"
 
 
@@ -70,13 +70,21 @@ class WindDown:
     def _stop(self) -> None:
         """Queue all stops at once; only what was sent has to be stopped."""
         plant, everything = self._plant, self._plant.config.server.on_exit == "stop"
-        bodies = [body for body in plant.bodies() if (everything and body.moving) or _never_ends(body)]
+        bodies = [it for it in plant.bodies() if (everything and it.moving) or self._never_ends(it)]
         if bodies:
             self._stops.append(plant.stops.stop(bodies, "decelerate"))
         for robot in plant.robots():
             robot.jogs.end_all("stopped")
             if everything and robot.moving:
                 self._stops.append(robot.stop("decelerate"))
+
+    def _never_ends(self, body: Body) -> bool:
+        """Whether its last move is one that only a stop ends, and nobody has seen that end."""
+        move = next(iter(self._plant.moves.of(body)), None)
+        if move is None or move.kind != "continuous" or move.sent_at is None:
+            return False
+        unseen = move.status in (MoveStatus.LOST, MoveStatus.UNKNOWN) and body.moving is not False
+        return unseen or not move.status.final
 
     async def _come_to_rest(self) -> None:
         """Wait for stops, for those who are told that nothing was sent, and for the ends of uploads."""
@@ -107,15 +115,9 @@ class WindDown:
 
     def _name(self, what: str, subject: str, why: str | None, move: str | None) -> None:
         if why is not None:
-            log.warning("%s may move when the gateway has ended: %s", subject.rpartition("/")[2], why)
+            log.warning("%s is left moving, as far as is known: %s", subject.rpartition("/")[2], why)
             data = {"move_id": move, "detail": why}
             self._plant.events.publish(f"{what}.left_moving", subject, data, move)
-
-
-def _never_ends(body: Body) -> bool:
-    """Whether it is on a move that only a stop ends."""
-    move = body.move
-    return move is not None and move.kind == "continuous" and move.status is not MoveStatus.QUEUED
 
 
 def _why_body_moves(body: Body, *, stopped: bool) -> str | None:

@@ -2,6 +2,7 @@
 
 import json
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -58,6 +59,10 @@ class Program:
 
         return until(search, f"{self.log.stem} says {pattern!r}")
 
+    def signal(self, number: signal.Signals) -> None:
+        """Send it a signal."""
+        self._process.send_signal(number)
+
     def kill(self) -> None:
         """End it at once, as a power cut would (SIGKILL)."""
         self._process.kill()
@@ -66,6 +71,10 @@ class Program:
     def end(self, within_s: float = PATIENCE_S) -> int:
         """Ask it to end (SIGTERM), and give its exit code; one that does not obey is killed."""
         self._process.terminate()
+        return self.ended(within_s)
+
+    def ended(self, within_s: float = PATIENCE_S) -> int:
+        """Wait for its end, and give its exit code; one that does not end is killed."""
         try:
             return self._process.wait(within_s)
         finally:
@@ -165,6 +174,32 @@ class SimulatedLine:
     def requests(self) -> list[str]:
         """The frames that have arrived, without CR."""
         return [it.facts["frame"] for it in self.truth("request")]
+
+
+class SimulatedRobot:
+    """A simulated Fics in a process of its own, with its truth log."""
+
+    def __init__(self, folder: Path) -> None:
+        self.place, self._truth = folder / "robot", folder / "robot.jsonl"
+        options = ("--axes", "XYZ", "--pty", str(self.place), "--truth", str(self._truth))
+        self.program = Program(folder / "robot.log", "simulate", "fics", *options)
+        self.program.said("Fics with 1 unit")
+        self._begin = 0
+
+    def begin_anew(self) -> None:
+        """From now on tell only what happens later."""
+        self._begin += len(self.truth())
+
+    def truth(self, kind: str | None = None) -> list[Fact]:
+        """What has really happened; a line that is being written is left for the next time."""
+        lines = self._truth.read_text("utf-8").split("\n")[self._begin : -1]
+        facts = [Fact.of(line) for line in lines]
+        return [it for it in facts if kind in (None, it.kind)]
+
+    def heard(self, name: str) -> list[str]:
+        """The commands of a name that it has heard."""
+        texts = [str(it.facts["text"]) for it in self.truth("command")]
+        return [text for text in texts if text.startswith(name)]
 
 
 class Gateway:

@@ -52,12 +52,11 @@ async def test_a_move_that_waits_for_the_line_does_not_begin_late() -> None:
         busy = [asyncio.create_task(it.body("00").ask(SETTING)) for _ in range(3)]
         starting = asyncio.create_task(start(it, LONG))
         await it.wire.begun("&00OLSS[1],1000")
-        [move] = it.plant.moves.of(it.body())
-        assert move.status is MoveStatus.QUEUED
         sent = len(it.wire.sent)
         lid.close_for()
         with pytest.raises(HeldUp, match="nothing was sent"):
             await starting
+        [move] = it.plant.moves.of(it.body())
         assert move.status is MoveStatus.CANCELLED
         done, *refused = await asyncio.gather(*busy, return_exceptions=True)
         assert not isinstance(done, Exception)  # it was written before
@@ -136,12 +135,9 @@ async def test_where_a_motor_rested_is_asked_again() -> None:
         it.machine.look_after(0x3F)
         await asyncio.sleep(0.3)
         lid.close_for()
-        move = await ended(it, (await after_doubt(it.plant), await start(it, LONG))[1])
+        await asyncio.sleep(DOUBT_S + 0.2)
+        move = await ended(it, await start(it, LONG))
         assert (move.start_position, move.status) == (300, MoveStatus.SUCCEEDED)
-
-
-async def after_doubt(_: Plant) -> None:
-    await asyncio.sleep(DOUBT_S + 0.2)
 
 
 @in_virtual_time

@@ -20,7 +20,7 @@ from protocols.rorze.position import GetPosition
 from protocols.rorze.speeds import SetStartSpeed
 from simulator.faults import Direction, Fault, Switch
 from tests.fics_plants import fics_rig
-from tests.plants import in_virtual_time, rig, start
+from tests.plants import ended, in_virtual_time, lose, rig, start
 
 ENDLESS = MoveClockwise(distance="endless")
 LONG = MoveClockwise(distance=500_000)
@@ -63,6 +63,18 @@ async def test_a_move_without_an_end_is_stopped_and_seen_to_stand_still() -> Non
         sent = len(it.wire.sent)
         await it.plant.close()
         assert "5SS" not in "".join(it.wire.frames(sent))
+
+
+@in_virtual_time
+async def test_a_move_without_an_end_that_was_lost_from_sight_is_stopped_too() -> None:
+    async with rig() as it:
+        move = await start(it, ENDLESS)
+        lose(it, Direction.REPLIES, 10_000)
+        assert (await ended(it, move)).status is MoveStatus.LOST
+        it.machine.faults.clear()
+        await it.plant.wind_down()
+        assert not it.axis().motor.moving
+        assert not it.types("body.left_moving")
 
 
 @in_virtual_time
