@@ -1,11 +1,23 @@
 """The web application: all routes over one plant."""
 
 from fastapi import FastAPI
-from fastapi_offline import FastAPIOffline
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
 
-from api import bodies, catalogue, groups, health, lines, mirror, moves, problems, raw, stops, streams
+from api import (
+    bodies,
+    catalogue,
+    documents,
+    groups,
+    health,
+    lines,
+    mirror,
+    moves,
+    problems,
+    raw,
+    stops,
+    streams,
+)
 from api.robots import routes as robots
 from api.security import SameSite
 from api.version import VERSION
@@ -23,10 +35,14 @@ was sent to a controller. A software stop does not replace a hardware stop.
 
 def create_app(plant: Plant) -> FastAPI:
     """Make the application. The plant is started and closed by whoever serves it."""
-    app = FastAPIOffline(
+    app = FastAPI(
         title="motion-gateway",
         version=VERSION,
         description=DESCRIPTION,
+        # Its own would be made anew at every request.
+        openapi_url=None,
+        docs_url=None,
+        redoc_url=None,
         separate_input_output_schemas=False,
         redirect_slashes=False,
         # What matters is counted and recorded at the lines.
@@ -40,6 +56,7 @@ def create_app(plant: Plant) -> FastAPI:
     routers += robots.routers()
     # Side by side instead of included, which would search them twice for every request; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
+    documents.install(app)
     app.add_api_route("/", _to_docs, include_in_schema=False)
     server = plant.config.server
     if server.allowed_origins:
@@ -48,6 +65,11 @@ def create_app(plant: Plant) -> FastAPI:
         )
     app.add_middleware(SameSite, allowed_hosts=server.allowed_hosts, allowed_origins=server.allowed_origins)
     return app
+
+
+def make_documents(app: FastAPI) -> None:
+    """Make all that never changes, before anybody can ask for it: it takes a second or two."""
+    documents.make_ready([*app.state.documents, *catalogue.TABLES.values()])
 
 
 async def _to_docs() -> RedirectResponse:

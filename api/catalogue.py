@@ -1,11 +1,13 @@
 """The command table as data: every row with its parameters, reply, rules and errors."""
 
-from functools import cache
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from functools import partial
+from typing import Annotated, Any, Final, Literal
 
-from fastapi import Query, Response
+from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
+from api.documents import JSON, Document
 from api.problems import DECLARED
 from api.requests import new_router
 from protocols.fics.commands import ROWS as FICS_ROWS
@@ -75,17 +77,24 @@ class CommandList(BaseModel):
 
 @router.get("/commands", name="list_commands", response_model=CommandList, responses=DECLARED)
 async def list_commands(
+    request: Request,
     family: Annotated[Family | None, Query(description="Only the commands of one family.")] = None,
 ) -> Response:
     """List every command that controllers and robots know."""
-    return Response(_table(family), media_type="application/json")
+    return TABLES[family].answer(request)
 
 
-@cache
-def _table(family: Family | None) -> str:
+def _table(family: Family | None) -> bytes:
     rorze = map(_rorze_info, COMMANDS.values() if family != "fics" else ())
     fics = map(_fics_info, FICS_ROWS if family != "rorze" else ())
-    return CommandList(commands=[*rorze, *fics]).model_dump_json()
+    return CommandList(commands=[*rorze, *fics]).model_dump_json().encode()
+
+
+_FAMILIES: Final[tuple[Family | None, ...]] = (None, "rorze", "fics")
+TABLES: Final[Mapping[Family | None, Document]] = {
+    family: Document(JSON, partial(_table, family)) for family in _FAMILIES
+}
+"""The answers: all commands, and those of each family."""
 
 
 def _shared(row: type[RorzeCommand[Any]] | type[FicsCommand[Any]]) -> dict[str, Any]:

@@ -32,11 +32,13 @@ async def serve(config: Config) -> None:
 
     :raises CannotListen: no line was opened.
     """
-    from api.app import create_app
+    from api.app import create_app, make_documents
 
     with _listener(config.server) as listener:
         plant = Plant(config)
-        server = _Server(_uvicorn_config(create_app(plant)))
+        app = create_app(plant)
+        make_documents(app)
+        server = _Server(_uvicorn_config(app))
         end = _End(plant, server)
         await plant.start()
         try:
@@ -136,6 +138,7 @@ def _uvicorn_config(asgi: object) -> uvicorn.Config:
         workers=1,
         access_log=False,
         log_config=None,
+        headers=[("X-Content-Type-Options", "nosniff")],
         server_header=False,
         proxy_headers=False,
         lifespan="off",

@@ -1,0 +1,165 @@
+"""Documents that never change while the gateway runs: made once, packed once, and sent as they are."""
+
+import gzip
+import json
+import re
+from base64 import b64encode
+from collections.abc import Awaitable, Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from hashlib import sha256
+from importlib.resources import files
+from typing import Final
+
+from fastapi import FastAPI, Request, Response
+from fastapi.openapi.docs import get_redoc_html, get_swagger_ui_html
+from starlette.responses import HTMLResponse
+
+HTML = "text/html; charset=utf-8"
+JSON = "application/json"
+
+ASSETS_AT = "/static-offline-docs"
+OPENAPI_AT = "/openapi.json"
+_ASSETS: Final[Mapping[str, str]] = {
+    "swagger-ui-bundle.js": "text/javascript; charset=utf-8",
+    "swagger-ui.css": "text/css; charset=utf-8",
+    "redoc.standalone.js": "text/javascript; charset=utf-8",
+    "favicon.png": "image/png",
+}
+_NONE = "q=0"
+_WORTH_PACKING = 0.9
+"""What gzip does not make shorter than this share is sent as it is."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """The bytes of a document, plain and packed."""
+
+    plain: bytes
+    packed: bytes | None
+    etag: str
+
+    @classmethod
+    def of(cls, content: bytes) -> "Made":
+        """Pack a content, where that makes it shorter."""
+        packed = gzip.compress(content, mtime=0)
+        worth_it = len(packed) <= _WORTH_PACKING * len(content)
+        return cls(content, packed if worth_it else None, sha256(content).hexdigest()[:32])
+
+
+@dataclass(frozen=True)
+class Document:
+    """A document, made when it is first needed: before the ports open, where the gateway serves it."""
+
+    media_type: str
+    make: Callable[[], bytes]
+    headers: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def made(self) -> Made:
+        """Its bytes; making them may hold up the event loop for a second."""
+        return Made.of(self.make())
+
+    def answer(self, request: Request) -> Response:
+        """Send it, or 304 to a client that has it; packed, if the client takes that."""
+        made = self.made
+        packed = made.packed if _takes_gzip(request.headers.get("accept-encoding", "")) else None
+        etag = f'"{made.etag}-gzip"' if packed else f'"{made.etag}"'
+        headers = {"ETag": etag, "Vary": "Accept-Encoding", "Cache-Control": "no-cache", **self.headers}
+        if made.etag in _tags(request.headers.get("if-none-match", "")):
+            return Response(status_code=304, headers=headers)
+        if packed:
+            headers["Content-Encoding"] = "gzip"
+        return Response(packed or made.plain, headers=headers, media_type=self.media_type)
+
+
+def _takes_gzip(accepted: str) -> bool:
+    """Whether Accept-Encoding has gzip, or everything, with another quality than 0 (RFC 9110 12.5.3)."""
+    parts = (part.partition(";") for part in "".join(accepted.lower().split()).split(","))
+    qualities = {name: quality for name, _, quality in parts}
+    quality = qualities.get("gzip", qualities.get("*", _NONE))
+    return not re.fullmatch(r"q=0(?:\.0*)?", quality)
+
+
+def _tags(header: str) -> set[str]:
+    """The tags of If-None-Match, of whichever encoding."""
+    return {tag.removesuffix("-gzip") for tag in re.findall(r'"([^"]*)"', header)}
+
+
+def page(make: Callable[[], HTMLResponse]) -> Document:
+    """Make a document of a page that runs its own scripts, and nothing else from anywhere."""
+
+    def policy() -> str:
+        scripts = re.findall(rb"<script>(.*?)</script>", bytes(make().body), re.DOTALL)
+        hashes = [f"'sha256-{b64encode(sha256(script).digest()).decode()}'" for script in scripts]
+        return "; ".join([" ".join(["script-src 'self'", *hashes]), *_POLICY])
+
+    return Document(HTML, lambda: bytes(make().body), {"Content-Security-Policy": policy(), **_OF_PAGES})
+
+
+_POLICY: Final = (
+    "default-src 'none'",
+    "style-src 'self' 'unsafe-inline'",  # both pages set styles at their elements
+    "img-src 'self' data:",
+    "font-src 'self' data:",
+    "connect-src 'self'",
+    "worker-src blob:",  # ReDoc searches in a worker
+    "base-uri 'none'",
+    "form-action 'none'",
+    "frame-ancestors 'none'",
+)
+_OF_PAGES: Final = {"X-Frame-Options": "DENY", "Referrer-Policy": "no-referrer"}
+
+
+def install(app: FastAPI) -> None:
+    """Add the OpenAPI document, the pages that show it, and what these load; all without internet."""
+    documents = {
+        OPENAPI_AT: Document(JSON, lambda: _openapi(app)),
+        "/docs": page(lambda: _swagger(app.title)),
+        "/redoc": page(lambda: _redoc(app.title)),
+        **{f"{ASSETS_AT}/{name}": _asset(name, media_type) for name, media_type in _ASSETS.items()},
+    }
+    for path, document in documents.items():
+        app.add_route(path, _answering(document), include_in_schema=False)
+    app.state.documents = list(documents.values())
+
+
+def make_ready(documents: Iterable[Document]) -> None:
+    """Make all documents now, so that no request has to wait for one."""
+    for document in documents:
+        _ = document.made
+
+
+def _answering(document: Document) -> Callable[[Request], Awaitable[Response]]:
+    async def answer(request: Request) -> Response:
+        return document.answer(request)
+
+    return answer
+
+
+def _openapi(app: FastAPI) -> bytes:
+    return json.dumps(app.openapi(), ensure_ascii=False, separators=(",", ":")).encode()
+
+
+def _swagger(title: str) -> HTMLResponse:
+    return get_swagger_ui_html(
+        openapi_url=OPENAPI_AT,
+        title=f"{title} - Swagger UI",
+        swagger_js_url=f"{ASSETS_AT}/swagger-ui-bundle.js",
+        swagger_css_url=f"{ASSETS_AT}/swagger-ui.css",
+        swagger_favicon_url=f"{ASSETS_AT}/favicon.png",
+    )
+
+
+def _redoc(title: str) -> HTMLResponse:
+    return get_redoc_html(
+        openapi_url=OPENAPI_AT,
+        title=f"{title} - ReDoc",
+        redoc_js_url=f"{ASSETS_AT}/redoc.standalone.js",
+        redoc_favicon_url=f"{ASSETS_AT}/favicon.png",
+        with_google_fonts=False,
+    )
+
+
+def _asset(name: str, media_type: str) -> Document:
+    return Document(media_type, (files("fastapi_offline") / "static" / name).read_bytes)
