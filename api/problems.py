@@ -221,6 +221,11 @@ PHRASES = {413: "Request Entity Too Large"}
 
 
 def _plain(request: Request, status: int, detail: str) -> Problem:
+    return plain_problem(status, detail, instance_of(request))
+
+
+def plain_problem(status: int, detail: str, instance: str) -> Problem:
+    """Describe an error that HTTP itself has a name for; nothing was sent to a controller."""
     title = InvalidRequest.title if status == 422 else PHRASES.get(status) or HTTPStatus(status).phrase
     kind = InvalidRequest.kind if status == 422 else title.lower().replace(" ", "-")
     return Problem(
@@ -228,7 +233,7 @@ def _plain(request: Request, status: int, detail: str) -> Problem:
         title=title,
         status=status,
         detail=detail,
-        instance=instance_of(request),
+        instance=instance,
         moved="no",
         remedy="See /docs for what can be asked.",
         retryable=False,

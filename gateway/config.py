@@ -359,6 +359,8 @@ class Server(_Table):
     """Names accepted in the Host header besides those of the loopback interface."""
     allowed_origins: Array[Annotated[str, AfterValidator(_check_origin)]] = ()
     """Web pages of other origins that may use the gateway."""
+    max_connections: int = Field(1000, ge=1, le=50_000)
+    """Connections at once, event streams included; beyond them only stops are served."""
     raw_commands: bool = False
     """Whether commands may be sent as plain text."""
     allow_endless_moves: bool = False

@@ -13,6 +13,7 @@ from ipaddress import ip_address
 import uvicorn
 
 from gateway.config import Config, Server
+from gateway.descriptors import connections_possible
 from gateway.plant import Plant
 
 log = logging.getLogger(__name__)
@@ -38,7 +39,7 @@ async def serve(config: Config) -> None:
         plant = Plant(config)
         app = create_app(plant)
         make_documents(app)
-        server = _Server(_uvicorn_config(app))
+        server = _Server(_uvicorn_config(app, config.server))
         end = _End(plant, server)
         await plant.start()
         try:
@@ -128,11 +129,14 @@ class _Server(uvicorn.Server):
         await asyncio.wait({serving}, timeout=0 if self.force_exit else REQUESTS_S)
 
 
-def _uvicorn_config(asgi: object) -> uvicorn.Config:
+def _uvicorn_config(asgi: object, settings: Server) -> uvicorn.Config:
+    from api.front import protocols
+
+    http, websocket = protocols(connections_possible(settings.max_connections))
     return uvicorn.Config(
         asgi,  # type: ignore[arg-type]  # FastAPI is an ASGI application; its stubs say so less exactly
-        http="httptools",
-        ws="websockets-sansio",
+        http=http,
+        ws=websocket,
         ws_per_message_deflate=False,
         ws_max_size=65536,
         workers=1,

@@ -1,0 +1,15 @@
+"""Which requests are software stops: what may be refused to others is not refused to them."""
+
+from typing import Final
+
+from protocols.fics.commands import ROWS as FICS_ROWS
+from protocols.rorze.commands import COMMANDS
+from protocols.table import Retry
+
+_STOPS = (row.name() for row in (*COMMANDS.values(), *FICS_ROWS) if row.retry is Retry.STOP)
+_ENDINGS: Final = ("/stop", *(f"/commands/{name}" for name in _STOPS))
+
+
+def is_stop(method: str, path: str) -> bool:
+    """Whether a request stops something by software: a route `.../stop`, or a stop command's own route."""
+    return method == "POST" and path.endswith(_ENDINGS)
