@@ -1,0 +1,143 @@
+"""WebSocket clients that break the protocol, or do not read: a close code, an end, and no traceback."""
+
+import asyncio
+import struct
+
+import pytest
+
+from tests.api.front_stand import HOST, PATIENCE_S, Client, Front, on_front
+
+HANDSHAKE = (
+    b"GET /events HTTP/1.1\r\n" + HOST + b"connection: Upgrade\r\nupgrade: websocket\r\n"
+    b"sec-websocket-version: 13\r\nsec-websocket-key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+)
+MASK = b"\x01\x02\x03\x04"
+FIN, TEXT, BINARY, CLOSE, PING = 0x80, 1, 2, 8, 9
+
+
+def frame(first: int, payload: bytes = b"", *, masked: bool = True) -> bytes:
+    """A frame as a client sends it."""
+    length = len(payload)
+    if length < 126:
+        size = bytes([length])
+    else:
+        size = struct.pack("!BH", 126, length) if length < 65_536 else struct.pack("!BQ", 127, length)
+    if not masked:
+        return bytes([first]) + size + payload
+    covered = bytes(byte ^ MASK[place % 4] for place, byte in enumerate(payload))
+    return bytes([first, size[0] | 0x80]) + size[1:] + MASK + covered
+
+
+async def opened(front: Front, *headers: bytes) -> Client:
+    client = await front.client()
+    client.say(HANDSHAKE, *headers, b"\r\n")
+    async with asyncio.timeout(PATIENCE_S):
+        head = await client.reader.readuntil(b"\r\n\r\n")
+    assert head.startswith(b"HTTP/1.1 101")
+    await front.until(lambda: "websocket" in front.app.begun)
+    return client
+
+
+async def close_code(client: Client) -> int:
+    """The code of the frame that closes the connection, which then ends."""
+    async with asyncio.timeout(PATIENCE_S):
+        first, length = await client.reader.readexactly(2)
+        assert first == FIN | CLOSE
+        (code,) = struct.unpack("!H", (await client.reader.readexactly(length))[:2])
+    assert await client.ended()
+    return int(code)
+
+
+@pytest.mark.parametrize(
+    ("frames", "code"),
+    [
+        (frame(FIN | TEXT, b"\xff\xfe"), 1007),
+        (frame(TEXT, b"a\xe3") + frame(FIN, b"\x81"), 1007),
+        (frame(FIN | CLOSE, b"\x03\xe8\xff"), 1007),
+        (frame(FIN | 0x40 | TEXT, b"a"), 1002),
+        (frame(FIN | 3, b"a"), 1002),
+        (frame(FIN, b"a"), 1002),
+        (frame(TEXT, b"a") + frame(FIN | TEXT, b"b"), 1002),
+        (frame(PING, b"a"), 1002),
+        (frame(FIN | PING, b"a" * 126), 1002),
+        (frame(FIN | CLOSE, b"\x03"), 1002),
+        (frame(FIN | CLOSE, struct.pack("!H", 999)), 1002),
+        (frame(FIN | TEXT, b"a", masked=False), 1002),
+        (frame(FIN | BINARY, b"a" * 65_537), 1009),
+        (frame(TEXT, b"a" * 60_000) + frame(FIN, b"a" * 60_000), 1009),
+    ],
+)
+def test_a_broken_frame_is_answered_with_its_code(
+    frames: bytes, code: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    @on_front()
+    async def story(front: Front) -> None:
+        client = await opened(front)
+        client.say(frames)
+        assert await close_code(client) == code
+        await front.until(lambda: front.app.left == ["websocket"])
+
+    story(caplog)
+
+
+@on_front()
+async def test_text_that_is_cut_between_frames_is_text(front: Front) -> None:
+    client = await opened(front)
+    client.say(frame(TEXT, b"\xe3\x81"), frame(FIN, b"\x82"), frame(FIN | CLOSE, b"\x03\xe8"))
+    assert await close_code(client) == 1000
+
+
+@pytest.mark.parametrize("rubbish", [frame(FIN | TEXT, b"\xff"), b"\xff" * 200, frame(FIN | CLOSE)])
+def test_frames_before_the_handshake_is_answered(rubbish: bytes, caplog: pytest.LogCaptureFixture) -> None:
+    @on_front()
+    async def story(front: Front) -> None:
+        client = await front.client()
+        client.say(HANDSHAKE, b"\r\n", rubbish)
+        client.say(rubbish)
+        client.leave()
+        await front.until(lambda: not front.connections)
+
+    for _ in range(5):
+        story(caplog)
+
+
+@pytest.mark.parametrize(
+    "header", [b"x: " + b"y" * 10_000 + b"\r\n", b"".join(b"x: y\r\n" for _ in range(200))]
+)
+def test_a_handshake_with_too_much_is_431(header: bytes, caplog: pytest.LogCaptureFixture) -> None:
+    @on_front()
+    async def story(front: Front) -> None:
+        client = await front.client()
+        client.say(HANDSHAKE, header, b"\r\n")
+        assert (await client.answer())[0] == 431
+        assert await client.ended()
+
+    story(caplog)
+
+
+@on_front(stall_s=0.05)
+async def test_who_does_not_read_loses_the_socket_for_good(front: Front) -> None:
+    front.app.go.set()
+    client = await opened(front)
+    client.writer.transport.pause_reading()  # type: ignore[attr-defined]  # a transport can
+    await front.until(lambda: front.app.left == ["websocket"])
+    await front.until(lambda: not front.connections)
+
+
+@on_front(connections=1)
+async def test_an_open_socket_takes_a_place(front: Front) -> None:
+    await opened(front)
+    client = await front.client()
+    client.ask("/move")
+    assert (await client.answer())[0] == 503
+
+
+@on_front()
+async def test_a_socket_is_not_opened_ahead_of_an_answer(front: Front) -> None:
+    client = await front.client()
+    client.ask("/wait")
+    client.say(HANDSHAKE, b"\r\n")
+    await front.until(lambda: front.app.begun == ["/wait"])
+    front.app.go.set()
+    assert (await client.answer())[0] == 200
+    assert (await client.answer())[0] == 400
