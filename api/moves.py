@@ -1,10 +1,10 @@
 """Moves over HTTP: their kinds in the client's words, and the one way in which every move is started."""
 
 import asyncio
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
 from fastapi import Query, Request, Response
-from pydantic import BaseModel, Field, ValidationError, WithJsonSchema, field_validator
+from pydantic import BaseModel, Field, ValidationError, WithJsonSchema, model_validator
 
 from api.problems import DECLARED
 from api.requests import (
@@ -27,6 +27,7 @@ from gateway.units import Scale, Unit, to_pulses
 from protocols.rorze import moves, origin
 from protocols.rorze.moves import RelativeMove
 from protocols.rorze.row import RorzeCommand
+from protocols.wording import expectation
 
 router = new_router("moves")
 
@@ -69,12 +70,11 @@ class Length(RequestModel):
         """
         return to_pulses(self.value, self.unit, scale)
 
-    @field_validator("unit")
-    @classmethod
-    def _whole_pulses(cls, unit: Unit, info: Any) -> Unit:
-        if unit == "pulse" and isinstance(info.data.get("value"), float):
-            raise ValueError("pulses must be a whole number without a point")
-        return unit
+    @model_validator(mode="after")
+    def _whole_pulses(self) -> Self:
+        if self.unit == "pulse" and isinstance(self.value, float):
+            raise ValueError(f"pulses must be a whole number without a point, not {self.value}")
+        return self
 
 
 class _MoveRequest(RequestModel):
@@ -149,7 +149,7 @@ def _built(row: MotionRow, **parameters: object) -> RorzeCommand[Any]:
     except ValidationError as error:
         fault = error.errors()[0]
         raise InvalidRequest(
-            f"{fault['loc'][0]} comes to {parameters[str(fault['loc'][0])]} pulses: {fault['msg']}; "
+            f"{fault['loc'][0]} comes to {parameters[str(fault['loc'][0])]} pulses: {expectation(fault)}; "
             "nothing was sent."
         ) from None
 

@@ -14,6 +14,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 
+from api.faults import faults_of
 from gateway.errors import (
     Ambiguous,
     ControllerRefused,
@@ -172,31 +173,13 @@ async def _tell_gateway_error(request: Request, error: GatewayError) -> Response
 
 
 async def _tell_invalid(request: Request, error: RequestValidationError) -> Response:
-    fields = [
-        InvalidField(
-            field=_place(fault["loc"], error.body), message=fault["msg"].removeprefix("Value error, ")
-        )
-        for fault in error.errors()
-    ]
-    first = fields[0]
-    problem = _plain(request, 422, f"{first.field or 'The request body'}: {first.message}; nothing was sent.")
-    problem.errors = fields
+    taken = getattr(request.scope.get("route"), "body_field", None)
+    shape = taken.field_info.annotation if taken is not None else None
+    faults = faults_of(error.errors(), error.body, shape)
+    place, said = next(iter(faults.items()))
+    problem = _plain(request, 422, f"{place or 'The request body'}: {said}; nothing was sent.")
+    problem.errors = [InvalidField(field=place, message=said) for place, said in faults.items()]
     return response_to(problem)
-
-
-def _place(location: tuple[str | int, ...], body: Any) -> str:
-    """Where in the request a fault is: its path, without the names of the members of unions."""
-    if location[0] != "body":
-        return str(location[-1])
-    parts: list[str] = []
-    for index, part in enumerate(location[1:], start=2):
-        known = part in body if isinstance(body, dict) else isinstance(body, list) and isinstance(part, int)
-        missing = isinstance(body, dict) and index == len(location)
-        if known:
-            body = body[part]
-        if known or missing:
-            parts.append(str(part))
-    return ".".join(parts)
 
 
 async def _tell_http_error(request: Request, error: HTTPException) -> Response:

@@ -5,6 +5,7 @@ from collections.abc import Collection
 from starlette.requests import HTTPConnection
 
 from gateway.errors import InvalidRequest
+from protocols.wording import shown, unknown
 
 
 def require_known(request: HTTPConnection, known: Collection[str]) -> None:
@@ -17,10 +18,6 @@ def require_known(request: HTTPConnection, known: Collection[str]) -> None:
     for name in request.query_params:
         if name not in known:
             raise InvalidRequest(
-                f"There is no query parameter {name[:40]!a} here, {_those(known)}; nothing was sent.",
+                f"There is no query parameter {shown(name)} here; {unknown(name, known)}; nothing was sent.",
                 "See /docs for what can be asked.",
             )
-
-
-def _those(known: Collection[str]) -> str:
-    return f"only {', '.join(known)}" if known else "and no other"

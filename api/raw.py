@@ -7,11 +7,13 @@ from typing import Annotated, Any
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
+from api.idempotency import require_no_key
 from api.mirror import STOP_MODES
 from api.moves import perform
 from api.problems import DECLARED
 from api.requests import BodyId, RequestModel, Wait, age_ms_of, json_response, new_router, plant_of
 from api.stops import StopResult, perform_stop
+from api.strict_json import StrictRoute
 from gateway.errors import InvalidRequest, NotAllowed
 from gateway.move_record import Move
 from protocols.rorze.commands import COMMANDS
@@ -19,7 +21,14 @@ from protocols.rorze.notation import Text
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply, Retry, WireFault
 
-router = new_router("commands")
+
+class TextRoute(StrictRoute):
+    """A route that knows only when it has read its body whether that is a stop."""
+
+    refuses_keys = False
+
+
+router = new_router("commands", TextRoute)
 
 CODE_LENGTH = 3
 
@@ -70,6 +79,8 @@ async def send_raw(request: Request, body_id: BodyId, raw: RawRequest, wait: Wai
         )
     body = plant.body(body_id)
     command = _read(raw.text)
+    if command.retry is not Retry.STOP:
+        require_no_key(request)
     if command.starts_motion():
         return await perform(request, body, command, wait)
     if command.code in STOP_MODES:

@@ -3,19 +3,25 @@
 import json
 import math
 from collections.abc import Callable, Coroutine
-from typing import Any
+from typing import Any, ClassVar
 
 from fastapi import HTTPException, Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
+from starlette.types import Scope
 
+from api.idempotency import WITH_EFFECT, require_no_key
 from api.queries import require_known
+from api.stop_paths import is_stop
 
 MAX_BODY_BYTES = 65_536
 """A longer request body is refused with 413."""
 
 MAX_DEPTH = 16
 """No request has more levels of arrays and objects; the deepest command has three."""
+
+MAX_KEYS = 100
+"""No object of a request has more keys; the largest has as many as a robot has settings."""
 
 MAX_DIGITS = 1000
 """No whole number of a request has more digits; reading one takes the longer the more it has."""
@@ -28,7 +34,7 @@ class NotStrict(ValueError):
 def parse(data: bytes) -> object:
     """Read a JSON text.
 
-    :raises NotStrict: a key stands twice, a number is not finite, text is not Unicode, or it is too deep.
+    :raises NotStrict: a key stands twice, a number is not finite, text is not Unicode, or it is too large.
     :raises ValueError: it is no JSON, or not UTF-8.
     """
     try:
@@ -46,6 +52,8 @@ def _integer(digits: str) -> float:
 
 
 def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    if len(pairs) > MAX_KEYS:
+        raise NotStrict(f"an object has more than {MAX_KEYS} keys")
     result = dict(pairs)
     if len(result) < len(pairs):
         keys = [key for key, _ in pairs]
@@ -89,6 +97,12 @@ async def read_body(request: Request, most: int) -> bytes:
     return bytes(received)
 
 
+def _where(error: ValueError) -> str:
+    if isinstance(error, json.JSONDecodeError):
+        return f"it cannot be read at line {error.lineno}, column {error.colno}"
+    return "it is not UTF-8 text"
+
+
 class StrictRequest(Request):
     """A request whose body is short and read by `parse`."""
 
@@ -108,33 +122,48 @@ class StrictRequest(Request):
         except NotStrict as error:
             raise HTTPException(422, f"The request is not valid: {error}; nothing was sent.") from None
         except ValueError as error:
-            raise HTTPException(400, f"The request body is not JSON: {error}; nothing was sent.") from None
+            raise HTTPException(
+                400, f"The request body is not JSON: {_where(error)}; nothing was sent."
+            ) from None
 
 
 class StrictRoute(APIRoute):
     """A route that knows every part of its query, and takes its body as strict JSON or not at all.
 
-    A software stop goes out whatever stands in its query.
+    A software stop goes out whatever stands in its query and in its headers.
     """
+
+    refuses_keys: ClassVar[bool] = True
+    """Whether it refuses an Idempotency-Key before its body is read."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Put the checks before the route's own handler."""
         handle = super().get_route_handler()
         takes_body = self.body_field is not None
-        stops = self.path.endswith("/stop")
+        stops = is_stop("POST", self.path)
+        refuses_keys = self.refuses_keys and not stops and not WITH_EFFECT.isdisjoint(self.methods or ())
         known = [parameter.alias for parameter in self.dependant.query_params]
 
         async def strict(request: Request) -> Response:
             if not stops:
                 require_known(request, known)
+            if refuses_keys:
+                require_no_key(request)
             if not takes_body:
                 return await handle(request)
-            strict_request = StrictRequest(request.scope, request.receive)
+            scope = _as_json(request.scope) if stops else request.scope
+            strict_request = StrictRequest(scope, request.receive)
             if await strict_request.body():
                 _require_json(strict_request)
             return await handle(strict_request)
 
         return strict
+
+
+def _as_json(scope: Scope) -> Scope:
+    """Take the body for JSON, whatever the header says of it."""
+    headers = [header for header in scope["headers"] if header[0] != b"content-type"]
+    return {**scope, "headers": [*headers, (b"content-type", b"application/json")]}
 
 
 def _require_json(request: Request) -> None:

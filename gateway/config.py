@@ -3,7 +3,6 @@
 import re
 import tomllib
 from collections.abc import Iterable
-from difflib import get_close_matches
 from ipaddress import ip_address
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
@@ -26,6 +25,7 @@ from protocols.fics.link import Terminator
 from protocols.fics.notation import LAST_UNIT, MOST_AXES, AxisName, AxisSystem
 from protocols.rorze.link import frame
 from protocols.rorze.row import FIRST_GROUP, LAST_BODY, LAST_GROUP, LINK_MASTER
+from protocols.wording import sentence, unknown
 from transports import create
 from transports.addresses import Address
 
@@ -52,11 +52,7 @@ class _Table(BaseModel):
     def _know_every_key(cls, table: Any) -> Any:
         for key in table if isinstance(table, dict) else ():
             if key not in cls.model_fields:
-                similar = get_close_matches(key, cls.model_fields, n=1)
-                hint = (
-                    f"did you mean {similar[0]}?" if similar else f"known are {', '.join(cls.model_fields)}"
-                )
-                raise _Fault(f"unknown key; {hint}", key)
+                raise _Fault(f"unknown key; {unknown(key, cls.model_fields)}", key)
         return table
 
 
@@ -427,12 +423,10 @@ def parse(text: str, name: str) -> Config:
         raise ConfigError(f"{name}:{line}: not valid TOML: {error}") from error
 
 
-_PLAIN_WORDS = {
-    "missing": "is required",
+_TOML_WORDS = {
     "model_type": "must be a table",
     "path_type": "must be a path in quotes",
     "string_type": "must be text in quotes",
-    "tuple_type": "must be an array",
 }
 
 
@@ -441,11 +435,7 @@ def _explain(error: ErrorDetails) -> tuple[KeyPath, str]:
     fault = error.get("ctx", {}).get("error")
     if isinstance(fault, ValueError):
         return (*error["loc"], *getattr(fault, "path", ())), str(fault)
-    expected = _PLAIN_WORDS.get(error["type"]) or error["msg"].replace("Input should be", "must be")
-    given = error["input"]
-    if not isinstance(given, str | int | float):
-        return error["loc"], expected
-    return error["loc"], f"{expected}, not {str(given).lower() if isinstance(given, bool) else repr(given)}"
+    return error["loc"], sentence(error, _TOML_WORDS)
 
 
 def _written(path: KeyPath) -> str:

@@ -12,6 +12,8 @@ from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar, Union, get_
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
+from protocols.wording import sentence
+
 READINGS_KEPT = 4096
 """Texts whose decoded models are kept: axes at rest and their status answer the same again and again."""
 
@@ -289,7 +291,7 @@ class Spoken(BaseModel):
                 if values is not None:
                     return cls.model_validate(values)
         except ValidationError as error:
-            raise RangeFault(f"{text!r}: {error.errors()[0]['msg']}") from None
+            raise RangeFault(f"{text!r}: {sentence(error.errors()[0])}") from None
         raise SyntaxFault(f"{text!r} is not of the form {' or '.join(cls.usage())}")
 
 

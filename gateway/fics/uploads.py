@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from gateway.errors import OVERTAKEN, GatewayError, InvalidRequest
 from gateway.fics.errors import UploadBrokenOff
 from protocols.fics.positions import LAST_POSITION, BeginPositionUpload, EndPositionUpload, UploadPosition
+from protocols.wording import sentence
 
 if TYPE_CHECKING:
     from gateway.fics.robot import Robot
@@ -83,5 +84,4 @@ def _command(number: int, coordinates: Sequence[float | None]) -> UploadPosition
     try:
         return UploadPosition(coordinates=values)
     except ValidationError as error:
-        reason = error.errors()[0]["msg"].removeprefix("Value error, ")
-        raise InvalidRequest(f"Position {number}: {reason}; nothing was sent.") from None
+        raise InvalidRequest(f"Position {number}: {sentence(error.errors()[0])}; nothing was sent.") from None

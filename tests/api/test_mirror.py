@@ -53,7 +53,7 @@ async def test_a_required_parameter_is_required(stand: Stand) -> None:
     answer = await stand.post("/bodies/3F/commands/set-origin-offset")
     assert answer.status_code == 422
     assert (await stand.post("/bodies/3F/commands/set-origin-offset", {})).json()["errors"] == [
-        {"field": "offset", "message": "Field required"}
+        {"field": "offset", "message": "is required"}
     ]
 
 

@@ -264,7 +264,7 @@ async def test_what_is_not_there_and_what_cannot_be_done_are_problems_too(client
         ({"shape": {"kind": "round", "radius": "wide"}}, "shape.radius"),
         ({"shape": {"kind": "round"}}, "shape.radius"),
         ({"shape": {"kind": "square", "sides": [1.0, "long"]}}, "shape.sides.1"),
-        ({"shape": {"kind": "flat"}}, "shape"),
+        ({"shape": {"kind": "flat"}}, "shape.kind"),
         ({}, "shape"),
     ],
 )

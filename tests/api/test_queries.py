@@ -5,6 +5,7 @@ import re
 import pytest
 
 from api.direct import DirectRoute
+from api.stop_paths import is_stop
 from api.streams import CLOSE_INVALID
 from api.strict_json import StrictRoute
 from tests.api.stand import RELATIVE, Stand, on_stand, socket
@@ -17,7 +18,7 @@ async def test_a_misspelt_wait_moves_nothing_and_says_how_it_is_spelt(stand: Sta
     assert (answer.status_code, answer.json()["moved"]) == (422, "no")
     assert answer.json()["type"].endswith(":invalid-request")
     assert answer.json()["detail"] == (
-        "There is no query parameter 'wiat' here, only wait; nothing was sent."
+        "There is no query parameter 'wiat' here; did you mean wait?; nothing was sent."
     )
     assert stand.frames() == before
 
@@ -28,7 +29,7 @@ async def test_no_route_passes_over_a_parameter_it_does_not_know(stand: Stand) -
     routes = [
         route
         for route in stand.app.routes
-        if isinstance(route, StrictRoute | DirectRoute) and not route.path.endswith("/stop")
+        if isinstance(route, StrictRoute | DirectRoute) and not is_stop("POST", route.path)
     ]
     assert len(routes) > 300
     for route in routes:
@@ -65,4 +66,4 @@ async def test_a_websocket_knows_its_parameters_too(stand: Stand) -> None:
         assert (await client.message())["type"] == "websocket.accept"
         closed = await client.message()
     assert closed["code"] == CLOSE_INVALID
-    assert "only after, bodies, types" in closed["reason"]
+    assert "did you mean types?" in closed["reason"]

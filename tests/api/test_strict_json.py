@@ -12,7 +12,7 @@ from starlette.testclient import TestClient
 
 from api import problems
 from api.requests import RequestModel, new_router
-from api.strict_json import MAX_BODY_BYTES, MAX_DEPTH, MAX_DIGITS, NotStrict, parse
+from api.strict_json import MAX_BODY_BYTES, MAX_DEPTH, MAX_DIGITS, MAX_KEYS, NotStrict, parse
 
 # No deeper than a request may be, and no numbers that are too large for JSON.
 JSON = st.recursive(
@@ -102,6 +102,7 @@ def test_a_good_body_is_taken() -> None:
         "null",
         "[" * (MAX_DEPTH + 1) + "]" * (MAX_DEPTH + 1),
         "[" * 10_000 + "]" * 10_000,
+        json.dumps({f"a{number}": 1 for number in range(MAX_KEYS + 1)}),
     ],
 )
 def test_what_could_mean_something_else_is_422(text: str) -> None:

@@ -50,7 +50,7 @@ SINGLE: Final[Mapping[str, Sequence[tuple[object, str]]]] = {
     "position": whole(1, 1999),
     "channel": whole(1, 99),
     "bit": whole(0, 7),
-    "on": [(value, "valid boolean") for value in (1, "+", None)],
+    "on": [(value, "must be true or false") for value in (1, "+", None)],
     "number": whole(0, 99),
     "value": [*COORDINATE, (None, NUMBER)],
     "macro": [
@@ -96,14 +96,14 @@ def odd(row: Row) -> Iterator[tuple[Parameters, str, str]]:
             yield good(row) | {field: [1, None, value]}, f"{field}.2", says
         if field in EACH:
             most = 4 if field == "arguments" else 8
-            yield good(row) | {field: []}, field, "at least 1 item"
-            yield good(row) | {field: [1] * (most + 1)}, field, f"at most {most} items"
+            yield good(row) | {field: []}, field, "1 or more entries"
+            yield good(row) | {field: [1] * (most + 1)}, field, f"{most} or fewer entries"
             yield good(row) | {field: [None]}, field, ONE_AXIS_AT_LEAST
             yield good(row) | {field: [None, None, None]}, field, ONE_AXIS_AT_LEAST
-            yield good(row) | {field: "1,2"}, field, "valid list"
+            yield good(row) | {field: "1,2"}, field, "must be an array"
         if row.model_fields[field].is_required():
             yield {name: value for name, value in good(row).items() if name != field}, field, "required"
-    yield good(row) | {"more": 1}, "more", "not permitted"
+    yield good(row) | {"more": 1}, "more", "is not known here"
 
 
 def route(row: Row) -> str:
@@ -201,7 +201,7 @@ ELSEWHERE: Final[Sequence[tuple[str, str, Parameters | None, str, str]]] = [
     ("GET", f"{UNIT}/positions.csv?last=2000", None, "last", POSITION),
     ("PUT", f"{UNIT}/positions", stored(1, position=2000), "positions.0.number", POSITION),
     ("PUT", f"{UNIT}/positions", stored(0.0001), "positions.0.axes.X.value", NUMBER),
-    ("PUT", f"{UNIT}/positions", {"positions": []}, "positions", "at least 1 item"),
+    ("PUT", f"{UNIT}/positions", {"positions": []}, "positions", "1 or more entries"),
     ("POST", f"{UNIT}/moves", moved(1e8), "axes.X.value", NUMBER),
     ("POST", f"{UNIT}/moves", {"kind": "position", "position": 0}, "position", POSITION),
     ("POST", f"{UNIT}/moves", {"kind": "step", "axis": "X", "steps": 256}, "steps", "-255 to 255, but not 0"),
@@ -214,7 +214,13 @@ ELSEWHERE: Final[Sequence[tuple[str, str, Parameters | None, str, str]]] = [
     ("POST", "/robots/r1/macros/PCKX/runs", None, "name", "three capital letters or digits"),
     ("POST", "/robots/r1/macros/ERR/runs", None, "name", "ERR is a command"),
     ("POST", "/robots/r1/macros/PCK/runs", {"unit": 1, "arguments": [0.0001]}, "arguments.0", NUMBER),
-    ("POST", "/robots/r1/macros/PCK/runs", {"unit": 1, "arguments": [1] * 5}, "arguments", "at most 4 items"),
+    (
+        "POST",
+        "/robots/r1/macros/PCK/runs",
+        {"unit": 1, "arguments": [1] * 5},
+        "arguments",
+        "4 or fewer entries",
+    ),
     ("GET", "/robots/r1/inputs?first=100", None, "first", CHANNEL),
     ("GET", "/robots/r1/outputs?count=0", None, "count", CHANNEL),
     ("PUT", "/robots/r1/outputs/0/0", {"on": True}, "channel", CHANNEL),

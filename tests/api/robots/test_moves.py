@@ -80,8 +80,8 @@ async def test_validate_only_tells_where_a_move_goes_and_how_long_it_takes_as_fa
 @pytest.mark.parametrize(
     ("move", "field", "says"),
     [
-        ({"axes": {}}, "axes", "at least 1"),
-        ({"axes": {"X": 5}}, "axes.X", "valid dictionary"),
+        ({"axes": {}}, "axes", "1 or more"),
+        ({"axes": {"X": 5}}, "axes.X", "must be an object, not 5"),
         ({"axes": {"X": {"value": 5}}}, "axes.X.unit", "required"),
         ({"axes": {"X": {"value": 5, "unit": "inch"}}}, "axes.X.unit", "'mm', 'pulse' or 'degree'"),
         ({"axes": mm(X=1e8)}, "axes.X.value", "99999999"),
@@ -94,8 +94,8 @@ async def test_validate_only_tells_where_a_move_goes_and_how_long_it_takes_as_fa
         ({"kind": "step", "axis": "X", "steps": 256}, "steps", "from -255 to 255, but not 0"),
         ({"kind": "step", "axis": "X", "steps": 0}, "steps", "from -255 to 255, but not 0"),
         ({"kind": "step", "axis": "XY", "steps": 1}, "axis", "one capital letter"),
-        ({"kind": "fly"}, "", "'absolute'"),
-        ({"more": 1}, "more", "not permitted"),
+        ({"kind": "fly"}, "kind", "'absolute'"),
+        ({"more": 1}, "more", "is not known here"),
     ],
 )
 def test_an_odd_move_is_422_with_field_and_range_and_is_not_sent(

@@ -79,13 +79,13 @@ def test_a_setting_is_written_and_read_back(name: str, value: Any, frame: str) -
         ({"speed_percent": {"X": 12.3456}}, "speed_percent.X", "at most 5 characters"),
         ({"acceleration_time_ms": {"X": 10_000}}, "acceleration_time_ms.X", "from 1 to 9999"),
         ({"acceleration_time_ms": {"X": 1.5}}, "acceleration_time_ms.X", "from 1 to 9999"),
-        ({"maximum_speed": {"X": 5}}, "maximum_speed.X", "valid dictionary"),
+        ({"maximum_speed": {"X": 5}}, "maximum_speed.X", "must be an object, not 5"),
         ({"maximum_speed": {"X": {"value": 0, "unit": "mm/s"}}}, "maximum_speed.X.value", "above 0, up to"),
         ({"maximum_speed": {"X": {"value": 5, "unit": "mm"}}}, "maximum_speed.X.unit", "'mm/s'"),
         ({"start_speed_pps": {"A": -1}}, "start_speed_pps.A", "from 0 to 9999"),
         ({"homing_type": {"A": 7}}, "homing_type.A", "from 0 to 6"),
-        ({"smooth_acceleration": 1}, "smooth_acceleration", "valid boolean"),
-        ({"speed": 1}, "speed", "not permitted"),
+        ({"smooth_acceleration": 1}, "smooth_acceleration", "must be true or false, not 1"),
+        ({"speed": 1}, "speed", "is not known here"),
     ],
 )
 def test_a_value_outside_its_range_is_refused_with_field_and_range(

@@ -1,0 +1,129 @@
+"""What is wrong with a request: each fault with its place, what is expected there and what was given."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from inspect import isclass
+from types import UnionType
+from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic_core import ErrorDetails
+
+from protocols.wording import MOST_SHOWN, expectation, sentence, shown, unknown
+
+MOST_FAULTS = 20
+"""So many places of a request are told at once."""
+MOST_ERRORS = 200
+"""So many errors are looked at: there may be one for every few bytes of a request."""
+Location = tuple[str | int, ...]
+_MUST_BE: Final = "must be "
+_NO_KEYS: Final = "is not known here"
+
+
+def faults_of(errors: Sequence[ErrorDetails], body: object, shape: object) -> dict[str, str]:
+    """Say what is expected at each place of a request; `shape` is the annotation of its body."""
+    found: dict[str, list[ErrorDetails]] = {}
+    for error in errors[:MOST_ERRORS]:
+        found.setdefault(_place(error, body), []).append(error)
+    return {place: _said(found[place], shape) for place in _deepest(found)[:MOST_FAULTS]}
+
+
+def _deepest(places: Mapping[str, object]) -> list[str]:
+    """The places without those that hold another: what is wrong inside says more than that it has parts."""
+    around = {place[:end] for place in places for end, letter in enumerate(place) if letter == "."}
+    return [place for place in places if place not in around]
+
+
+def _said(errors: list[ErrorDetails], shape: object) -> str:
+    """Say what is expected at one place, where several forms may be possible."""
+    *others, last = errors
+    if errors[0]["type"] == "extra_forbidden":
+        return _unknown_key(errors[0], shape)
+    if errors[0]["type"] == "union_tag_not_found":
+        return f"is required: {_tags_at(errors[0], shape)}"
+    forms = dict.fromkeys([expectation(it) for it in others] + [sentence(last)])
+    first, *more = forms
+    return " or ".join([first, *(form.removeprefix(_MUST_BE) for form in more)])
+
+
+def _unknown_key(error: ErrorDetails, shape: object) -> str:
+    *place, name = error["loc"][1:]
+    known = dict.fromkeys(key for model in _models_at(shape, place) for key in model.model_fields)
+    return f"{expectation(error)}; {unknown(str(name)[:MOST_SHOWN], known)}"
+
+
+def _tags_at(error: ErrorDetails, shape: object) -> str:
+    name = _discriminator(error)
+    fields = (model.model_fields.get(name) for model in _models_at(shape, error["loc"][1:]))
+    tags = dict.fromkeys(repr(tag) for field in fields if field for tag in _literals(field.annotation))
+    return ", ".join(tags)
+
+
+def _discriminator(error: ErrorDetails) -> str:
+    return str(error.get("ctx", {}).get("discriminator", "")).strip("'")
+
+
+def _place(error: ErrorDetails, body: Any) -> str:
+    """Where in the request a fault is: its path, without the names of the members of unions."""
+    location = error["loc"]
+    if location[0] != "body":
+        return _named(location[-1])
+    parts: list[str] = []
+    for index, part in enumerate(location[1:], start=2):
+        known = part in body if isinstance(body, dict) else isinstance(body, list) and isinstance(part, int)
+        missing = isinstance(body, dict) and index == len(location)
+        if known:
+            body = body[part]
+        if known or missing:
+            parts.append(_named(part))
+    if error["type"].startswith("union_tag"):
+        parts.append(_discriminator(error))
+    return ".".join(parts)
+
+
+def _named(part: str | int) -> str:
+    """A part of a place, short and printable."""
+    return part if isinstance(part, str) and part.isidentifier() and len(part) < MOST_SHOWN else _quoted(part)
+
+
+def _quoted(part: str | int) -> str:
+    return str(part) if isinstance(part, int) else str(shown(part))
+
+
+def _models_at(shape: object, location: Sequence[str | int]) -> list[type[BaseModel]]:
+    """The models that may stand at a place of a request."""
+    options = list(_options(shape))
+    for part in location:
+        inside = [found for option in options for found in _inside(option, part)]
+        options = inside or [it for it in options if _is_tagged(it, part)] or options
+    return [it for it in options if isclass(it) and issubclass(it, BaseModel)]
+
+
+def _options(annotation: Any) -> Iterator[Any]:
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        yield from _options(get_args(annotation)[0])
+    elif origin in (Union, UnionType):
+        for member in get_args(annotation):
+            yield from _options(member)
+    else:
+        yield annotation
+
+
+def _inside(option: Any, part: str | int) -> Iterator[Any]:
+    if isclass(option) and issubclass(option, BaseModel):
+        field = option.model_fields.get(str(part))
+        if field is not None:
+            yield from _options(field.annotation)
+    elif get_origin(option) in (list, tuple, dict):
+        yield from _options(get_args(option)[-1 if get_origin(option) is dict else 0])
+
+
+def _is_tagged(option: Any, part: str | int) -> bool:
+    """Whether a word of an error's place is the tag of a model."""
+    if not (isclass(option) and issubclass(option, BaseModel)):
+        return False
+    return any(part in _literals(field.annotation) for field in option.model_fields.values())
+
+
+def _literals(annotation: Any) -> tuple[Any, ...]:
+    return get_args(annotation) if get_origin(annotation) is Literal else ()
