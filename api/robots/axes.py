@@ -10,6 +10,7 @@ from gateway.errors import InvalidRequest
 from gateway.fics.units import RobotUnit
 from protocols.fics.notation import AxisName, Number, Quantity, SpeedNumber
 from protocols.fics.row import FicsCommand
+from protocols.wording import sentence
 
 V = TypeVar("V")
 
@@ -95,5 +96,4 @@ def build(field: str, row: type[FicsCommand[Any]], **parameters: object) -> Fics
     try:
         return row(**parameters)
     except ValidationError as error:
-        message = error.errors()[0]["msg"].removeprefix("Value error, ")
-        raise InvalidRequest(f"{field}: {message}; nothing was sent.") from None
+        raise InvalidRequest(f"{field}: {sentence(error.errors()[0])}; nothing was sent.") from None

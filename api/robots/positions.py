@@ -190,8 +190,10 @@ def _parse(unit: RobotUnit, content: bytes) -> list[Numbered]:
     header = _header(unit)
     try:
         lines = list(csv.reader(StringIO(content.decode("utf-8-sig"), newline=""), strict=True))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InvalidRequest(f"The request body is no CSV: {error}; nothing was sent.") from None
+    except UnicodeDecodeError:
+        raise InvalidRequest("The request body is no CSV: it is not UTF-8 text; nothing was sent.") from None
+    except csv.Error:
+        raise InvalidRequest("The request body is no CSV: a line cannot be read; nothing was sent.") from None
     if not lines or lines[0] != header:
         raise InvalidRequest(f"line 1: the columns are {','.join(header)}; nothing was sent.")
     positions = [_position(header, place, cells) for place, cells in enumerate(lines[1:], 2) if cells]
