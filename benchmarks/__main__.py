@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 import uvloop
 
-from benchmarks import dpram_round_trip, first_byte, http_read, line_use
+from benchmarks import dpram_round_trip, first_byte, http_read, line_use, stop_latency
 from benchmarks.figures import Figure, table
 
 
@@ -17,6 +17,7 @@ class Benchmark(StrEnum):
     LINE_USE = "line-use"
     HTTP_READ = "http-read"
     FIRST_BYTE = "first-byte"
+    STOP_LATENCY = "stop-latency"
     DPRAM = "dpram"
 
 
@@ -24,6 +25,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.LINE_USE: line_use.run,
     Benchmark.HTTP_READ: http_read.run,
     Benchmark.FIRST_BYTE: first_byte.run,
+    Benchmark.STOP_LATENCY: stop_latency.run,
     Benchmark.DPRAM: dpram_round_trip.run,
 }
 

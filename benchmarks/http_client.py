@@ -37,7 +37,7 @@ def is_complete(response: bytes) -> bool:
     length = _LENGTH.search(head + b"\r\n")
     if not found or (length and len(content) < int(length[1])):
         return False
-    if not head.startswith(b"HTTP/1.1 200") or not length:
+    if not head.startswith(b"HTTP/1.1 2") or not length:
         raise RuntimeError(f"not measured, because a request failed: {response.decode('latin-1')}")
     return True
 

@@ -1,0 +1,48 @@
+"""The gateway after a day, its event ring full: `python -m benchmarks.full_ring PORT CONFIG`."""
+
+import asyncio
+import sys
+from pathlib import Path
+from unittest.mock import patch
+
+import uvloop
+
+from gateway.config import load
+from gateway.events import RETAINED_EVENTS, EventHub
+from gateway.server import serve
+
+BATCH = 500
+PAUSE_S = 0.002
+
+
+class FullHub(EventHub):
+    """An event hub that fills itself as soon as the gateway runs."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._filling = asyncio.get_running_loop().create_task(self._fill())
+
+    async def _fill(self) -> None:
+        await asyncio.sleep(1.0)  # what the gateway has made by then is frozen, and events never are
+        while self.last < RETAINED_EVENTS:
+            for number in range(BATCH):
+                self.publish("body.move.succeeded", f"/bodies/line.{number % 120:02X}", _move(number))
+            await asyncio.sleep(PAUSE_S)
+
+
+def _move(number: int) -> dict[str, object]:
+    """The data of a move's event, as large as that of a true one."""
+    place = {"value": number, "unit": "pulse"}
+    times = dict.fromkeys(("queued_at", "sent_at", "started_at", "ended_at"), "2026-01-01T00:00:00.000000Z")
+    evidence = [{"kind": "status", "bits": number}, {"kind": "position", "pulses": number}]
+    return {"id": f"{number:032x}", "frame": "&3F1+M500\\r", "position": place, "evidence": evidence, **times}
+
+
+def main(config: Path) -> None:
+    """Serve until the process is ended."""
+    with patch("gateway.plant.EventHub", FullHub):
+        uvloop.run(serve(load(config)))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[2]))

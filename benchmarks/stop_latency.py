@@ -1,0 +1,142 @@
+"""How long a stop takes from its client's socket to the line, while others ask for all they can.
+
+The yardstick is the same gateway, its event ring as full, with nobody else but a client that reads.
+"""
+
+import asyncio
+import re
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from math import ceil
+from pathlib import Path
+from socket import socket
+from tempfile import TemporaryDirectory
+from time import monotonic, sleep
+
+from benchmarks.figures import Figure, Target
+from benchmarks.first_byte import Overheard
+from benchmarks.http_client import ask, connect, get, post
+from benchmarks.http_read import write_config
+from benchmarks.processes import announced, free_port, module, set_apart
+from gateway.events import RETAINED_EVENTS
+from protocols.rorze.link import CR
+from protocols.rorze.stops import StopImmediately
+from simulator.ports import serve_tcp
+from simulator.rorze.line import build_line
+
+BODIES = list(range(8))
+MOVERS = BODIES[:6]
+"""They are moved and stopped; the others are read."""
+HOSTILE = ("documents", "commands", "metrics", "giant-heads", "slow-heads")
+FILL_S = 60.0
+LOOK_AGAIN_S = 0.1
+QUIET_SHARE = 0.25
+"""The part of the seconds in which nobody else asks."""
+LEAST_STOPS = 3
+P999 = Target("figure", "<=", 20.0)
+MAX = Target("figure", "<=", 50.0)
+
+SPEEDS = {
+    "set-start-speed": {"speed": 5_000},
+    "set-maximum-speed": {"speed": 50_000},
+    "set-maximum-acceleration": {"acceleration": 100_000},
+}
+FAR = {"kind": "relative", "direction": "cw", "distance": {"value": 900_000, "unit": "pulse"}}
+STOP = {"mode": "immediate"}
+STOP_CODE = StopImmediately.code.encode()
+_EVENTS = re.compile(rb"^motion_gateway_events_total (\S+)", re.MULTILINE)
+
+
+class Line(Overheard):
+    """A machine that notes when the immediate stop of each body begins to arrive for the first time."""
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Note the time, and let the machine work."""
+        for frame in data.split(CR):
+            if frame.endswith(STOP_CODE):
+                self.heard.setdefault(frame, monotonic())
+        self._machine.receive(data, now)
+
+
+async def run(seconds: float) -> list[Figure]:
+    """Stop moving bodies again and again, first among friends and then among others."""
+    async with _gateway() as (line, port), _clients(port, "reads"):
+        await asyncio.to_thread(_teach_speeds, port)
+        await asyncio.to_thread(_wait_until_full, port)
+        quiet = await _stop(line, port, QUIET_SHARE * seconds)
+        async with _clients(port, *HOSTILE):
+            loud = await _stop(line, port, (1 - QUIET_SHARE) * seconds)
+    name, unit = "stop among hostile clients", f"ms of {len(loud)}"
+    return [
+        Figure(f"{name}: p99.9", unit, [_quantile(loud, 0.999)], [_quantile(quiet, 0.999)], P999),
+        Figure(f"{name}: max", unit, [max(loud)], [max(quiet)], MAX),
+    ]
+
+
+def _quantile(values: list[float], share: float) -> float:
+    return sorted(values)[ceil(share * len(values)) - 1]
+
+
+@asynccontextmanager
+async def _gateway() -> AsyncIterator[tuple[Line, int]]:
+    line = Line(build_line(BODIES, monotonic()))
+    web = free_port()
+    async with AsyncExitStack() as stack:
+        port = await serve_tcp(line, "127.0.0.1", 0)
+        stack.push_async_callback(port.aclose)
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        config = write_config(folder, web, int(port.address.rpartition(":")[2]), BODIES)
+        apart = stack.enter_context(set_apart())
+        await stack.enter_async_context(module("benchmarks.full_ring", web, str(config), processors=apart))
+        yield line, web
+
+
+@asynccontextmanager
+async def _clients(port: int, *kinds: str) -> AsyncIterator[None]:
+    async with announced("-m", "benchmarks.hostile", str(port), *kinds):
+        yield
+
+
+def _teach_speeds(port: int) -> None:
+    with connect(port) as sock:
+        for body in MOVERS:
+            for name, value in SPEEDS.items():
+                ask(sock, post(f"/bodies/{body:02X}/commands/{name}", value))
+
+
+def _wait_until_full(port: int) -> None:
+    give_up_at = monotonic() + FILL_S
+    with connect(port) as sock:
+        while monotonic() < give_up_at:
+            found = _EVENTS.search(ask(sock, get("/metrics")))
+            if found and float(found[1]) >= RETAINED_EVENTS:
+                return
+            sleep(LOOK_AGAIN_S)
+    raise RuntimeError(f"not measured, because the event ring was not full after {FILL_S:g} s")
+
+
+async def _stop(line: Line, port: int, seconds: float) -> list[float]:
+    """Move and stop all movers for some seconds; the milliseconds until each stop began to arrive."""
+    ends_at = monotonic() + seconds
+    taken = await asyncio.gather(*(_stop_one(line, port, body, ends_at) for body in MOVERS))
+    return [milliseconds for some in taken for milliseconds in some]
+
+
+async def _stop_one(line: Line, port: int, body: int, ends_at: float) -> list[float]:
+    taken: list[float] = []
+    frame = b"&%02X" % body + STOP_CODE
+    move, stop = post(f"/bodies/{body:02X}/moves", FAR), post(f"/bodies/{body:02X}/stop", STOP)
+    with connect(port) as sock:
+        while monotonic() < ends_at or len(taken) < LEAST_STOPS:
+            await asyncio.to_thread(ask, sock, move)
+            line.heard.pop(frame, None)
+            sent_at = await asyncio.to_thread(_ask, sock, stop)
+            taken.append(1000 * (line.heard[frame] - sent_at))
+    return taken
+
+
+def _ask(sock: socket, request: bytes) -> float:
+    """Ask, and tell when the request was about to be written."""
+    sent_at = monotonic()
+    ask(sock, request)
+    return sent_at
