@@ -41,6 +41,11 @@ class Program:
             )
         RUNNING.append(self)
 
+    @property
+    def pid(self) -> int:
+        """The operating system's number of it."""
+        return self._process.pid
+
     def runs(self) -> bool:
         """Whether it has not ended."""
         return self._process.poll() is None

@@ -1,10 +1,16 @@
 """What no honest client sends: all of it is refused, and not one byte of it reaches the line."""
 
 import json
+import os
+import resource
 import socket
+import time
 from collections.abc import Iterator
+from contextlib import ExitStack, suppress
+from pathlib import Path
 from urllib.parse import urlsplit
 
+import httpx
 import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
@@ -180,6 +186,62 @@ def test_a_websocket_of_another_origin(origin: str, gateway: Gateway) -> None:
     ):
         raise AssertionError("It was let in.")
     assert refused.value.response.status_code == 403
+
+
+def test_a_head_that_grows_without_end(gateway: Gateway) -> None:
+    url = urlsplit(gateway.url)
+    with socket.create_connection((str(url.hostname), url.port or 0), PATIENCE_S) as connection:
+        connection.sendall(b"GET /livez HTTP/1.1\r\nhost: evil.example\r\nx: ")
+        sent = 0
+        with suppress(ConnectionError):
+            while sent < 20_000_000:
+                sent += connection.send(b"y" * 65_536)
+        assert sent < 20_000_000
+        assert gateway.http.get("/livez").elapsed.total_seconds() < 1
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "POST http://127.0.0.1/stop HTTP/1.1",
+        "POST /stop HTTP/1.1\r\nhost: 127.0.0.1",
+        "POST /stop HTTP/1.1\r\nx: " + "y" * 16_384,
+    ],
+)
+def test_a_head_that_is_none(head: str, gateway: Gateway) -> None:
+    status, text = say(gateway, head)
+    assert status in (400, 431)
+    assert "Nothing was sent." in text
+    assert "x-content-type-options: nosniff" in text
+
+
+def test_a_gateway_without_file_descriptors_goes_on(gateway: Gateway) -> None:
+    """New connections end at once, those that are open are served, and it does not spin."""
+    pid = gateway.program.pid
+    soft, hard = resource.prlimit(pid, resource.RLIMIT_NOFILE)
+    gateway.http.get("/livez")
+    url = urlsplit(gateway.url)
+    address = (str(url.hostname), url.port or 0)
+    in_use = len(list(Path(f"/proc/{pid}/fd").iterdir()))
+    try:
+        resource.prlimit(pid, resource.RLIMIT_NOFILE, (in_use, hard))
+        with ExitStack() as stack:
+            for _ in range(20):
+                stack.enter_context(socket.create_connection(address, PATIENCE_S))
+            worked_s = cpu_s(pid)
+            for _ in range(5):
+                assert gateway.http.get("/bodies/3F/position").status_code == 200
+                time.sleep(0.05)
+            assert cpu_s(pid) - worked_s < 0.2
+    finally:
+        resource.prlimit(pid, resource.RLIMIT_NOFILE, (soft, hard))
+    assert httpx.get(f"{gateway.url}/readyz").status_code == 200
+
+
+def cpu_s(pid: int) -> float:
+    """Processor time a program has used."""
+    user, system = Path(f"/proc/{pid}/stat").read_text("utf-8").rpartition(")")[2].split()[11:13]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 
 
 def test_no_answer_was_a_fault_of_the_gateway(gateway: Gateway) -> None:
