@@ -42,7 +42,7 @@ class Made:
     @classmethod
     def of(cls, content: bytes) -> "Made":
         """Pack a content, where that makes it shorter."""
-        packed = gzip.compress(content, mtime=0)
+        packed = gzip.compress(content, compresslevel=6, mtime=0)
         worth_it = len(packed) <= _WORTH_PACKING * len(content)
         return cls(content, packed if worth_it else None, sha256(content).hexdigest()[:32])
 
