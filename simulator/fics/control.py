@@ -78,6 +78,12 @@ class On(Strict):
     on: bool
 
 
+class BrownOut(Strict):
+    """A loss of power that ends by itself."""
+
+    for_s: float = Field(ge=0, le=3600, description="How long there is no power; `boot_s` comes on top.")
+
+
 class DriverChange(Strict):
     """A driver with an error, or one that no longer answers; what is left out stays as it is."""
 
@@ -116,6 +122,7 @@ class LineChange(Strict):
 
     reply_delay_s: float | None = Field(default=None, ge=0, le=60)
     terminator: Terminator | None = None
+    boot_s: float | None = Field(default=None, ge=0, le=3600)
 
 
 class TornMessages(Strict):
@@ -256,6 +263,11 @@ def _add_system(app: FastAPI, control: _Control) -> None:
     async def switch_power(power: Power) -> SystemState:
         """Cut or restore the power."""
         return control.change(line.power_on if power.on else line.power_off)
+
+    @app.post("/system/brown-outs")
+    async def brown_out(loss: BrownOut) -> SystemState:
+        """Cut the power for a while."""
+        return control.change(lambda now: line.brown_out(now, loss.for_s))
 
     @app.put("/system/stop-input")
     async def set_stop_input(stop: On) -> SystemState:

@@ -23,6 +23,8 @@ class LineSettings:
     """From the end of a command, or of a motion, to the start of its reply."""
     terminator: Terminator = "cr"
     """Ends every line to the host."""
+    boot_s: float = 0.0
+    """From the return of the power until it hears anything."""
 
 
 class SimulatedFics:
@@ -39,6 +41,7 @@ class SimulatedFics:
         self._wire = Wire(self._hear, truth, faults, SYSTEM, 2 * LONGEST_LINE)
         self._reader = RequestReader()
         self._now = -inf
+        self._boots_at = inf
 
     @property
     def requests(self) -> int:
@@ -65,6 +68,7 @@ class SimulatedFics:
     def power_off(self, now: float) -> None:
         """Cut the power: axes stop where they are."""
         self._advance(now)
+        self._boots_at = inf
         if self.powered:
             self.robot.lose_power(self._now)
             self._wire.clear()
@@ -72,13 +76,24 @@ class SimulatedFics:
             self.truth.log("power", self._now, SYSTEM, on=False)
 
     def power_on(self, now: float) -> None:
-        """Give it power again: Ver.2 mode, unit 1, full speed, nothing homed."""
+        """Give it power again; it hears when it has booted."""
         self._advance(now)
         if not self.powered:
-            self._reader = RequestReader()
-            self.robot.boot()
-            self.powered = True
-            self.truth.log("power", self._now, SYSTEM, on=True)
+            self._boots_at = self._now + self.settings.boot_s
+            self._advance(self._now)
+
+    def brown_out(self, now: float, for_s: float) -> None:
+        """Cut the power for a while."""
+        self.power_off(now)
+        self._boots_at = self._now + for_s + self.settings.boot_s
+
+    def _boot(self) -> None:
+        """Begin anew: Ver.2 mode, unit 1, full speed, nothing homed."""
+        self._now, self._boots_at = self._boots_at, inf
+        self._reader = RequestReader()
+        self.robot.boot()
+        self.powered = True
+        self.truth.log("power", self._now, SYSTEM, on=True)
 
     def look_after(self, now: float) -> None:
         """After somebody has touched the robot: let follow what follows."""
@@ -87,12 +102,14 @@ class SimulatedFics:
         self._pass_on(self.robot.take_messages())
 
     def _next_at(self) -> float:
-        return min(self._wire.next_at(), self.robot.next_at())
+        return min(self._wire.next_at(), self.robot.next_at(), self._boots_at)
 
     def _advance(self, now: float) -> None:
         """Let everything happen that is due, in the order of time; a time gone by already counts as now."""
         while (at := self._next_at()) <= now:
-            if self.robot.next_at() <= at:
+            if self._boots_at <= at:
+                self._boot()
+            elif self.robot.next_at() <= at:
                 self.robot.advance(at)
                 self._pass_on(self.robot.take_messages())
             else:

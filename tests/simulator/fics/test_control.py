@@ -93,6 +93,13 @@ async def test_power_is_cut_and_restored(bench: Bench) -> None:
     assert bench.ask("APS") == ["APS #####,#####,#####"]
 
 
+async def test_a_brown_out_ends_by_itself(bench: Bench) -> None:
+    assert not (await bench.change("POST", "/system/brown-outs", for_s=0.05))["powered"]
+    bench.now += 0.1
+    state = await bench.look("/system")
+    assert (state["powered"], state["mode"]) == (True, 2)
+
+
 async def test_the_stop_input_stops_and_lasts(bench: Bench) -> None:
     bench.ask("LMI ,,50")
     bench.now = 0.1
@@ -207,7 +214,8 @@ async def test_a_sensor_is_held_and_let_go(bench: Bench) -> None:
 async def test_line_settings_are_changed_one_by_one(bench: Bench) -> None:
     await bench.change("PATCH", "/line/settings", reply_delay_s=0.5)
     settings = await bench.change("PATCH", "/line/settings", terminator="crlf")
-    assert settings == await bench.look("/line/settings") == {"reply_delay_s": 0.5, "terminator": "crlf"}
+    expected = {"reply_delay_s": 0.5, "terminator": "crlf", "boot_s": 0.0}
+    assert settings == await bench.look("/line/settings") == expected
     assert bench.ask("MOD") == []
     bench.now = 0.5
     assert bench.line.take_output(0.5) == b"MOD 3\r\n"
@@ -291,6 +299,7 @@ async def test_the_truth_is_read_page_by_page(bench: Bench) -> None:
         ("PUT", "/inputs/5", {"bits": 1}, 404),
         ("PUT", "/inputs/1", {"bits": 256}, 422),
         ("PUT", "/system/power", {"on": 1}, 422),
+        ("POST", "/system/brown-outs", {"for_s": -1.0}, 422),
         ("POST", "/system/errors", {"code": 1000}, 422),
         ("PUT", "/terminal/activity", {"activity": "asleep"}, 422),
         ("PUT", "/terminal/activity", {}, 422),

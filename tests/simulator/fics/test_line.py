@@ -115,6 +115,29 @@ def test_an_answer_that_has_not_left_is_lost_with_the_power() -> None:
     assert bench.finish() == []
 
 
+def test_a_brown_out_ends_by_itself_and_the_robot_hears_when_it_has_booted() -> None:
+    bench = Bench(settings=LineSettings(boot_s=0.5))
+    bench.line.brown_out(bench.now, 0.05)
+    bench.wait(0.54)
+    assert bench.ask("MOD") == []
+    bench.wait(0.02)
+    assert bench.ask("MOD") == ["MOD 2"]
+    assert [fact.at for fact in bench.line.truth.of("power")] == [0.0, 0.55]
+
+
+def test_power_that_is_cut_again_while_it_boots_stays_away() -> None:
+    bench = Bench(settings=LineSettings(boot_s=0.5))
+    bench.line.brown_out(bench.now, 0.05)
+    bench.wait(0.1)
+    bench.line.power_off(bench.now)
+    bench.wait(10)
+    assert not bench.line.powered
+    bench.line.power_on(bench.now)
+    assert not bench.line.powered
+    bench.wait(0.5)
+    assert bench.line.powered
+
+
 # Whatever is sent
 
 NAMES = st.one_of(
