@@ -23,6 +23,9 @@ from tests.simulated_line import SimulatedCable
 SET_UP_S = 1.0
 """More than a line needs to be ready."""
 
+COPY_GAP_S = 0.01
+"""From a copy of an earlier answer to the answer itself."""
+
 SCARA = '{number = 1, axes = ["X", "Y", "Z"], motor_axes = ["A", "B", "Z"]}'
 CARTESIAN = '{number = 2, axes = ["X", "Y", "Z"]}'
 
@@ -37,6 +40,10 @@ class Cable(SimulatedCable):
         self.lost_command = self.lost_answer = ""
         """What begins so is lost on its way, every time."""
         self._awaited: tuple[str, asyncio.Future[None]] | None = None
+        self._arrived = 0
+        self._then: dict[int, Callable[[], object]] = {}
+        self.copies: list[bytes] = []
+        """Come right before the next answers, one before each."""
         self.stuck = False
         """The far end takes nothing more, as a full dual-port RAM."""
 
@@ -44,6 +51,13 @@ class Cable(SimulatedCable):
         """Wait until a frame is written that begins so."""
         self._awaited = beginning, asyncio.get_running_loop().create_future()
         await self._awaited[1]
+
+    def after(self, frames: int, deed: Callable[[], object]) -> None:
+        """Do something when so many more frames have arrived, and their answers are on their way."""
+        if frames:
+            self._then[self._arrived + frames] = deed
+        else:
+            deed()
 
     def write(self, data: bytes) -> None:
         super().write(data)
@@ -53,8 +67,14 @@ class Cable(SimulatedCable):
     def _arrive(self, data: bytes) -> None:
         if not self.lost_command or not data.startswith(self.lost_command.encode()):
             super()._arrive(data)
+        self._arrived += 1
+        self._then.pop(self._arrived, int)()
 
     def _deliver(self, data: bytes) -> None:
+        if self.copies:
+            super()._deliver(self.copies.pop(0))
+            asyncio.get_running_loop().call_later(COPY_GAP_S, self._deliver, data)
+            return
         if not self.lost_answer or not data.startswith(self.lost_answer.encode()):
             super()._deliver(data)
 
@@ -105,6 +125,11 @@ class FicsRig:
         now = asyncio.get_running_loop().time()
         self.machine.power_off(now)
         self.machine.power_on(now)
+        self.cable.turn()
+
+    def brown_out(self, for_s: float) -> None:
+        """Take the robot's power away for a while."""
+        self.machine.brown_out(asyncio.get_running_loop().time(), for_s)
         self.cable.turn()
 
     def fail(self, fault: Fault, direction: Direction, frames: int = 1, delay_s: float = 0.1) -> None:

@@ -10,7 +10,7 @@ No clock and no port: times are given, frames are taken and handed out.
 
 import random
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from enum import Enum
 from itertools import cycle
 from typing import Any
@@ -25,8 +25,9 @@ from gateway.errors import (
     StoppedFirst,
 )
 from gateway.exchange import Lane
-from gateway.fics.errors import RobotOffline
-from gateway.fics.exchange import Answered, Exchange, Outcome
+from gateway.fics.copies import Copies
+from gateway.fics.errors import NotProved, RobotOffline
+from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
 from protocols.fics import row
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Frame, Garbage, Refusal, Terminator, encode
@@ -42,8 +43,6 @@ VARIABLES = 100
 """Variables a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 STANDSTILL_S = 10.0
 """A decelerating stop is answered when all axes stand: it may take so long."""
-MOST_ASKED = 1000
-"""So many different questions are remembered; then a fence lets them be forgotten."""
 READ_REPEATS = 2
 """How often a query without a usable answer is repeated, each time after a passed fence."""
 NO_UPLOAD = "E08"
@@ -87,18 +86,16 @@ class Conversation:
         """How many stops there have been."""
         self.stop_epoch = 0
         self._last_overtaking: Overtaking = StoppedFirst
-        self.unheard = 0
-        """How often something was said that may have been refused without a word."""
+        self.doubts = 0
+        """How often an answer stayed away, could not be understood, or came though nobody had asked."""
+        self._said_silently = 0
         self.counters: Counter[str] = Counter()
         self.on_silence: Callable[[], None] = lambda: None
+        self.on_stray: Callable[[Frame], None] = lambda _: None
+        """Told an answer that nobody has asked for."""
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
         self._variables = cycle(dice.sample(range(VARIABLES), VARIABLES))
-        self._refused = ""
-        """The name of the last command that was refused, until a fence has passed."""
-        self._asked: set[str] = set()
-        """The questions asked since the last fence or deed."""
-        self._outdated: set[str] = set()
-        """The questions asked before the last deed and after the last fence."""
+        self._copies = Copies(late_reply_s)
         self._asked_for: deque[int] = deque(maxlen=VARIABLES // 2)
         self._stops: deque[Exchange] = deque()
         self._urgent: deque[Exchange] = deque()
@@ -112,8 +109,11 @@ class Conversation:
         self._closed_at_try: int | None = None
         """The try of the fence before which the end of an open upload was sent."""
         self._written = 0
-        self._last_unrepeatable = ""
-        """The name of the last answered command that is not a mere read, until a fence has passed."""
+
+    @property
+    def unheard(self) -> int:
+        """How often something was said that may have been refused without a word."""
+        return self.doubts + self._said_silently
 
     # what goes next
 
@@ -204,7 +204,7 @@ class Conversation:
         while self._queue:
             refusal = self._refuses(self._queue[0], now)
             if refusal is None:
-                return self._interposed()
+                return self._interposed(now)
             self._queue.popleft().settle(refusal)
         return None
 
@@ -213,30 +213,40 @@ class Conversation:
             return self.overtaken()
         if exchange.expires_at is not None and now >= exchange.expires_at:
             return Expired("robot")
+        if exchange.needs is not None and not self._holds(exchange.needs, now):
+            return NotProved(self.robot_id)
         return None
 
-    def _interposed(self) -> Exchange:
-        """Between two commands of one name goes a fence: no copy of the first answer counts for the second.
+    def _holds(self, proof: Proof, now: float) -> bool:
+        """Whether a motion may be written that follows the last question of its proof."""
+        return proof.doubts == self.doubts and proof.last == self._written and now < proof.holds_until
 
-        Between equal reads only where something was done in between, and never in an upload. Before what an
-        upload would not let through goes a fence, too, if one may be open; it ends the upload.
+    def _interposed(self, now: float) -> Exchange:
+        """Before what could be given a copy of an earlier answer goes a fence, but never in an upload.
+
+        Before what an upload would not let through goes a fence, too, if one may be open; it ends the upload.
         """
-        command = self._queue[0].command
+        first = self._queue[0]
         in_upload = self._upload is not Upload.NONE
-        may_go = command.during_upload if in_upload else not self._may_get_a_copy(command)
+        may_go = first.command.during_upload if in_upload else not self._may_get_a_copy(first, now)
         if may_go:
             return self._queue.popleft()
+        self._call_for_fence()
+        return self._recovery()
+
+    def _may_get_a_copy(self, exchange: Exchange, now: float) -> bool:
+        return self._copies.may_answer(exchange.command, now, fresh=exchange.fresh)
+
+    def rule_out_copies(self, commands: Iterable[FicsCommand[Any]], now: float) -> None:
+        """Put a fence before whatever comes next, if a copy could be taken for the answer to one of these."""
+        if self.in_step and any(self._copies.may_answer(it, now, fresh=True) for it in commands):
+            self._call_for_fence()
+
+    def _call_for_fence(self) -> None:
+        """Nothing was doubtful so far."""
         self._lose_step()
         if self._upload is not Upload.OPEN:
             self._closed_at_try = self._fence_tries  # only if the fence fails an upload may be open
-        return self._recovery()
-
-    def _may_get_a_copy(self, command: FicsCommand[Any]) -> bool:
-        if command.wire_name() == self._refused or len(self._asked) + len(self._outdated) > MOST_ASKED:
-            return True
-        if command.may_repeat():
-            return command.text() in self._outdated
-        return command.wire_name() == self._last_unrepeatable
 
     def withdraw(self, exchange: Exchange, reason: GatewayError) -> None:
         """Take back an exchange that is not written yet; one that is stays as it is."""
@@ -291,14 +301,11 @@ class Conversation:
         if isinstance(command, GetVariable) and exchange is not self._fence:
             self._asked_for.append(command.number)
         silent = self._is_silent(command)
-        if command.may_repeat():
-            self._asked.add(command.text())
-        else:
-            self._outdated |= self._asked
-            self._asked.clear()
-            self._last_unrepeatable = self._last_unrepeatable if silent else command.wire_name()
+        if exchange.proves is not None:
+            exchange.proves.note_asked(exchange.number, deadline)
+        self._copies.note_written(command, now, silent=silent)
         if silent:
-            self.unheard += 1
+            self._said_silently += 1
         exchange.unheard = self.unheard
         if silent:
             if isinstance(command, EndPositionUpload) and self._upload is Upload.OPEN:
@@ -329,13 +336,13 @@ class Conversation:
             return None
         for exchange in self._under_way():
             outcome = exchange.take(frame)
+            if outcome is not None:
+                self._copies.note(exchange.command, frame, now)
             if isinstance(outcome, Reply):
                 exchange.deadline = now + exchange.timeout_s
                 return None
             if outcome is not None:
                 self.counters["replies"] += 1
-                if isinstance(outcome, Refusal):
-                    self._refused = outcome.name
                 self._learn_of_upload(exchange, outcome)
                 if exchange is self._fence and isinstance(outcome, Refusal):
                     self._let_go(exchange)
@@ -343,9 +350,11 @@ class Conversation:
                     return None
                 self._answered(exchange)
                 return lambda: exchange.settle(outcome)
-        if not self._is_late(frame):
-            self.counters["strays"] += 1
-            self._noise("an answer to another command")
+        if self._is_late(frame):
+            return None
+        self.counters["strays"] += 1
+        self._noise("an answer to another command")
+        self.on_stray(frame)
         return None
 
     def _learn_of_upload(self, exchange: Exchange, outcome: Outcome) -> None:
@@ -370,7 +379,7 @@ class Conversation:
 
     def _noise(self, what: str) -> None:
         """Something came that nobody can have wanted: whatever is awaited may have been it."""
-        self.unheard += 1
+        self.doubts += 1
         exchange = self._awaiting
         if exchange is not None and exchange is not self._fence:
             self._doubt(exchange, _unusable(GarbledReply, exchange, f"{what} came back"))
@@ -392,9 +401,7 @@ class Conversation:
         if exchange is self._fence:
             self._fence = None
             self._rule_out_answers_before(exchange)
-            self._last_unrepeatable = self._refused = ""
-            self._outdated.clear()
-            self._asked.clear()
+            self._copies.rule_out()
             self._regain_step()
 
     def _rule_out_answers_before(self, fence: Exchange) -> None:
@@ -439,7 +446,7 @@ class Conversation:
     def _doubt(self, exchange: Exchange, reason: NoReply) -> None:
         """An exchange has no usable answer: fence the line before its outcome is told."""
         self._let_go(exchange)
-        self.unheard += 1
+        self.doubts += 1
         if exchange is self._fence:
             self._fence_failed()
         elif exchange.lane is Lane.STOP:
@@ -491,6 +498,7 @@ class Conversation:
 
     def lose_motion(self, reason: NoReply, unsent: Cancelled) -> None:
         """The robot has forgotten what it was doing; what was to follow is not written."""
+        self.doubts += 1
         motion, self._motion = self._motion, None
         if motion is not None:
             motion.settle(reason)
@@ -498,6 +506,7 @@ class Conversation:
 
     def break_off(self, lost: NoReply, unsent: Cancelled) -> None:
         """The port has gone: what was written may have been executed, what waited was not."""
+        self.doubts += 1
         written = [*self._under_way(), *([self._suspect] if self._suspect else [])]
         waiting = [*self._stops, *self._urgent, *self._queue]
         self._awaiting = self._motion = self._suspect = self._fence = None

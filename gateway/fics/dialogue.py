@@ -7,8 +7,8 @@ from typing import Any
 
 from gateway.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.exchange import Lane
-from gateway.fics.errors import RobotFailed, RobotRefused
-from gateway.fics.exchange import Answered, Exchange, Outcome
+from gateway.fics.errors import NotProved, RobotFailed, RobotRefused
+from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
 from gateway.fics.line import FicsLine
 from protocols.fics.alarms import (
     CurrentError,
@@ -46,12 +46,24 @@ class Dialogue:
         self.on_alarm: Callable[[], object] = lambda: None
         """Told that a motion was refused because an error stands which nobody has read."""
 
-    async def say(self, command: FicsCommand[Any], epoch: int) -> Outcome:
-        """Send a command that starts no move, unless there was a stop after `epoch`."""
+    async def say(
+        self,
+        command: FicsCommand[Any],
+        epoch: int,
+        *,
+        expires_at: float | None = None,
+        fresh: bool = False,
+        proof: Proof | None = None,
+    ) -> Outcome:
+        """Send a command that starts no move, unless there was a stop after `epoch`, or it comes too late.
+
+        No copy of an earlier answer is taken for one that has to be `fresh`, or is the last of a `proof`.
+        """
         if not command.is_query():
             await self.clear_error()
         exchange = self._line.exchange(command, Lane.READ if command.is_query() else Lane.COMMAND)
-        exchange.epoch = epoch
+        exchange.epoch, exchange.expires_at = epoch, expires_at
+        exchange.fresh, exchange.proves = fresh or proof is not None, proof
         outcome = await self._submit(exchange)
         if isinstance(outcome, Answered) and not outcome.confirmed:
             outcome = await self._verdict(exchange)
@@ -69,13 +81,20 @@ class Dialogue:
             self._line.withdraw(exchange, _forsaken())
             raise
 
-    async def prepare(self, command: FicsCommand[Any], unanswered: NotSent) -> Reply | None:
-        """Say what has to be right before something else is said.
+    async def prepare(
+        self,
+        command: FicsCommand[Any],
+        unanswered: NotSent,
+        *,
+        fresh: bool = False,
+        proof: Proof | None = None,
+    ) -> Reply | None:
+        """Say what has to be right before something else is said; `fresh` and `proof` as of `say`.
 
         :raises NotSent: there was no answer, so what was to follow was not sent.
         :raises GatewayError: it was refused, or not sent itself.
         """
-        outcome = await self.say(command, self._line.stop_epoch)
+        outcome = await self.say(command, self._line.stop_epoch, fresh=fresh, proof=proof)
         if isinstance(outcome, NoReply):
             raise unanswered
         replies = self.answered(command, outcome).replies
@@ -87,15 +106,18 @@ class Dialogue:
         *,
         epoch: int,
         expires_at: float,
+        proof: Proof,
         on_written: Callable[[float], None],
     ) -> "tuple[Exchange, asyncio.Future[Outcome]]":
         """Write a motion command at most once, and give what will become of it.
 
         It is withdrawn if it cannot be written in time, or if nobody waits for that any more. In Ver.2 only a
         refusal ever comes, and `see_error` goes before.
+
+        :raises NotProved: the proof does not hold any more; it was not written.
         """
         exchange = self._line.exchange(command, Lane.COMMAND)
-        exchange.epoch, exchange.expires_at = epoch, expires_at
+        exchange.epoch, exchange.expires_at, exchange.needs = epoch, expires_at, proof
         written: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
         def note(now: float) -> None:
@@ -109,6 +131,8 @@ class Dialogue:
         except asyncio.CancelledError:
             self._line.withdraw(exchange, _forsaken())
             raise
+        if outcome.done() and isinstance(error := outcome.result(), NotProved):
+            raise error
         if self._line.mode == HostMode.VER_2 and written.done():
             outcome = await self._silent_outcome(exchange)
         outcome.add_done_callback(self._heed_alarm)

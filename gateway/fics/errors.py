@@ -108,6 +108,20 @@ class UnitNotSelected(NotSent):
     title = "The unit is not certain"
 
 
+class NotProved(NotSent):
+    """What the robot has told before a motion may no longer be so: the line was disturbed in between."""
+
+    kind = "not-proved"
+    title = "The state of the robot is not certain"
+
+    def __init__(self, robot_id: str) -> None:
+        super().__init__(
+            f"The line of robot {robot_id} was disturbed between the questions before the motion, so nobody "
+            "knows whether the robot has lost its power; nothing was sent.",
+            "Try again; if that does not help, check the line.",
+        )
+
+
 class UploadBrokenOff(GatewayError):
     """Some of the positions of an upload are stored, the rest are not."""
 

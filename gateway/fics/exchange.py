@@ -21,6 +21,25 @@ class Answered:
     """False where the mode is silent: the command has left, and nothing more is known."""
 
 
+@dataclass(eq=False, slots=True)
+class Proof:
+    """That a motion may be written: all it depends on was told, and nothing has raised a doubt since.
+
+    What tells of a loss of power is asked last, and the motion follows at once.
+    """
+
+    doubts: int
+    """What `Conversation.doubts` was before the first question."""
+    last: int = 0
+    """The number of the frame that asked the last question."""
+    holds_until: float = 0.0
+    """When the answer to it would have been overdue."""
+
+    def note_asked(self, number: int, deadline: float) -> None:
+        """The last question has been put, as far as is known."""
+        self.last, self.holds_until = number, deadline
+
+
 Outcome = Answered | Refusal | Failure | GatewayError
 
 
@@ -39,6 +58,12 @@ class Exchange:
     """From the frame's last bit to the reply's deadline; motion has none."""
     repeats: int = 0
     """How often it may still be repeated by itself after a passed fence."""
+    needs: Proof | None = None
+    """Without this, which has to hold, it is not written."""
+    proves: Proof | None = None
+    """It tells of a loss of power, so no copy of an earlier answer may be taken for its own."""
+    fresh: bool = False
+    """No copy of an earlier answer may be taken for its own."""
     on_written: Callable[[float], None] | None = None
     future: "asyncio.Future[Outcome] | None" = None
     joined: "list[Exchange]" = field(default_factory=list)

@@ -3,13 +3,14 @@
 import asyncio
 import logging
 import random
+from collections.abc import Callable
 from typing import Any
 
 from gateway.carrier import Carrier
 from gateway.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.exchange import Lane
 from gateway.fics.conversation import Conversation, offline_error
-from gateway.fics.exchange import Answered, Exchange, Outcome
+from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
 from gateway.fics.floor import Floor
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Frame, Refusal, Terminator, Ver2Reader, Ver3Reader
@@ -74,6 +75,9 @@ class FicsLine(Carrier[Exchange, Frame]):
         self.floor = Floor()
         """Held from the selection of a unit to the last command that depends on it."""
         talk.on_silence = self._robot_is_silent
+        self.on_stray: Callable[[Frame], None] = lambda _: None
+        """Told an answer that nobody has asked for."""
+        talk.on_stray = lambda frame: self.on_stray(frame)
         self._known = False
         """Whether the robot has been set up in this life of the gateway."""
         self._was_away = False
@@ -275,6 +279,14 @@ class FicsLine(Carrier[Exchange, Frame]):
     def exchange(self, command: FicsCommand[Any], lane: Lane) -> Exchange:
         """Build an exchange of this line, admitted now."""
         return self._talk.exchange(command, lane)
+
+    def begin_proof(self, *commands: FicsCommand[Any]) -> Proof:
+        """Begin to prove what a motion depends on.
+
+        A fence goes first where a copy of an earlier answer could be taken for the answer to one of these.
+        """
+        self._talk.rule_out_copies(commands, self._loop.time())
+        return Proof(self._talk.doubts)
 
     def begin_stop(self) -> None:
         """Forbid everything that was admitted before now and is not written yet."""

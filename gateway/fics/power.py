@@ -3,17 +3,19 @@
 from typing import TYPE_CHECKING, Any, Final
 
 from gateway.errors import NoReply, NotSent
-from gateway.fics.errors import PowerCycled, RobotRefused, SpeedsNotRestored
+from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused, SpeedsNotRestored
 from gateway.fics.exchange import Answered
+from gateway.fics.units import coordinates_of
 from protocols.fics.axis_settings import SpeedPercents
-from protocols.fics.motor_axes import GetMotorSpeedPercent, SetMotorSpeedPercent
+from protocols.fics.motor_axes import GetMotorPosition, GetMotorSpeedPercent, SetMotorSpeedPercent
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
-from protocols.fics.status import AxisStatuses, GetAxisStatus, MotionMode
+from protocols.fics.status import AxisCoordinates, AxisStatuses, GetAxisStatus, GetUserPosition, MotionMode
 from protocols.fics.system import CommunicationMode, GetCommunicationMode, HostMode
+from protocols.table import Reply
 
 if TYPE_CHECKING:
-    from gateway.fics.exchange import Outcome
+    from gateway.fics.exchange import Outcome, Proof
     from gateway.fics.robot import Robot
     from gateway.fics.units import Coordinates, RobotUnit
 
@@ -27,6 +29,10 @@ Getter = type[GetSpeedPercent] | type[GetMotorSpeedPercent]
 _ROWS: Final[dict["Coordinates", tuple[Setter, Getter]]] = {
     "user": (SetSpeedPercent, GetSpeedPercent),
     "motor": (SetMotorSpeedPercent, GetMotorSpeedPercent),
+}
+_POSITIONS: Final[dict["Coordinates", type[GetUserPosition] | type[GetMotorPosition]]] = {
+    "user": GetUserPosition,
+    "motor": GetMotorPosition,
 }
 
 Speeds = dict[str, float]
@@ -48,11 +54,13 @@ class Power:
         """Whether the loss that nobody has acknowledged is certain."""
         self._homed: dict[int, set[int]] = {}
         """By unit, the places of the motors that had their origins when they were last looked at."""
+        self._placed: set[tuple[int, Coordinates]] = set()
+        """The units that have told where an axis stands, and in which coordinates."""
 
     def lost(self, *, certain: bool) -> None:
         """It has been switched off and on, or seems to: keep it from moving until somebody knows."""
         self._due = set(self._speeds)
-        self._homed.clear()  # the origins of all units are gone, and that is told once
+        self.forget_origins()  # those of all units are gone, and that is told once
         if not self.cycled:
             self.cycled, self._certain = True, certain
             self._robot.errors_of_system.latched = None
@@ -76,7 +84,7 @@ class Power:
                 ACKNOWLEDGE,
             )
 
-    async def see(self) -> None:
+    async def see(self, proof: "Proof | None" = None) -> None:
         """See that the robot has not been switched off: then it is in Ver.2; call it with the floor held.
 
         Where that is its own mode only `verify` can tell.
@@ -87,18 +95,48 @@ class Power:
         robot = self._robot
         if robot.mode == HostMode.VER_2:
             return
-        unanswered = NotSent(
-            f"Robot {robot.id} did not answer MOD, so nobody knows whether it has lost its power; "
-            "nothing more was sent.",
-            "Try again.",
-        )
         try:
-            reply = await robot.dialogue.prepare(GetCommunicationMode(), unanswered)
+            reply = await self._ask(GetCommunicationMode(), robot.id, proof)
         except RobotRefused:
             return  # only Ver.3 refuses
         if isinstance(reply, CommunicationMode) and reply.mode != robot.mode:
             robot.line.power_was_lost(f"the robot is in mode {reply.mode}")
             self._refuse()
+
+    def signs(self, command: FicsCommand[Any], unit: "RobotUnit") -> list[FicsCommand[Any]]:
+        """The questions that `see` and `verify` may put before a motion."""
+        coordinates = coordinates_of(unit, command)
+        _, speeds = _ROWS[coordinates]
+        return [GetCommunicationMode(), GetAxisStatus(), _POSITIONS[coordinates](), speeds()]
+
+    async def see_jogging(self, unit: "RobotUnit", proof: "Proof") -> None:
+        """See that an axis of a unit jogs, which another is to join: MOD and UNT are refused meanwhile.
+
+        A robot tells of the unit it acts on, and after a loss of power nothing jogs (C-HOST manual 2-10).
+
+        :raises RobotBusy: none does.
+        :raises NotSent: it did not tell.
+        """
+        reply = await self._ask(GetAxisStatus(), unit.address, proof)
+        axes = reply.axes if isinstance(reply, AxisStatuses) else []
+        if not any(axis.motion_mode == MotionMode.JOG for axis in axes):
+            raise RobotBusy(
+                f"The JOG of {unit.address} is not over, but no axis was seen to jog; nothing was sent.",
+                "Try again when all axes are known to stand still.",
+            )
+
+    async def _ask(self, query: FicsCommand[Any], whom: str, proof: "Proof | None") -> Reply | None:
+        """Ask what tells of a loss of power.
+
+        :raises NotSent: there was no answer.
+        :raises RobotRefused: it was refused.
+        """
+        unanswered = NotSent(
+            f"{whom} did not answer {query.wire_name()}, so nobody knows whether it has lost its power; "
+            "nothing more was sent.",
+            "Try again.",
+        )
+        return await self._robot.dialogue.prepare(query, unanswered, proof=proof)
 
     def _refuse(self) -> None:
         raise PowerCycled(f"{self._what_happened()}; nothing was sent.", ACKNOWLEDGE)
@@ -116,6 +154,7 @@ class Power:
         """
         before = self._homed.pop(unit.number, set())
         if any(it.motion_mode in (MotionMode.HOMING, MotionMode.MACRO) for it in found.axes):
+            self._placed -= {(unit.number, coordinates) for coordinates in _POSITIONS}
             return
         self._homed[unit.number] = {place for place, axis in enumerate(found.axes) if axis.origin_done}
         if self._robot.mode == HostMode.VER_2 and before - self._homed[unit.number]:
@@ -124,16 +163,22 @@ class Power:
     def forget_origins(self) -> None:
         """Something of ours begins that may home the robot."""
         self._homed.clear()
+        self._placed.clear()
 
-    async def _look_at_origins(self, unit: "RobotUnit") -> None:
-        unanswered = NotSent(
-            f"{unit.address} did not answer ACD, so nobody knows whether it has lost its power; nothing more "
-            "was sent.",
-            "Try again.",
-        )
-        reply = await self._robot.dialogue.prepare(GetAxisStatus(), unanswered)
-        if isinstance(reply, AxisStatuses):
-            self._note_origins(unit, reply)
+    def _has_origins(self, unit: "RobotUnit", coordinates: "Coordinates") -> bool:
+        """Whether a unit is known to have something that a loss of power takes away."""
+        return bool(self._homed.get(unit.number)) or (unit.number, coordinates) in self._placed
+
+    async def _look_at_origins(self, unit: "RobotUnit", coordinates: "Coordinates", proof: "Proof") -> None:
+        """See that the origins are still there: by the status, then by the positions, which need them."""
+        statuses = await self._ask(GetAxisStatus(), unit.address, proof)
+        if isinstance(statuses, AxisStatuses):
+            self._note_origins(unit, statuses)
+        if (unit.number, coordinates) not in self._placed:
+            return
+        told = await self._ask(_POSITIONS[coordinates](), unit.address, proof)
+        if isinstance(told, AxisCoordinates) and _nowhere(told):
+            self.lost(certain=False)
 
     # speeds
 
@@ -147,6 +192,8 @@ class Power:
         for reply in outcome.replies if isinstance(outcome, Answered) else ():
             if isinstance(reply, AxisStatuses):
                 self._note_origins(unit, reply)
+            elif isinstance(reply, AxisCoordinates) and not _nowhere(reply):
+                self._placed.add((unit.number, _coordinates(command)))
             elif isinstance(reply, SpeedPercents) and unit.number not in self._due:
                 self._note_read(unit, _coordinates(command), reply)
 
@@ -171,10 +218,12 @@ class Power:
     async def restore(self) -> None:
         """Set the speeds again and see that they are, if power was lost; call it with the floor held.
 
+        :raises PowerCycled: it was lost again.
         :raises GatewayError: they are not restored; nothing may move.
         """
         if not self._due:
             return
+        await self.see()
         for number in sorted(self._due):
             unit = self._robot.unit(number)
             await self._robot.selection.make(number, afresh=True)
@@ -183,23 +232,27 @@ class Power:
             self._due.discard(number)
         self._robot.publish("robot.speeds.restored", self._speeds_told())
 
-    async def verify(self, unit: "RobotUnit", coordinates: "Coordinates") -> None:
+    async def verify(self, unit: "RobotUnit", coordinates: "Coordinates", proof: "Proof") -> None:
         """In Ver.2, where the mode tells of no loss of power: see that origins and speeds are as they were.
 
-        Call it with the floor held and the unit selected.
+        What a loss would take away is looked at last. Call it with the floor held and the unit selected.
 
         :raises PowerCycled: they are those of power-on.
         :raises NotSent: it did not tell.
         """
         if self._robot.mode != HostMode.VER_2:
             return
-        await self._look_at_origins(unit)
-        known = self._known(unit, coordinates)
-        slower = any(percent != FULL_SPEED for percent in known.values())
-        if not self.cycled and slower and await self._differ(unit, coordinates, known):
-            self.lost(certain=False)
+        looks = [self._look_at_speeds, self._look_at_origins]
+        for look in looks if self._has_origins(unit, coordinates) else reversed(looks):
+            await look(unit, coordinates, proof)
         if self.cycled:
             self._refuse()
+
+    async def _look_at_speeds(self, unit: "RobotUnit", coordinates: "Coordinates", proof: "Proof") -> None:
+        known = self._known(unit, coordinates)
+        slower = any(percent != FULL_SPEED for percent in known.values())
+        if not self.cycled and slower and await self._differ(unit, coordinates, known, proof):
+            self.lost(certain=False)
 
     async def _set_again(self, unit: "RobotUnit", coordinates: "Coordinates") -> None:
         known = self._known(unit, coordinates)
@@ -211,9 +264,11 @@ class Power:
         if await self._differ(unit, coordinates, known):
             raise self._not_restored(unit)
 
-    async def _differ(self, unit: "RobotUnit", coordinates: "Coordinates", known: Speeds) -> bool:
+    async def _differ(
+        self, unit: "RobotUnit", coordinates: "Coordinates", known: Speeds, proof: "Proof | None" = None
+    ) -> bool:
         _, getter = _ROWS[coordinates]
-        reply = await self._robot.dialogue.prepare(getter(), self._not_restored(unit))
+        reply = await self._robot.dialogue.prepare(getter(), self._not_restored(unit), proof=proof)
         if not isinstance(reply, SpeedPercents):
             raise self._not_restored(unit)
         found = dict(zip(unit.names(coordinates), reply.percents, strict=False))
@@ -243,4 +298,10 @@ class Power:
 
 
 def _coordinates(command: FicsCommand[Any]) -> "Coordinates":
-    return "motor" if isinstance(command, SetMotorSpeedPercent | GetMotorSpeedPercent) else "user"
+    motors = SetMotorSpeedPercent | GetMotorSpeedPercent | GetMotorPosition
+    return "motor" if isinstance(command, motors) else "user"
+
+
+def _nowhere(told: AxisCoordinates) -> bool:
+    """Whether no axis tells where it stands."""
+    return all(place is None for place in told.coordinates)

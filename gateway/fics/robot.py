@@ -5,12 +5,12 @@ from collections.abc import Callable, Sequence
 from contextlib import AsyncExitStack
 from typing import Any, NamedTuple
 
-from gateway.errors import InvalidRequest, NotFound
+from gateway.errors import Expired, InvalidRequest, NotFound
 from gateway.exchange import Lane
 from gateway.fics.dialogue import Dialogue, in_time
 from gateway.fics.downloads import download
-from gateway.fics.errors import ErrorStands, RobotBusy
-from gateway.fics.exchange import Exchange, Outcome
+from gateway.fics.errors import ErrorStands, NotProved, RobotBusy
+from gateway.fics.exchange import Exchange, Outcome, Proof
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.power import Power
@@ -38,7 +38,7 @@ from protocols.fics.positions import (
 )
 from protocols.fics.row import Block, FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
-from protocols.fics.system import SelectUnit, SetCommunicationMode
+from protocols.fics.system import GetUnit, SelectUnit, SetCommunicationMode
 from protocols.table import Reply
 
 Publish = Callable[[str, str, dict[str, Any], str | None], str]
@@ -239,9 +239,10 @@ class Robot:
         :raises NotSent: it was not written; the error says why.
         :raises RobotRefused: the mode, the speeds or the unit could not be made sure of.
         """
+        axes = self.unit(unit)
 
         def note(now: float) -> None:
-            self.motion, self._moved = command, self.unit(unit)
+            self.motion, self._moved = command, axes
             for it in self.units:
                 it.stood_still &= it.number != unit and not isinstance(command, _MOVES_ALL_UNITS)
             if isinstance(command, _MOVES_ALL_UNITS):
@@ -251,26 +252,42 @@ class Robot:
         async with AsyncExitStack() as stack:
             async with in_time(expires_at):
                 await stack.enter_async_context(self.line.floor.held(Lane.COMMAND))
-                if self.line.stop_epoch != epoch:
-                    raise self.line.overtaken()
-                self.require_fit_for_motion(command)
-                await self._make_sure(command, self.unit(unit))
-                await self.dialogue.see_error()
-                self.require_fit_for_motion(command)
-            exchange, outcome = await self.dialogue.start(
-                command, epoch=epoch, expires_at=expires_at, on_written=note
-            )
-        return Accepted(exchange, outcome)
+            doubt: NotProved | None = None
+            while True:
+                try:
+                    async with in_time(expires_at):
+                        proof = await self._prove(command, axes, epoch)
+                    written = await self.dialogue.start(
+                        command, epoch=epoch, expires_at=expires_at, proof=proof, on_written=note
+                    )
+                except NotProved as error:
+                    doubt = error  # all is asked again
+                except Expired as late:
+                    raise (doubt or late) from None
+                else:
+                    return Accepted(*written)
 
-    async def _make_sure(self, command: FicsCommand[Any], unit: RobotUnit) -> None:
-        """See to everything a motion depends on: that the power was never lost, the speeds, the unit."""
-        joins = self.motion is not None
-        if not joins:
-            await self.power.see()
+    async def _prove(self, command: FicsCommand[Any], unit: RobotUnit, epoch: int) -> Proof:
+        """See to everything a motion depends on: the speeds, the unit, and last that the power is not lost.
+
+        :raises NotSent: nobody knows, or something forbids the motion.
+        :raises RobotRefused: as of `begin`.
+        """
+        if self.line.stop_epoch != epoch:
+            raise self.line.overtaken()
+        self.require_fit_for_motion(command)
+        proof = self.line.begin_proof(command, GetUnit(), *self.power.signs(command, unit))
+        await self.dialogue.see_error()
+        self.require_fit_for_motion(command)
+        if self.motion is not None:
+            await self.power.see_jogging(unit, proof)
+        else:
             await self.power.restore()
-        await self.selection.make(unit.number, afresh=True)
-        if not joins:
-            await self.power.verify(unit, coordinates_of(unit, command))
+            await self.selection.make(unit.number, afresh=True)
+            await self.power.verify(unit, coordinates_of(unit, command), proof)
+            await self.power.see(proof)
+        self.require_fit_for_motion(command)
+        return proof
 
     def end_motion(self, accepted: Accepted | None = None) -> None:
         """The motion command that was begun is over; an answer it still owes is no longer waited for."""

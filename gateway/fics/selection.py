@@ -72,7 +72,7 @@ class Selection:
             "Try again.",
         )
         try:
-            reply = await robot.dialogue.prepare(query, unanswered)
+            reply = await robot.dialogue.prepare(query, unanswered, fresh=True)
         except RobotRefused:
             self.unit = before
             raise

@@ -104,6 +104,11 @@ class FicsCommand(Command[R_co], args=""):
         """Whether it is answered with data, in both modes."""
         return cls.answered is WhenAnswered.ALWAYS
 
+    @classmethod
+    def is_told_apart(cls) -> bool:
+        """Whether its reply repeats all its parameters: replies to others of this row cannot be its own."""
+        return bool(cls.echo) and set(cls.echo) == set(cls.model_fields)
+
     def may_repeat(self) -> bool:
         """Whether it may be sent again by itself."""
         return self.retry is Retry.READ

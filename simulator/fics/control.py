@@ -158,6 +158,7 @@ def create_control(line: SimulatedFics, port: Touchable) -> FastAPI:
     app = FastAPI(title="Simulated Fics", docs_url=None, redoc_url=None)
     control = _Control(line, port)
     _add_system(app, control)
+    _add_power(app, control)
     _add_terminal(app, control)
     _add_drivers(app, control)
     _add_line(app, control)
@@ -252,22 +253,12 @@ def _unit_state(unit: Unit, now: float) -> UnitState:
 
 
 def _add_system(app: FastAPI, control: _Control) -> None:
-    line, robot = control.line, control.robot
+    robot = control.robot
 
     @app.get("/system")
     async def get_system() -> SystemState:
         """Tell the state of the system."""
         return control.change(lambda _now: None)
-
-    @app.put("/system/power")
-    async def switch_power(power: Power) -> SystemState:
-        """Cut or restore the power."""
-        return control.change(line.power_on if power.on else line.power_off)
-
-    @app.post("/system/brown-outs")
-    async def brown_out(loss: BrownOut) -> SystemState:
-        """Cut the power for a while."""
-        return control.change(lambda now: line.brown_out(now, loss.for_s))
 
     @app.put("/system/stop-input")
     async def set_stop_input(stop: On) -> SystemState:
@@ -300,6 +291,20 @@ def _add_system(app: FastAPI, control: _Control) -> None:
             robot.inputs[channel - 1] = levels.bits
 
         return control.change(act)
+
+
+def _add_power(app: FastAPI, control: _Control) -> None:
+    line = control.line
+
+    @app.put("/system/power")
+    async def switch_power(power: Power) -> SystemState:
+        """Cut or restore the power."""
+        return control.change(line.power_on if power.on else line.power_off)
+
+    @app.post("/system/brown-outs")
+    async def brown_out(loss: BrownOut) -> SystemState:
+        """Cut the power for a while."""
+        return control.change(lambda now: line.brown_out(now, loss.for_s))
 
 
 def _add_terminal(app: FastAPI, control: _Control) -> None:

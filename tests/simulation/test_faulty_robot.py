@@ -15,6 +15,7 @@ import pytest
 from gateway.errors import GatewayError
 from gateway.exchange import Lane
 from gateway.fics.conversation import Conversation
+from gateway.fics.copies import Copies
 from gateway.fics.exchange import Exchange, Outcome
 from gateway.fics.move_record import RobotMove
 from gateway.fics.units import RobotUnit
@@ -310,7 +311,7 @@ def test_what_is_believed_of_a_robot_on_a_bad_wire_is_true(
 
 def test_without_the_fence_answers_are_credited_to_the_wrong_command(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Conversation, "_lose_step", lambda talk: talk._regain_step())
-    monkeypatch.setattr(Conversation, "_may_get_a_copy", lambda _talk, _command: False)
+    monkeypatch.setattr(Copies, "may_answer", lambda *_, **__: False)
     miscredited = 0
     for seed in range(3):
         with monkeypatch.context() as patch:

@@ -7,8 +7,9 @@ import pytest
 
 from gateway.errors import Cancelled, Expired, HeldUp, NoReply, StoppedFirst
 from gateway.exchange import Lane
-from gateway.fics.conversation import MOST_ASKED, Conversation
-from gateway.fics.exchange import Answered, Exchange, Outcome
+from gateway.fics.conversation import Conversation
+from gateway.fics.errors import NotProved
+from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StartJog, StopJog
@@ -16,7 +17,6 @@ from protocols.fics.link import Answer, Completion, Refusal
 from protocols.fics.moves import MoveRelative
 from protocols.fics.positions import (
     BeginPositionUpload,
-    DownloadPositions,
     EndPositionUpload,
     UploadPosition,
 )
@@ -351,17 +351,94 @@ def test_what_has_become_too_late_or_was_stopped_is_not_written_however_late_the
     assert it.talk.next(10.0, ready=True) is read
 
 
-def test_questions_are_not_remembered_without_end() -> None:
-    it = Talk()
-    fences = 0
-    for number in range(MOST_ASKED + 500):
-        it.submit(DownloadPositions(first=number + 1, count=1), Lane.READ)
-        if (frame := it.write()).startswith("VAR V"):
-            fences += 1
-            it.hear(Answer("VAR", f"{frame[4:]}=+1"))
-            it.write()
-        it.hear(Completion("POE"))
-    assert fences == 1
+class Proved(Talk):
+    """A motion that waits, and the question that goes before it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.proof = Proof(self.talk.doubts)
+        self.asked_at = 10.0
+        question = self.talk.exchange(GetCommunicationMode(), Lane.READ)
+        question.proves, question.fresh = self.proof, True
+        self.talk.submit(question)
+        assert self.write(self.asked_at) == "MOD"
+
+    def answer(self) -> None:
+        self.hear(Answer("MOD", "3"))
+
+    def what_becomes_of_a_motion(self, now: float) -> "str | Outcome":
+        """Its frame, or why it is not written."""
+
+        async def story() -> "str | Outcome":
+            motion = self.talk.exchange(MoveRelative(coordinates=[1.0]), Lane.COMMAND)
+            motion.needs, motion.future = self.proof, asyncio.get_running_loop().create_future()
+            self.talk.submit(motion)
+            found = self.talk.next(now, ready=True)
+            return motion.future.result() if found is None else found.frame.decode().rstrip("\r")
+
+        return asyncio.run(story())
+
+
+def test_a_motion_is_written_right_after_the_last_question_of_its_proof() -> None:
+    it = Proved()
+    it.answer()
+    assert it.what_becomes_of_a_motion(it.asked_at + 0.4) == "LMI 1"
+
+
+def test_a_motion_is_not_written_when_something_came_that_nobody_has_asked_for() -> None:
+    it = Proved()
+    it.answer()
+    it.answer()
+    assert isinstance(it.what_becomes_of_a_motion(it.asked_at + 0.4), NotProved)
+
+
+def test_a_motion_is_not_written_when_its_last_question_had_to_be_repeated() -> None:
+    it = Proved()
+    it.talk.pass_deadlines(it.asked_at + 1.0, None)
+    it.pass_fence()
+    assert it.write(it.asked_at + 1.0) == "MOD"
+    it.answer()
+    assert isinstance(it.what_becomes_of_a_motion(it.asked_at + 1.1), NotProved)
+
+
+def test_a_late_answer_proves_nothing() -> None:
+    it = Proved()
+    it.talk.pass_deadlines(it.asked_at + 1.0, None)
+    text = it.write(it.asked_at + 1.0)
+    it.answer()
+    it.hear(Answer("VAR", f"{text[4:]}=+1"))
+    assert isinstance(it.what_becomes_of_a_motion(it.asked_at + 1.1), NotProved)
+
+
+def test_a_motion_is_not_written_when_anything_else_was_since() -> None:
+    it = Proved()
+    it.answer()
+    it.submit(StopJog(axis="Z"), Lane.STOP)
+    assert it.write(it.asked_at) == "JOG Z"
+    assert isinstance(it.what_becomes_of_a_motion(it.asked_at + 0.1), NotProved)
+
+
+def test_a_motion_is_not_written_when_the_gateway_was_held_up_since() -> None:
+    it = Proved()
+    it.answer()
+    assert isinstance(it.what_becomes_of_a_motion(it.asked_at + 0.5), NotProved)
+
+
+def test_a_motion_is_not_written_when_the_port_was_lost_since() -> None:
+    it = Proved()
+    it.answer()
+    it.talk.break_off(NoReply("The port has gone."), Cancelled("The port has gone."))
+    assert isinstance(it.what_becomes_of_a_motion(it.asked_at + 0.1), NotProved)
+
+
+def test_a_proof_is_asked_for_anew_and_gets_no_copy_of_an_earlier_answer() -> None:
+    it = Proved()
+    it.answer()
+    again = it.talk.exchange(GetCommunicationMode(), Lane.READ)
+    again.fresh = True
+    it.talk.submit(again)
+    it.pass_fence()
+    assert it.write() == "MOD"
 
 
 def test_what_moves_nothing_is_not_said_to_have_moved_when_the_port_goes() -> None:

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.errors import NoReply, NotSent
-from gateway.fics.errors import PowerCycled, RobotRefused, SpeedsNotRestored
+from gateway.fics.errors import NotProved, PowerCycled, RobotRefused, SpeedsNotRestored
 from gateway.move_record import MoveStatus
 from protocols.fics.homing import HomeRobot
 from protocols.fics.motor_axes import GetMotorSpeedPercent, SetMotorSpeedPercent
@@ -220,6 +220,57 @@ async def test_in_mode_2_homing_at_the_teaching_terminal_is_no_loss_of_power() -
         rig.touch(lambda fics, _: setattr(fics, "terminal", None))
         await asyncio.sleep(LIMIT_S)
         assert not rig.robot.power_cycled
+
+
+@in_virtual_time
+async def test_h01_what_tells_of_a_loss_of_power_is_asked_last() -> None:
+    async with fics_rig(units=2) as rig:
+        sent = len(rig.cable.written)
+        assert (await rig.move(DOWN, unit=2)).status is MoveStatus.SUCCEEDED
+        frames = rig.cable.frames(sent)
+        motion = frames.index("LMI ,,-5")
+        assert frames[motion - 2 : motion] == ["UNT", "MOD"]
+
+
+@in_virtual_time
+async def test_h01_after_a_silence_between_the_questions_all_are_asked_again() -> None:
+    async with fics_rig(units=2, baud=9600) as rig:
+        await rig.robot.unit(2).position()
+        sent = len(rig.cable.written)
+        starting = asyncio.create_task(rig.robot.jogs.start(2, "Z", "-"))
+        await rig.cable.written_from("UNT")
+        rig.lose_replies()
+        await starting
+        spoken = [text for text in rig.cable.frames(sent) if not text.startswith("VAR")]
+        assert spoken == ["UNT", "UNT", "MOD", "UNT", "MOD", "JOG Z-"]
+
+
+@in_virtual_time
+async def test_h01_on_a_line_that_is_never_quiet_nothing_moves() -> None:
+    async with fics_rig(baud=9600) as rig:
+
+        async def disturb() -> None:
+            while True:
+                await rig.cable.written_from("UNT")
+                rig.cable.copies.append(b"VER\r")
+
+        disturbing = asyncio.create_task(disturb())
+        with pytest.raises(NotProved, match="nothing was sent"):
+            await rig.move(DOWN)
+        disturbing.cancel()
+        await asyncio.wait({disturbing})
+        assert rig.heard("LMI") == []
+
+
+@in_virtual_time
+async def test_h01_a_copy_of_an_answer_from_before_the_loss_proves_nothing() -> None:
+    async with fics_rig() as rig:
+        await rig.robot.see_power()
+        rig.cable.copies.append(b"MOD 3\r")  # on its way, and nothing asked later is answered before it
+        rig.power_cycle()
+        with pytest.raises(PowerCycled):
+            await rig.robot.jogs.start(1, "Z", "-")
+        assert rig.machine.truth.of("motion_start") == []
 
 
 @in_virtual_time

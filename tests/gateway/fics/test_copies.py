@@ -1,0 +1,141 @@
+"""A copy of an answer is never taken for the answer to something else."""
+
+import pytest
+
+from gateway.errors import NoReply
+from gateway.fics.copies import MOST_OF_A_NAME, Copies
+from protocols.fics.alarms import TakeCurrentError
+from protocols.fics.commands import ROWS
+from protocols.fics.inputs_outputs import GetInputChannel, GetOutputChannel, SwitchOutput
+from protocols.fics.jog import StartJog, StopJog
+from protocols.fics.link import Answer, Completion, Failure, Frame, Refusal
+from protocols.fics.positions import DownloadPositions, UploadPosition
+from protocols.fics.row import FicsCommand
+from protocols.fics.speeds import GetAccelerationTimes, GetSpeedPercent, SetAccelerationTimes, SetSpeedPercent
+from protocols.fics.status import GetAxisStatus
+from protocols.fics.system import GetUnit, SelectUnit
+from protocols.fics.variables import GetVariable, SetVariable
+from protocols.table import Reply
+from tests.fics_plants import fics_rig
+from tests.plants import in_virtual_time
+
+LATE_S = 2.0
+BITS = Answer("IDI", "0F")
+AT_REST = Answer("ACD", "0300")
+Command = FicsCommand[Reply]
+
+
+def told(command: Command, frame: Frame, at: float = 0.0) -> Copies:
+    copies = Copies(LATE_S)
+    copies.note_written(command, at, silent=False)
+    copies.note(command, frame, at)
+    return copies
+
+
+@pytest.mark.parametrize(
+    ("before", "frame", "after"),
+    [
+        (GetInputChannel(channel=1), BITS, GetInputChannel(channel=2)),
+        (GetOutputChannel(channel=1), Answer("IDO", "00"), GetOutputChannel(channel=2)),
+        (DownloadPositions(first=1, count=1), Answer("POS", "1,2,3"), DownloadPositions(first=2, count=1)),
+        (DownloadPositions(first=1, count=1), Completion("POE"), DownloadPositions(first=2, count=1)),
+        (
+            SwitchOutput(channel=1, bit=0, on=True),
+            Completion("IOT"),
+            SwitchOutput(channel=1, bit=0, on=False),
+        ),
+        (SwitchOutput(channel=1, bit=0, on=True), Completion("IOT"), SwitchOutput(channel=1, bit=0, on=True)),
+        (StopJog(axis="X"), Completion("JOG"), StartJog(axis="Y", direction="+")),
+        (GetVariable(number=1), Refusal("VAR", "E01"), GetVariable(number=2)),
+        (GetAxisStatus(), Refusal("ACD", "E03"), GetAxisStatus()),
+        (SetSpeedPercent(percents=[1.0]), Failure("VAO", "183"), GetSpeedPercent()),
+        (TakeCurrentError(), Answer("ERR", "E01"), TakeCurrentError()),
+        (GetAccelerationTimes(), Answer("VST", "100"), SetAccelerationTimes(times_ms=[200])),
+    ],
+)
+def test_what_a_copy_could_answer_is_kept_apart(before: Command, frame: Frame, after: Command) -> None:
+    assert told(before, frame).may_answer(after, LATE_S - 0.1)
+
+
+@pytest.mark.parametrize(
+    ("before", "frame", "after"),
+    [
+        (GetInputChannel(channel=1), BITS, GetInputChannel(channel=1)),
+        (GetInputChannel(channel=1), BITS, GetOutputChannel(channel=1)),
+        (GetVariable(number=1), Answer("VAR", "V01=+1"), GetVariable(number=2)),
+        (SetSpeedPercent(percents=[1.0]), Completion("VAO"), GetSpeedPercent()),
+        (GetSpeedPercent(), Answer("VAO", "1,2"), SetSpeedPercent(percents=[1.0])),
+        (SelectUnit(unit=1), Completion("UNT"), GetUnit()),
+        (UploadPosition(coordinates=[1.0]), Completion("POS"), DownloadPositions(first=1, count=1)),
+    ],
+)
+def test_what_no_copy_could_answer_needs_no_fence(before: Command, frame: Frame, after: Command) -> None:
+    assert not told(before, frame).may_answer(after, 0.0)
+
+
+def test_no_copy_comes_after_a_fence_or_later_than_any_reply() -> None:
+    copies = told(GetInputChannel(channel=1), BITS)
+    other = GetInputChannel(channel=2)
+    assert copies.may_answer(other, LATE_S - 0.001)
+    assert not copies.may_answer(other, LATE_S)
+    copies = told(GetInputChannel(channel=1), BITS)
+    copies.rule_out()
+    assert not copies.may_answer(other, 0.0)
+
+
+def test_every_name_is_remembered_not_just_the_last() -> None:
+    copies = told(SwitchOutput(channel=1, bit=0, on=True), Completion("IOT"))
+    between = SetSpeedPercent(percents=[1.0])
+    copies.note_written(between, 0.1, silent=False)
+    copies.note(between, Completion("VAO"), 0.1)
+    assert copies.may_answer(SwitchOutput(channel=1, bit=1, on=True), 0.2)
+
+
+def test_an_answer_that_has_not_come_may_come_at_any_time() -> None:
+    copies = Copies(LATE_S)
+    copies.note_written(StopJog(axis="X"), 0.0, silent=False)
+    assert copies.may_answer(StartJog(axis="Y", direction="+"), 1000.0)
+
+
+def test_a_reading_is_outdated_by_a_deed_and_copies_of_what_has_to_be_fresh_are_kept_apart() -> None:
+    copies = told(GetAxisStatus(), AT_REST)
+    assert not copies.may_answer(GetAxisStatus(), 0.0)
+    assert copies.may_answer(GetAxisStatus(), 0.0, fresh=True)
+    copies.note_written(SwitchOutput(channel=1, bit=0, on=True), 0.0, silent=True)
+    assert copies.may_answer(GetAxisStatus(), 0.0)
+
+
+def test_answers_that_can_come_no_more_take_no_room() -> None:
+    copies = Copies(LATE_S)
+    for number in range(10 * MOST_OF_A_NAME):
+        copies.note(UploadPosition(coordinates=[float(number)]), Completion("POS"), 0.01 * number)
+    assert len(copies._told["POS"]) <= MOST_OF_A_NAME
+
+
+def test_the_questions_whose_answers_do_not_tell_which_was_asked() -> None:
+    mute = {row for row in ROWS if row.is_query() and row.model_fields and not row.is_told_apart()}
+    assert mute == {GetInputChannel, GetOutputChannel, DownloadPositions}
+
+
+@in_virtual_time
+async def test_doubled_answers_never_tell_the_bits_of_another_channel() -> None:
+    async with fics_rig() as rig:
+        rig.fics.inputs[:] = [0x11, 0x22, 0x33, 0x44]
+        read = []
+        for channel, bits in enumerate(rig.fics.inputs, 1):
+            reply = await rig.robot.read(GetInputChannel(channel=channel))
+            read.append(reply.bits)
+            rig.cable.copies.append(f"IDI {bits:02X}\r".encode())
+        assert read == [0x11, 0x22, 0x33, 0x44]
+
+
+@in_virtual_time
+async def test_a_doubled_acknowledgement_does_not_count_for_a_later_command_of_that_name() -> None:
+    async with fics_rig() as rig:
+        await rig.robot.ask(SwitchOutput(channel=1, bit=0, on=True))
+        await rig.robot.ask(SetVariable(number=1, value=1.0))
+        rig.cable.copies.append(b"IOT\r")
+        rig.cable.lost_command = "IOT"
+        with pytest.raises(NoReply):
+            await rig.robot.ask(SwitchOutput(channel=1, bit=1, on=True))
+        assert rig.fics.outputs[0] == 1

@@ -1,0 +1,139 @@
+"""The power of a robot is cut at every gap before every kind of motion: nothing moves that nobody knows of.
+
+The simulator's truth is the judge. A robot that has lost its power has forgotten its unit, its speeds and its
+origins, and does not say so: whatever moves it before somebody has acknowledged that may hurt somebody.
+"""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from gateway.errors import GatewayError
+from gateway.fics.errors import PowerCycled
+from gateway.fics.watch import HEALTH_POLL_S
+from gateway.move_record import MoveStatus
+from protocols.fics.homing import HomeRobot
+from protocols.fics.jog import StepAxis
+from protocols.fics.macros import RunMacro
+from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
+from protocols.fics.row import FicsCommand
+from protocols.fics.speeds import SetSpeedPercent
+from tests.fics_plants import FicsRig, fics_rig
+from tests.virtual_time import run_virtual
+
+CUTS_S = (0.05, 0.3, 1.0, 3.0)
+BAUD = 9600
+RECOVERED_WITHIN_S = 4 * HEALTH_POLL_S
+AWAY = RunMacro(macro="PCK", arguments=[100.0, 100.0, -20.0])
+MOVES: dict[str, FicsCommand[Any]] = {
+    "relative": MoveRelative(coordinates=[None, None, -5.0]),
+    "absolute": MoveAbsolute(coordinates=[None, None, -20.0]),
+    "position": MoveToPosition(position=1),
+    "home": HomeRobot(),
+    "step": StepAxis(axis="Z", steps=-100),
+    "macro": AWAY,
+}
+Begin = Callable[[FicsRig, int], Awaitable[object]]
+
+
+async def _jog(rig: FicsRig, unit: int) -> None:
+    await rig.robot.jogs.start(unit, "Z", "-")
+
+
+async def _join(rig: FicsRig, unit: int) -> None:
+    await rig.robot.jogs.start(unit, "A" if unit == 1 else "X", "+")
+
+
+def _move(kind: str) -> Begin:
+    async def begin(rig: FicsRig, unit: int) -> object:
+        return await rig.move(MOVES[kind], unit)
+
+    return begin
+
+
+@dataclass
+class Motion:
+    """One kind of motion, and what comes before it."""
+
+    begin: Begin
+    before: Begin | None = None
+
+
+MOTIONS = {kind: Motion(_move(kind)) for kind in MOVES} | {"jog": Motion(_jog), "join": Motion(_join, _jog)}
+
+
+@dataclass
+class Seen:
+    """What became of one attempt."""
+
+    frames: list[str]
+    """Those that were sent in it."""
+    unknown: list[str]
+    """What has moved the robot after a loss of power that nobody had acknowledged."""
+    succeeded: bool
+    found: bool
+    """Whether the gateway knew of the loss when the next motion was wanted."""
+
+
+async def attempt(motion: Motion, mode: int, units: int, cut: tuple[int, float] | None) -> Seen:
+    """Begin a motion of the last unit, and cut the power when so many of its frames have arrived."""
+    async with fics_rig(mode=mode, units=units, baud=BAUD) as rig:
+        await _get_ready(rig, units)
+        if motion.before is not None:
+            await motion.before(rig, units)
+        sent, known = len(rig.cable.written), len(rig.machine.truth.of("motion_start"))
+        if cut is not None:
+            frames, for_s = cut
+            rig.cable.after(frames, lambda: rig.brown_out(for_s))
+        try:
+            outcome = await motion.begin(rig, units)
+        except GatewayError:
+            outcome = None
+        frames_sent = rig.cable.frames(sent)
+        lost_at = [fact.at for fact in rig.machine.truth.of("power") if not fact.facts["on"]]
+        if cut is not None:
+            await asyncio.sleep(RECOVERED_WITHIN_S)
+            with suppress(PowerCycled):
+                await rig.move(MOVES["relative"], units)
+        starts = rig.machine.truth.of("motion_start")[known:]
+        unknown = [str(fact.facts["name"]) for fact in starts if lost_at and fact.at >= lost_at[0]]
+        status = getattr(outcome, "status", None)
+        return Seen(frames_sent, unknown, status is MoveStatus.SUCCEEDED, rig.robot.power_cycled)
+
+
+async def _get_ready(rig: FicsRig, unit: int) -> None:
+    """Home the robot, set a speed, and move it once: so there is something to lose, and answers to mix up."""
+    rig.fics.units[unit].positions[1] = (10.0, 10.0, -10.0) if unit == 2 else (200.0, 60.0, -10.0)
+    await rig.move(HomeRobot())
+    await rig.robot.ask(SetSpeedPercent(percents=[50.0, 50.0, 50.0]), unit)
+    if unit == 1:
+        await rig.move(MoveAbsolute(coordinates=[200.0, 50.0]), unit)
+    await rig.move(MOVES["relative"], unit)
+
+
+@pytest.mark.parametrize("units", [1, 2])
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("kind", MOTIONS)
+def test_nothing_moves_after_a_loss_of_power_that_nobody_has_acknowledged(
+    kind: str, mode: int, units: int
+) -> None:
+    motion = MOTIONS[kind]
+    undisturbed = run_virtual(attempt(motion, mode, units, None))
+    assert undisturbed.succeeded or kind in ("jog", "join")
+    written = 1 + _place_of_motion(undisturbed.frames)
+    for for_s in CUTS_S:
+        for frames in range(written):
+            seen = run_virtual(attempt(motion, mode, units, (frames, for_s)))
+            where = f"{for_s} s after {frames} of {undisturbed.frames[:written]}: {seen.frames}"
+            assert seen.unknown == [], where
+            assert not seen.succeeded, where
+            assert seen.found, where
+
+
+def _place_of_motion(frames: list[str]) -> int:
+    names = ("LM", "POM", "ORG", "JTE", "PCK", "JOG")
+    return next(place for place, text in enumerate(frames) if text.startswith(names))
