@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from gateway.errors import QueueFull
+from gateway.errors import Expired, QueueFull
 from gateway.exchange import Lane
 from gateway.scheduler import QUEUE_LIMIT
 
@@ -26,20 +26,21 @@ class Floor:
         return len(self._waiting[lane])
 
     @asynccontextmanager
-    async def held(self, lane: Lane = Lane.COMMAND) -> AsyncIterator[None]:
+    async def held(self, lane: Lane = Lane.COMMAND, expires_at: float | None = None) -> AsyncIterator[None]:
         """Hold the floor, as soon as it is free.
 
         :raises QueueFull: too many wait already.
+        :raises Expired: it was not free in time.
         """
         if self._taken:
-            await self._wait(lane)
+            await self._wait(lane, expires_at)
         self._taken = True
         try:
             yield
         finally:
             self._pass_on()
 
-    async def _wait(self, lane: Lane) -> None:
+    async def _wait(self, lane: Lane, expires_at: float | None) -> None:
         queue = self._waiting[lane]
         if lane >= Lane.COMMAND and len(queue) >= QUEUE_LIMIT:
             raise QueueFull(
@@ -48,13 +49,20 @@ class Floor:
         turn: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         queue.append(turn)
         try:
-            await turn
+            async with asyncio.timeout_at(expires_at):
+                await turn
+        except TimeoutError:
+            self._give_up(turn, queue)
+            raise Expired("robot") from None
         except asyncio.CancelledError:
-            if not turn.cancelled():
-                self._pass_on()
-            elif turn in queue:
-                queue.remove(turn)
+            self._give_up(turn, queue)
             raise
+
+    def _give_up(self, turn: "asyncio.Future[None]", queue: "deque[asyncio.Future[None]]") -> None:
+        if not turn.cancelled():
+            self._pass_on()
+        elif turn in queue:
+            queue.remove(turn)
 
     def _pass_on(self) -> None:
         """Give the floor to the next, who holds it from this moment on."""

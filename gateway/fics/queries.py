@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from gateway.errors import GatewayError
+from gateway.errors import Expired, GatewayError
 from gateway.exchange import Lane
 from gateway.fics.errors import RobotRefused
 from protocols.fics.positions import DownloadPositions
@@ -14,8 +14,8 @@ from protocols.table import Reply
 if TYPE_CHECKING:
     from gateway.fics.robot import Robot
 
-UNIT_HOLDS_S = 0.5
-"""For so long a question trusts the unit the robot has told: an assumption, no loss of power is shorter."""
+TURN_WITHIN_S = 5.0
+"""So long a read or a command waits for the robot to be free, and then for the line; a move says how long."""
 
 Question = tuple[int | None, str]
 """A unit, or none, and the text of a query."""
@@ -34,6 +34,17 @@ def heard_now(*replies: Reply) -> Heard:
     return Heard(replies, asyncio.get_running_loop().time())
 
 
+def deadline_of(lane: Lane) -> float | None:
+    """Until when a request that comes now may wait; proofs of stops and moves are never too late."""
+    if lane not in (Lane.COMMAND, Lane.READ):
+        return None
+    return asyncio.get_running_loop().time() + TURN_WITHIN_S
+
+
+def _is_over(expires_at: float | None) -> bool:
+    return expires_at is not None and asyncio.get_running_loop().time() >= expires_at
+
+
 class Queries:
     """The questions that are being put to a robot."""
 
@@ -42,33 +53,45 @@ class Queries:
         self._waiting: dict[Question, asyncio.Task[Heard | GatewayError]] = {}
         """Those that wait for the floor; an equal one shares the answer."""
         self._tasks: set[asyncio.Task[Heard | GatewayError]] = set()
-        self._unit_holds_until = 0.0
 
     async def close(self) -> None:
         """Ask nothing more: once the line is closed all who wait are told so."""
         if self._tasks:
             await asyncio.wait(self._tasks)
 
-    async def ask(self, query: FicsCommand[Any], number: int | None, lane: Lane) -> Heard:
+    async def ask(
+        self, query: FicsCommand[Any], number: int | None, lane: Lane, expires_at: float | None
+    ) -> Heard:
         """Put a question to a unit, or to the robot as a whole; what is a mere read is shared.
 
+        :raises Expired: the robot was not free by then.
         :raises GatewayError: it was refused, not sent, or not answered; the error says which.
         """
         if lane is not Lane.READ:
-            return await self._put(query, number, lane)
-        question = (number, query.text())
-        task = self._waiting.get(question)
-        if task is None:
-            task = asyncio.create_task(self._put_for_all(query, number), name=f"question {query.text()}")
-            self._waiting[question] = task
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
-        answer = await asyncio.shield(task)
+            return await self._put(query, number, lane, expires_at)
+        answer = await asyncio.shield(self._shared(query, number, expires_at))
+        while isinstance(answer, Expired) and not _is_over(expires_at):  # for somebody who asked before
+            answer = await asyncio.shield(self._shared(query, number, expires_at))
         if isinstance(answer, GatewayError):
             raise answer
         return answer
 
-    async def _put_for_all(self, query: FicsCommand[Any], number: int | None) -> Heard | GatewayError:
+    def _shared(
+        self, query: FicsCommand[Any], number: int | None, expires_at: float | None
+    ) -> "asyncio.Task[Heard | GatewayError]":
+        """The equal question that waits, or a new one."""
+        question = (number, query.text())
+        if question not in self._waiting:
+            asking = self._put_for_all(query, number, expires_at)
+            task = asyncio.create_task(asking, name=f"question {query.text()}")
+            self._waiting[question] = task
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+        return self._waiting[question]
+
+    async def _put_for_all(
+        self, query: FicsCommand[Any], number: int | None, expires_at: float | None
+    ) -> Heard | GatewayError:
         question = (number, query.text())
         mine = asyncio.current_task()
 
@@ -78,7 +101,7 @@ class Queries:
                 del self._waiting[question]
 
         try:
-            return await self._put(query, number, Lane.READ, begun)
+            return await self._put(query, number, Lane.READ, expires_at, begun)
         except GatewayError as error:
             return error
         finally:
@@ -89,15 +112,16 @@ class Queries:
         query: FicsCommand[Any],
         number: int | None,
         lane: Lane,
+        expires_at: float | None,
         begun: Callable[[], object] = lambda: None,
     ) -> Heard:
         robot = self._robot
-        async with robot.line.floor.held(lane):
+        async with robot.line.floor.held(lane, expires_at):
             begun()
             robot.line.admission.revise()  # after a suspension no unit is trusted
             if number is not None:
                 await self._select(number, afresh=isinstance(query, DownloadPositions))
-            outcome = await robot.dialogue.say(query, robot.line.stop_epoch)
+            outcome = await robot.dialogue.say(query, robot.line.stop_epoch, expires_at=deadline_of(lane))
             robot.learn(query, number, outcome)
         return heard_now(*robot.dialogue.answered(query, outcome).replies)
 
@@ -107,16 +131,13 @@ class Queries:
         While the terminal is at work the robot does not tell its unit (C-HOST manual 1-7), and the one it has
         told before is trusted.
         """
-        robot, selection, loop = self._robot, self._robot.selection, asyncio.get_running_loop()
-        told = selection.unit is not None
-        trusted = told and (loop.time() < self._unit_holds_until or robot.moves_by_itself)
-        afresh = afresh or not (trusted or selection.only(number))
+        robot, selection = self._robot, self._robot.selection
+        afresh = afresh or not (selection.is_trusted() or selection.only(number))
         try:
             await selection.make(number, afresh=afresh)
         except RobotRefused as refused:
             if selection.unit != number:
                 raise
+            selection.trust()
             if refused.fics_error == BLOCK_ERRORS[Block.TERMINAL_RUNS]:
                 robot.see_motion(moves=True)
-        if afresh and robot.motion is None:
-            self._unit_holds_until = loop.time() + UNIT_HOLDS_S

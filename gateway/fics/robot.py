@@ -2,7 +2,6 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
-from contextlib import AsyncExitStack
 from typing import Any, NamedTuple
 
 from gateway.errors import Expired, InvalidRequest, NotFound
@@ -14,7 +13,7 @@ from gateway.fics.exchange import Exchange, Outcome, Proof
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.power import Power
-from gateway.fics.queries import Heard, Queries, heard_now
+from gateway.fics.queries import Heard, Queries, deadline_of, heard_now
 from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStopReport, RobotStops
 from gateway.fics.system_errors import RobotErrorRecord, SystemErrors
@@ -26,7 +25,7 @@ from protocols.fics.axis_settings import AxisSetting
 from protocols.fics.commands import of_the_robot
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StartJog, StopJog
-from protocols.fics.link import Completion, Failure, Refusal
+from protocols.fics.link import Completion, Failure, Frame, Garbage, Refusal
 from protocols.fics.macros import RunMacro
 from protocols.fics.positions import (
     LAST_POSITION,
@@ -38,7 +37,7 @@ from protocols.fics.positions import (
 )
 from protocols.fics.row import Block, FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
-from protocols.fics.system import GetUnit, SelectUnit, SetCommunicationMode
+from protocols.fics.system import GetCommunicationMode, GetUnit, SelectUnit, SetCommunicationMode
 from protocols.table import Reply
 
 Publish = Callable[[str, str, dict[str, Any], str | None], str]
@@ -108,6 +107,7 @@ class Robot:
         self._publish = publish
         self.idle.set()
         line.on_change = self._line_changed
+        line.on_stray = self._heard_unasked
 
     async def close(self) -> None:
         """Stop what jogs, give up repeating stops, and close the line; moves run on in the robot."""
@@ -171,7 +171,8 @@ class Robot:
         """Send a command and give all its replies; errors as of `ask`."""
         _require_alone(command)
         if isinstance(command, TakeCurrentError):
-            return heard_now(CurrentError(error=await self.errors_of_system.take()))
+            taken = await self.errors_of_system.take(expires_at=deadline_of(Lane.COMMAND))
+            return heard_now(CurrentError(error=taken))
         if isinstance(command, ResetErrors):
             await self.errors_of_system.reset()
             return heard_now()
@@ -191,20 +192,20 @@ class Robot:
         number = self._unit_of(command, unit)
         self.require_free(command)
         if command.is_query():
-            return await self.queries.ask(command, number, lane)
+            return await self.queries.ask(command, number, lane, deadline_of(lane))
         self.line.admission.require()
         await self._do(command, number)
         return heard_now()
 
     async def _do(self, command: FicsCommand[Any], number: int | None) -> None:
         """Send a command that changes something, to a unit the robot has just confirmed."""
-        epoch = self.line.stop_epoch
-        async with self.line.floor.held(Lane.COMMAND):
+        epoch, lane = self.line.stop_epoch, Lane.COMMAND
+        async with self.line.floor.held(lane, deadline_of(lane)):
             if self.line.stop_epoch != epoch:
                 raise self.line.overtaken()
             if number is not None:
                 await self.selection.make(number, afresh=True)
-            outcome = await self.dialogue.say(command, epoch)
+            outcome = await self.dialogue.say(command, epoch, expires_at=deadline_of(lane))
             self.learn(command, number, outcome)
         if isinstance(outcome, Failure):
             await self.errors_of_system.look()
@@ -249,9 +250,7 @@ class Robot:
                 self.power.forget_origins()
             on_written(now)
 
-        async with AsyncExitStack() as stack:
-            async with in_time(expires_at):
-                await stack.enter_async_context(self.line.floor.held(Lane.COMMAND))
+        async with self.line.floor.held(Lane.COMMAND, expires_at):
             doubt: NotProved | None = None
             while True:
                 try:
@@ -382,7 +381,7 @@ class Robot:
                 self.unit(number).require_values("user", coordinates)
         self.require_free(UPLOAD)
         epoch = self.line.stop_epoch
-        async with self.line.floor.held(Lane.COMMAND):
+        async with self.line.floor.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
             if number is not None:
                 await self.selection.make(number, afresh=True)
             await upload(self, runs, epoch)
@@ -435,6 +434,15 @@ class Robot:
             self.publish(what, dict(facts))
         else:
             self._publish(what, f"/lines/{self.line.id}", dict(facts), None)
+
+    def _heard_unasked(self, frame: Frame) -> None:
+        """An answer came that nobody had asked for: somebody else may select units, or change the mode."""
+        if isinstance(frame, Garbage):
+            return
+        if frame.name == GetUnit.code:
+            self.selection.doubt()
+        elif frame.name == GetCommunicationMode.code:
+            self.look_due.set()
 
 
 def _require_alone(command: FicsCommand[Any]) -> None:

@@ -1,5 +1,6 @@
 """Which unit a robot acts on: its answers do not tell, so it is set, and seen, before what depends on it."""
 
+import asyncio
 from typing import TYPE_CHECKING
 
 from gateway.errors import GatewayError, NoReply
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
     from gateway.fics.robot import Robot
 
 
+UNIT_HOLDS_S = 0.5
+"""For so long a question trusts the unit the robot has told: an assumption, no loss of power is shorter."""
 UNIT_OF_POWER_ON = 1
 """An assumption; a robot that is configured with this unit alone never acts on another."""
 
@@ -23,10 +26,26 @@ class Selection:
         self._robot = robot
         self.unit: int | None = None
         """None while it is not certain."""
+        self._holds_until = 0.0
 
     def forget(self) -> None:
         """Anything may be selected now."""
         self.unit = None
+
+    def doubt(self) -> None:
+        """Somebody may have selected another unit, but not while one moves (C-HOST manual 1-7)."""
+        self._holds_until = 0.0
+        if self._robot.motion is None or isinstance(self._robot.motion, RunMacro):
+            self.forget()
+
+    def trust(self) -> None:
+        """The robot has told its unit, or will not tell it."""
+        self._holds_until = asyncio.get_running_loop().time() + UNIT_HOLDS_S
+
+    def is_trusted(self) -> bool:
+        """Whether the robot has told its unit a moment ago, or keeps it, for something moves."""
+        holds = asyncio.get_running_loop().time() < self._holds_until
+        return self.unit is not None and (holds or bool(self._robot.moves_by_itself))
 
     async def make(self, number: int, *, afresh: bool) -> None:
         """Make sure that a unit is selected; `afresh` asks the robot even where the gateway knows.
@@ -57,6 +76,7 @@ class Selection:
                 "See who else selects units, then try again.",
             )
         self.unit = number
+        self.trust()
 
     def only(self, number: int) -> bool:
         """Whether nothing else can be selected."""

@@ -50,12 +50,12 @@ class SystemErrors:
             task.cancel()
         await asyncio.gather(*self._looking, return_exceptions=True)
 
-    async def take(self, lane: Lane = Lane.COMMAND) -> str:
+    async def take(self, lane: Lane = Lane.COMMAND, expires_at: float | None = None) -> str:
         """Ask for the present error; an error of the system is kept and published.
 
         :raises GatewayError: it was not told.
         """
-        async with self._robot.line.floor.held(lane):
+        async with self._robot.line.floor.held(lane, expires_at):
             error = await self._robot.dialogue.take_error()
             if self.latched is not None and lookup(error).kind is not ErrorKind.FICS:
                 self._are_reset("elsewhere")

@@ -3,7 +3,7 @@
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from gateway.errors import GatewayError
+from gateway.errors import Expired, GatewayError
 from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused
 from gateway.fics.units import at_rest
 from gateway.port import LineState
@@ -28,8 +28,8 @@ async def watch(robot: "Robot") -> None:
         if robot.line.state is LineState.READY and robot.motion is None and not robot.stopping:
             try:
                 await _look(robot)
-            except (PowerCycled, RobotBusy):
-                pass  # it has been told, or moves for us by now
+            except (PowerCycled, RobotBusy, Expired):
+                pass  # it has been told, or moves for us by now, or is wanted by others
             except GatewayError as error:
                 robot.publish("robot.unreadable", {"detail": error.detail})
         await happens(robot.look_due, HEALTH_POLL_S)

@@ -1,12 +1,18 @@
 """Questions to a robot: of the right unit, and once for all who ask the same."""
 
 import asyncio
+import itertools
 
 import pytest
 
-from gateway.errors import NoReply
-from gateway.fics.queries import UNIT_HOLDS_S
+from gateway.errors import Expired, NoReply
+from gateway.exchange import Lane
+from gateway.fics.queries import TURN_WITHIN_S
+from gateway.fics.selection import UNIT_HOLDS_S
 from gateway.fics.watch import HEALTH_POLL_S
+from protocols.fics.alarms import TakeCurrentError
+from protocols.fics.inputs_outputs import SwitchOutput
+from protocols.fics.jog import StopJog
 from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.speeds import GetMaximumSpeeds, SetMaximumSpeeds
 from protocols.fics.status import MotionMode
@@ -151,3 +157,70 @@ async def test_answers_are_told_with_the_moment_they_came() -> None:
         assert await second == (replies, at)
         await asyncio.sleep(1)
         assert at < (await unit.position_at("motor"))[1] <= loop.time()
+
+
+SWITCH = SwitchOutput(channel=1, bit=0, on=True)
+
+
+@in_virtual_time
+async def test_reads_and_commands_wait_for_a_robot_that_is_busy_but_not_for_ever() -> None:
+    async with fics_rig() as rig:
+        loop, robot = asyncio.get_running_loop(), rig.robot
+        async with robot.line.floor.held(Lane.STOP):
+            sent, began = len(rig.cable.written), loop.time()
+            asking = [
+                robot.unit(1).position(),
+                robot.positions(),
+                robot.ask(SWITCH),
+                robot.ask(TakeCurrentError()),
+                robot.upload_positions([(1, [1.0])]),
+            ]
+            outcomes = await asyncio.gather(*asking, return_exceptions=True)
+            assert {type(outcome) for outcome in outcomes} == {Expired}
+            assert loop.time() == began + TURN_WITHIN_S
+            assert rig.cable.frames(sent) == []
+        await asyncio.sleep(10)
+        assert rig.heard("IOT") == []
+        assert not any(robot.line.waiting().values())
+
+
+@in_virtual_time
+async def test_what_waits_for_the_line_is_sent_in_time_or_not_at_all() -> None:
+    async with fics_rig(baud=9600) as rig:
+        line = rig.robot.line
+
+        async def stop_again_and_again() -> None:
+            for axis in itertools.cycle("XYZ"):
+                line.submit(line.exchange(StopJog(axis=axis), Lane.STOP))
+                await asyncio.sleep(0.003)
+
+        stopping = asyncio.create_task(stop_again_and_again())
+        asking = [rig.robot.unit(1).position(), rig.robot.ask(SWITCH)]
+        outcomes = await asyncio.gather(*asking, return_exceptions=True)
+        stopping.cancel()
+        assert {type(outcome) for outcome in outcomes} == {Expired}
+        await asyncio.sleep(2 * TURN_WITHIN_S)
+        assert rig.heard("IOT") == []
+
+
+@in_virtual_time
+async def test_who_shares_a_question_is_not_told_of_the_deadline_of_another() -> None:
+    async with fics_rig() as rig:
+        unit = rig.robot.unit(1)
+        async with rig.robot.line.floor.held(Lane.STOP):
+            early = asyncio.create_task(unit.position())
+            await asyncio.sleep(TURN_WITHIN_S - 1)
+            late = asyncio.create_task(unit.position())
+            await asyncio.sleep(2)
+            assert isinstance(early.exception(), Expired)
+        assert await late == {"X": None, "Y": None, "Z": None}
+
+
+@in_virtual_time
+async def test_what_proves_the_end_of_a_move_or_a_stop_is_never_too_late() -> None:
+    async with fics_rig() as rig:
+        unit = rig.robot.unit(1)
+        async with rig.robot.line.floor.held(Lane.STOP):
+            asking = [asyncio.create_task(unit.status(lane)) for lane in (Lane.STOP, Lane.PROOF)]
+            await asyncio.sleep(10 * TURN_WITHIN_S)
+        assert all(await asyncio.gather(*asking))

@@ -1,5 +1,7 @@
 """The unit a robot acts on is set, and seen, before what depends on it."""
 
+import asyncio
+
 import pytest
 
 from gateway.errors import NotSent
@@ -120,3 +122,36 @@ async def test_in_mode_2_a_lost_question_is_no_refusal() -> None:
         rig.cable.lost_command = "UNT"
         with pytest.raises(UnitNotSelected, match="did not answer UNT"):
             await rig.robot.unit(2).position()
+
+
+@pytest.mark.parametrize("stray", ["UNT", "UNT 1,1"])
+def test_an_answer_about_units_that_nobody_asked_for_ends_the_trust_in_the_unit(stray: str) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(units=2) as rig:
+            await rig.robot.unit(2).status()
+            rig.fics.host_unit = 1  # somebody else has selected it, and this was the answer
+            rig.cable.say(stray)
+            sent = len(rig.cable.written)
+            await rig.robot.unit(2).status()
+            assert "UNT" in rig.cable.frames(sent)
+            assert rig.fics.host_unit == 2
+
+    story()
+
+
+@in_virtual_time
+async def test_in_motion_a_stray_answer_about_units_keeps_nobody_from_following_it() -> None:
+    async with fics_rig(units=2) as rig:
+        move = await rig.plant.robot_moves.start(rig.robot, 2, HomeRobot())
+        rig.cable.say("UNT 1,1")
+        assert (await rig.plant.robot_moves.wait(move.id, 600.0)).status == "succeeded"
+
+
+@in_virtual_time
+async def test_an_answer_about_the_mode_that_nobody_asked_for_lets_the_robot_be_looked_at() -> None:
+    async with fics_rig() as rig:
+        rig.power_cycle()
+        rig.cable.say("MOD 2")
+        await asyncio.sleep(0.5)
+        assert rig.robot.power_cycled
