@@ -17,6 +17,7 @@ from starlette.exceptions import HTTPException
 from api.faults import faults_of
 from gateway.errors import (
     Ambiguous,
+    CommandGarbled,
     ControllerRefused,
     GatewayError,
     InvalidRequest,
@@ -122,9 +123,14 @@ def _translate(problem: Problem, error: ControllerRefused | RobotFailed) -> None
     refusal = fics.lookup(error.fics_error) if isinstance(error, RobotRefused) else rorze.lookup(error.error)
     problem.detail = f"{error.command_code}: {refusal.ja} このコマンドではモータは動いていません。"
     problem.remedy = refusal.remedy_ja
+    if isinstance(error, CommandGarbled):
+        problem.title = "コマンドが通信中に壊れました"
+        problem.remedy = "必要であれば再送信してください。繰り返す場合は配線と設定を確認してください。"
 
 
 def _status_of(error: GatewayError) -> int:
+    if isinstance(error, CommandGarbled):
+        return 409
     if isinstance(error, RobotRefused):
         return 422 if error.fics_error in _CANNOT_WORK_ON_ROBOTS else 409
     if isinstance(error, ControllerRefused):

@@ -54,7 +54,12 @@ class VerbatimReply(Reply, args="{text}"):
     text: Annotated[str, Text("[ -~]*")]
 
 
-class Verbatim(RorzeCommand[VerbatimReply], args="{text}", retry=Retry.NEVER):
+class Verbatim(
+    RorzeCommand[VerbatimReply],
+    args="{text}",
+    errors=frozenset({0x23, 0x49, 0x4A, 0x5D}),
+    retry=Retry.NEVER,
+):
     """A command that is not in the table: it is sent as it was written, once."""
 
     text: Annotated[str, Text("[ -%'-~]*")]

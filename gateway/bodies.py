@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, TypeVar, cast
 
-from gateway.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
+from gateway.errors import BodyBusy, GatewayError, NoReply, refused
 from gateway.exchange import Answered, Lane, Outcome
 from gateway.line import Line, lane_of
 from gateway.move_record import Move
@@ -322,7 +322,7 @@ def answer_or_raise(address: str, command: RorzeCommand[Any], outcome: Outcome) 
     if isinstance(outcome, Answered):
         return outcome
     if isinstance(outcome, Refusal):
-        raise ControllerRefused(address, command.code, outcome.error)
+        raise refused(address, command, outcome.error)
     raise outcome
 
 
@@ -330,7 +330,7 @@ def reply_of(number: int, command: RorzeCommand[Any], answered: Answered, addres
     """Pick one body's reply out of an answer."""
     reply = answered.replies.get(number)
     if isinstance(reply, Refusal):
-        raise ControllerRefused(address, command.code, reply.error)
+        raise refused(address, command, reply.error)
     if reply is None:
         raise NoReply(
             f"The group's reply to {command.code} does not mention {address}.",

@@ -205,3 +205,32 @@ class ControllerRefused(GatewayError):
         self.command_code = code
         row = lookup(error)
         super().__init__(f"{address} refused {code}: {row.en} Nothing moved because of it.", row.remedy_en)
+
+
+class CommandGarbled(ControllerRefused):
+    """A refusal of something else than what was sent: the line has damaged the command."""
+
+    kind = "command-garbled"
+    title = "The command was garbled on its way"
+    retryable = True
+
+    def __init__(self, address: str, code: str, error: int | None) -> None:
+        super().__init__(address, code, error)
+        self._tell(lookup(error).en)
+
+    def _tell(self, refusal: str) -> None:
+        """Say that it was refused in a way that it cannot be, as it was sent."""
+        GatewayError.__init__(
+            self,
+            f"{self.command_code} was sent as the manual has it, and {self.address} refused what arrived: "
+            f"{refusal} The line has damaged it, or the controller is not the one that is configured. "
+            "Nothing moved because of it.",
+            "Send it again if it is still wanted; if that does not help, check the line and the "
+            "configuration.",
+        )
+
+
+def refused(address: str, command: RorzeCommand[Any], error: int | None) -> ControllerRefused:
+    """The error of a command that a controller has refused."""
+    kind = CommandGarbled if command.rules_out(error) else ControllerRefused
+    return kind(address, command.code, error)

@@ -8,7 +8,7 @@ from typing import Any
 
 from gateway.carrier import Carrier
 from gateway.conversation import Conversation, offline_error
-from gateway.errors import Cancelled, ControllerRefused, GatewayError, NoReply
+from gateway.errors import Cancelled, GatewayError, NoReply, refused
 from gateway.exchange import IMPATIENT, STOPS, Answered, Exchange, Lane, Outcome
 from gateway.gate import Gate
 from gateway.port import LineState as LineState
@@ -224,9 +224,10 @@ class Line(Carrier[Exchange, Frame]):
         :raises GatewayError: the link master did not take it; the old definition holds, or is sent again
             where nobody knows.
         """
-        outcome = await self.submit(LINK_MASTER, _group_definition(group, members), Lane.COMMAND)
+        definition = _group_definition(group, members)
+        outcome = await self.submit(LINK_MASTER, definition, Lane.COMMAND)
         if isinstance(outcome, Refusal):
-            raise ControllerRefused(f"{self.id}.7F", outcome.code, outcome.error)
+            raise refused(f"{self.id}.7F", definition, outcome.error)
         if isinstance(outcome, GatewayError):
             if isinstance(outcome, NoReply):
                 self.set_up_again(f"nobody knows what group {group:02X} is now")

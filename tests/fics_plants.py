@@ -42,6 +42,8 @@ class Cable(SimulatedCable):
         self._awaited: tuple[str, asyncio.Future[None]] | None = None
         self._arrived = 0
         self._then: dict[int, Callable[[], object]] = {}
+        self.damaged: dict[str, str] = {}
+        """What arrives in the place of a command."""
         self.copies: list[bytes] = []
         """Come right before the next answers, one before each."""
         self.stuck = False
@@ -66,7 +68,8 @@ class Cable(SimulatedCable):
 
     def _arrive(self, data: bytes) -> None:
         if not self.lost_command or not data.startswith(self.lost_command.encode()):
-            super()._arrive(data)
+            text = data.decode("ascii").rstrip("\r")
+            super()._arrive(self.damaged[text].encode("ascii") + b"\r" if text in self.damaged else data)
         self._arrived += 1
         self._then.pop(self._arrived, int)()
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from gateway.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.exchange import Lane
-from gateway.fics.errors import NotProved, RobotFailed, RobotRefused
+from gateway.fics.errors import NotProved, RobotFailed, refused
 from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
 from gateway.fics.line import FicsLine
 from protocols.fics.alarms import (
@@ -202,7 +202,7 @@ class Dialogue:
     def answered(self, command: FicsCommand[Any], outcome: Outcome) -> Answered:
         """Turn everything that is no answer into its error."""
         if isinstance(outcome, Refusal):
-            raise RobotRefused(self._robot_id, command.wire_name(), outcome.error)
+            raise refused(self._robot_id, command, outcome.error)
         if isinstance(outcome, Failure):
             raise RobotFailed(self._robot_id, command.wire_name(), outcome.error)
         if isinstance(outcome, GatewayError):

@@ -1,8 +1,11 @@
 """What can go wrong with a robot besides what can go wrong with anything."""
 
+from typing import Any
+
 from gateway.errors import (
     OVERTAKEN,
     BodyBusy,
+    CommandGarbled,
     ControllerRefused,
     GatewayError,
     Moved,
@@ -11,6 +14,7 @@ from gateway.errors import (
     StoppedFirst,
 )
 from protocols.fics.errors import lookup
+from protocols.fics.row import FicsCommand
 
 
 class RobotRefused(ControllerRefused):
@@ -25,6 +29,20 @@ class RobotRefused(ControllerRefused):
         self.error = None
         self.command_code = code
         self.fics_error = fics_error
+
+
+class RobotCommandGarbled(RobotRefused, CommandGarbled):
+    """A refusal of something else than what was sent: the line has damaged the command."""
+
+    def __init__(self, robot_id: str, code: str, fics_error: str) -> None:
+        super().__init__(robot_id, code, fics_error)
+        self._tell(lookup(fics_error).en)
+
+
+def refused(robot_id: str, command: FicsCommand[Any], fics_error: str) -> RobotRefused:
+    """The error of a command that a robot has refused."""
+    kind = RobotCommandGarbled if command.rules_out(fics_error) else RobotRefused
+    return kind(robot_id, command.wire_name(), fics_error)
 
 
 class RobotFailed(GatewayError):

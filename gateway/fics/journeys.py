@@ -9,7 +9,7 @@ from typing import Any
 from gateway.errors import GatewayError, MoveFailed, NoReply, NotExecuted, NotSent
 from gateway.exchange import Lane
 from gateway.fics.dialogue import in_time
-from gateway.fics.errors import PowerCycled, RobotFailed, RobotRefused
+from gateway.fics.errors import PowerCycled, RobotFailed, RobotRefused, refused
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.move_record import RobotMove
 from gateway.fics.pace import PATIENCE, PATIENCE_S, longest_s, paces_of
@@ -192,7 +192,7 @@ class Journey:
     async def _conclude(self, outcome: Outcome) -> None:
         """The robot has answered, or nobody will know its answer."""
         if isinstance(outcome, Refusal):
-            refusal = RobotRefused(self.robot.id, self.move.command, outcome.error)
+            refusal = refused(self.robot.id, self.command, outcome.error)
             self._advance(MoveStatus.REJECTED, refusal)
             self._tell(refusal)
         elif isinstance(outcome, Answered | Failure):

@@ -50,7 +50,7 @@ class AxisSetting(Deed, blocked="abc", retry=Retry.SETTING):
     """A setting that can be read back."""
 
 
-class PercentSetting(AxisSetting, args="{percents}"):
+class PercentSetting(AxisSetting, args="{percents}", ranged=True):
     """A share of the maximum speed for each axis."""
 
     percents: Percents = Field(description=PERCENT)
@@ -62,7 +62,7 @@ class AxisSpeedSetting(AxisSetting, args="{speeds}"):
     speeds: Speeds = Field(description=SPEED)
 
 
-class TimeSetting(AxisSetting, args="{times_ms}"):
+class TimeSetting(AxisSetting, args="{times_ms}", ranged=True):
     """A time for each axis."""
 
     times_ms: Times = Field(description=TIME)

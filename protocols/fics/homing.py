@@ -38,7 +38,7 @@ class GetHomingTypes(Query[HomingTypes], code="HMT", blocked="abc", example=("HM
     """原点復帰タイプの問い合わせ: get how the motor axes find their origins."""
 
 
-class SetHomingTypes(AxisSetting, code="HMT", args="{types}", example=("HMT 0,,6", "HMT")):
+class SetHomingTypes(AxisSetting, code="HMT", args="{types}", ranged=True, example=("HMT 0,,6", "HMT")):
     """原点復帰タイプの設定: set how the motor axes find their origins."""
 
     types: Annotated[list[TypeNumber | None], ListLength, Cut, PerAxis(Whole())] = Field(

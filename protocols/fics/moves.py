@@ -27,6 +27,7 @@ class MoveToPosition(
     args="{position}",
     blocked="abc",
     motion=True,
+    ranged=True,
     retry=Retry.NEVER,
     example=("POM 1999", "POM"),
 ):

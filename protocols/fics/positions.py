@@ -12,6 +12,7 @@ LAST_POSITION = 1999
 class BeginPositionUpload(
     Deed,
     code="POF",
+    ranged=True,
     args="1<,{first}>",
     blocked="abc",
     retry=Retry.CONDITIONAL,
@@ -30,6 +31,7 @@ class BeginPositionUpload(
 class EndPositionUpload(
     Deed,
     code="POF",
+    ranged=True,
     args="2",
     blocked="abc",
     during_upload=True,
@@ -64,6 +66,7 @@ class StoredPosition(Reply, args="{coordinates}"):
 class DownloadPositions(
     Query[StoredPosition],
     code="POR",
+    ranged=True,
     args="<{first}><,{count}>",
     blocked="abc",
     answered_as="POS",
@@ -84,6 +87,7 @@ class DownloadPositions(
 class ClearPositions(
     Deed,
     code="PCL",
+    ranged=True,
     args="<{first}><,{count}>",
     blocked="abc",
     retry=Retry.CONDITIONAL,

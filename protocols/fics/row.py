@@ -45,6 +45,11 @@ UPLOAD_ERROR: Final = "E03"
 """Refusal of a command between POF 1 and POF 2. An assumption: the manual prints no error for it."""
 
 
+OUT_OF_RANGE: Final = "E05"
+WRONG_FORM: Final = "E06"
+NO_SUCH_MACRO: Final = "E12"
+
+
 class FicsCommand(Command[R_co], args=""):
     """A row of C-HOST manual 1-7 or 4-1; a setting and its query are two rows of the same name."""
 
@@ -57,6 +62,8 @@ class FicsCommand(Command[R_co], args=""):
     """Sets axes moving: until it ends it blocks others as (c), and (d) unless it is a macro."""
     answered_as: ClassVar[str] = ""
     """The name its answers carry, where it is not its own."""
+    ranged: ClassVar[bool] = False
+    """Its page gives the whole range of its values, whatever robot it is: the row keeps them within."""
     ends_with: ClassVar[str] = ""
     """The name that follows the last of several answers; empty where there is only one."""
 
@@ -71,6 +78,7 @@ class FicsCommand(Command[R_co], args=""):
         motion: bool | None = None,
         answered_as: str | None = None,
         ends_with: str | None = None,
+        ranged: bool | None = None,
         retry: Retry | None = None,
         echo: tuple[str, ...] | None = None,
         example: tuple[str, ...] | None = None,
@@ -85,6 +93,7 @@ class FicsCommand(Command[R_co], args=""):
             "motion": motion,
             "answered_as": answered_as,
             "ends_with": ends_with,
+            "ranged": ranged,
         }
         columns |= {"retry": retry, "echo": echo, "example": example}
         for name, value in columns.items():
@@ -108,6 +117,15 @@ class FicsCommand(Command[R_co], args=""):
     def is_told_apart(cls) -> bool:
         """Whether its reply repeats all its parameters: replies to others of this row cannot be its own."""
         return bool(cls.echo) and set(cls.echo) == set(cls.model_fields)
+
+    def rules_out(self, error: str) -> bool:
+        """Whether it cannot be refused so as it was written: something else has arrived (C-HOST manual 2-12).
+
+        A row keeps the form of its page; a name that is no macro's has never been one.
+        """
+        no_such_macro = error == NO_SUCH_MACRO and bool(self.code)
+        out_of_range = error == OUT_OF_RANGE and (self.ranged or not self.model_fields_set)
+        return error == WRONG_FORM or no_such_macro or out_of_range
 
     def may_repeat(self) -> bool:
         """Whether it may be sent again by itself."""

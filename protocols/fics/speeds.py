@@ -38,7 +38,7 @@ class GetSmoothAcceleration(Query[SmoothAcceleration], code="SCV", blocked="abc"
     """S字加減速の問い合わせ: get whether acceleration follows an S-curve."""
 
 
-class SetSmoothAcceleration(AxisSetting, code="SCV", args="{enabled}", example=("SCV 1", "SCV")):
+class SetSmoothAcceleration(AxisSetting, code="SCV", args="{enabled}", ranged=True, example=("SCV 1", "SCV")):
     """S字加減速の設定: set whether acceleration follows an S-curve, for all axes of the unit."""
 
     enabled: Flag = Field(description=FLAG)
@@ -56,7 +56,9 @@ class GetSelfStartSpeeds(
     """自起動速度の問い合わせ: get the speeds at which the motor axes start."""
 
 
-class SetSelfStartSpeeds(AxisSetting, code="VSB", args="{speeds_pps}", example=("VSB 500,,0", "VSB")):
+class SetSelfStartSpeeds(
+    AxisSetting, code="VSB", args="{speeds_pps}", ranged=True, example=("VSB 500,,0", "VSB")
+):
     """自起動速度の設定: set the speeds at which the motor axes start."""
 
     speeds_pps: StartSpeeds = Field(description=f"In pulses per second, 0-9999. {AXES}")

@@ -57,7 +57,13 @@ class GetCommunicationMode(Query[CommunicationMode], code="MOD", blocked="c", ex
 
 
 class SetCommunicationMode(
-    Deed, code="MOD", args="{mode}", blocked="c", retry=Retry.CONDITIONAL, example=("MOD 3", "MOD")
+    Deed,
+    code="MOD",
+    args="{mode}",
+    blocked="c",
+    ranged=True,
+    retry=Retry.CONDITIONAL,
+    example=("MOD 3", "MOD"),
 ):
     """通信モードの切り替え: set the communication mode.
 

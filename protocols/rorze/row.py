@@ -21,6 +21,10 @@ MAX_COMMAND_LENGTH = 60
 """Characters between introducer and CR; longer commands are refused with error 23h (RC-420 manual 12)."""
 
 
+OF_THE_FORM: Final = frozenset({0x23, 0x49, 0x4A, 0x4B, 0x5D})
+"""Too long, no command, wrong parameters, a wrong checksum behind the RC-400, a value out of range."""
+
+
 class RorzeCommand(Command[R_co]):
     """A row of RC-420 manual chapter 19, with the columns of its page in chapter 14."""
 
@@ -62,6 +66,13 @@ class RorzeCommand(Command[R_co]):
         for name, value in columns.items():
             if value is not None:
                 setattr(cls, name, value)
+
+    def rules_out(self, error: int | None) -> bool:
+        """Whether it cannot be refused so as it was written: something else has arrived (RC-420 manual 21).
+
+        A row keeps the form of its page, which lists 4Ah and 5Dh where a value may be wrong nevertheless.
+        """
+        return error in OF_THE_FORM and error not in self.errors
 
     def may_repeat(self) -> bool:
         """Whether it may be sent again by itself: a read that does not step the position index."""

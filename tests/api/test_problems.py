@@ -30,7 +30,16 @@ from gateway.errors import (
     QueueFull,
     StoppedFirst,
 )
+from gateway.errors import refused as body_refused
 from gateway.fics.errors import PowerCycled, RobotFailed, RobotOffline, RobotRefused
+from gateway.fics.errors import refused as robot_refused
+from protocols.fics.inputs_outputs import GetInputChannel
+from protocols.fics.jog import StartJog
+from protocols.fics.macros import RunMacro
+from protocols.fics.moves import MoveToPosition
+from protocols.fics.status import GetAxisStatus
+from protocols.rorze.encoder import SetEncoderRatio
+from protocols.rorze.position import GetPosition
 
 DETAIL = "This happened; nothing was sent."
 
@@ -45,6 +54,24 @@ def refused_by_robot(error: str) -> RobotRefused:
 
 def every_kind(kind: type[GatewayError]) -> list[type[GatewayError]]:
     return [kind, *(found for child in kind.__subclasses__() for found in every_kind(child))]
+
+
+def garbled(error: ControllerRefused) -> tuple[str, str, bool, str | None]:
+    problem = problem_of(error, "/")
+    return problem.type.removeprefix(TYPE_PREFIX), problem.moved, problem.retryable, problem.code
+
+
+def test_what_the_line_has_damaged_is_not_the_clients_mistake() -> None:
+    body = body_refused("arm.3F", GetPosition(), 0x4B)
+    assert garbled(body) == ("command-garbled", "no", True, "0x4B")
+    robot = robot_refused("r1", GetAxisStatus(), "E06")
+    assert garbled(robot) == ("command-garbled", "no", True, "E06")
+    assert problem_of(robot, "/").detail == (
+        "ACD was sent as the manual has it, and r1 refused what arrived: The command is not written "
+        "correctly. The line has damaged it, or the controller is not the one that is configured. Nothing "
+        "moved because of it."
+    )
+    assert problem_of(robot, "/", japanese=True).title == "コマンドが通信中に壊れました"
 
 
 # the status
@@ -76,6 +103,14 @@ def every_kind(kind: type[GatewayError]) -> list[type[GatewayError]]:
         (refused(None), 409),
         (refused_by_robot("E01"), 409),
         (refused_by_robot("E07"), 422),
+        (robot_refused("r1", GetAxisStatus(), "E06"), 409),
+        (robot_refused("r1", StartJog(axis="X", direction="+"), "E12"), 409),
+        (robot_refused("r1", RunMacro(macro="PCK"), "E12"), 422),
+        (robot_refused("r1", GetInputChannel(channel=99), "E05"), 422),
+        (robot_refused("r1", MoveToPosition(position=1), "E05"), 409),
+        (body_refused("arm.3F", GetPosition(), 0x49), 409),
+        (body_refused("arm.3F", GetPosition(), 0x4A), 409),
+        (body_refused("arm.3F", SetEncoderRatio(ratio=1.0), 0x4A), 422),
     ],
     ids=lambda it: type(it).__name__ if isinstance(it, GatewayError) else str(it),
 )

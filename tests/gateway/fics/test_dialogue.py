@@ -6,13 +6,14 @@ import pytest
 
 from gateway.errors import NoReply, NotSent
 from gateway.exchange import Lane
-from gateway.fics.errors import RobotRefused
+from gateway.fics.errors import RobotCommandGarbled, RobotRefused
 from gateway.move_record import MoveStatus
 from gateway.port import LineState
 from protocols.fics.homing import HomeRobot
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StopJog
 from protocols.fics.moves import MoveRelative
+from protocols.fics.speeds import SetSpeedPercent
 from protocols.fics.variables import GetVariable, SetVariable
 from simulator.faults import Direction, Fault
 from tests.fics_plants import fics_rig
@@ -84,6 +85,40 @@ async def test_a_refusal_that_is_doubled_refuses_nothing_else() -> None:
             await rig.robot.ask(SwitchOutput(channel=99, bit=0, on=True))
         await rig.robot.ask(SWITCH)
         assert rig.fics.outputs[0] == 1
+
+
+@pytest.mark.parametrize(
+    ("mode", "arrives"), [(2, "VAO 1p"), (2, "VQO 10"), (2, "VAO 910"), (3, "VAO 1p"), (3, "VAO 910")]
+)
+def test_a_command_that_the_line_has_damaged_is_not_the_mistake_of_who_sent_it(
+    mode: int, arrives: str
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            rig.cable.damaged["VAO 10"] = arrives
+            with pytest.raises(RobotCommandGarbled, match="The line has damaged it") as garbled:
+                await rig.robot.ask(SetSpeedPercent(percents=[10.0]), 1)
+            assert (garbled.value.moved, garbled.value.retryable) == ("no", True)
+            assert [axis.percent for axis in rig.fics.units[1].users] == [100.0] * 3
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_move_that_the_line_has_damaged_is_rejected_as_such(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            rig.cable.damaged["LMI ,,-5"] = "LMI ,,-u"
+            with pytest.raises(RobotCommandGarbled):
+                await rig.move(DOWN)
+            (move,) = rig.plant.robot_moves.of(rig.robot.unit(1))
+            assert move.status is MoveStatus.REJECTED
+            assert (move.error and move.error.controller_error) == "E06"
+            assert rig.machine.truth.of("motion_start") == []
+
+    story()
 
 
 @in_virtual_time
