@@ -317,8 +317,12 @@ class Journey:
         return self._miss() is None and not self._seen_to_move()
 
     def _seen_to_move(self) -> bool:
-        """Whether the axes moved when they were asked, or stand where they did not."""
-        moved = self.move.position not in (None, self.move.start_position)
+        """Whether the axes moved when they were asked, or one stands where it did not.
+
+        One that no longer knows its place tells nothing: that may be a loss of power.
+        """
+        start, now = self.move.start_position or {}, self.move.position or {}
+        moved = any(place is not None and place != start.get(axis) for axis, place in now.items())
         return moved or self.move.status is MoveStatus.MOVING
 
 

@@ -286,6 +286,7 @@ class FicsLine(Carrier[Exchange, Frame]):
         A fence goes first where a copy of an earlier answer could be taken for the answer to one of these.
         """
         self._talk.rule_out_copies(commands, self._loop.time())
+        self._pump()
         return Proof(self._talk.doubts)
 
     def begin_stop(self) -> None:

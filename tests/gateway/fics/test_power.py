@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.errors import NoReply, NotSent
-from gateway.fics.errors import NotProved, PowerCycled, RobotRefused, SpeedsNotRestored
+from gateway.fics.errors import NotProved, PowerCycled, RobotBusy, RobotRefused, SpeedsNotRestored
 from gateway.move_record import MoveStatus
 from protocols.fics.homing import HomeRobot
 from protocols.fics.motor_axes import GetMotorSpeedPercent, SetMotorSpeedPercent
@@ -271,6 +271,36 @@ async def test_h01_a_copy_of_an_answer_from_before_the_loss_proves_nothing() -> 
         with pytest.raises(PowerCycled):
             await rig.robot.jogs.start(1, "Z", "-")
         assert rig.machine.truth.of("motion_start") == []
+
+
+@in_virtual_time
+async def test_h01_no_axis_joins_a_jog_that_the_robot_does_not_tell_of() -> None:
+    async with fics_rig(units=2) as rig:
+        await rig.robot.jogs.start(2, "Z", "-")
+        rig.touch(lambda fics, _: setattr(fics.job, "mode", MotionMode.MOVE))  # an assumption, flipped
+        with pytest.raises(RobotBusy, match="no axis was seen to jog"):
+            await rig.robot.jogs.start(2, "X", "+")
+        assert rig.heard("JOG X") == []
+
+
+@in_virtual_time
+async def test_h01_in_mode_2_positions_that_are_gone_tell_of_a_loss_of_power_too() -> None:
+    async with fics_rig(mode=2) as rig:
+        await rig.move(HomeRobot())
+        rig.robot.power._homed.clear()  # as if the bits of ACD meant something else
+        rig.power_cycle()
+        with pytest.raises(PowerCycled):
+            await rig.robot.jogs.start(1, "Z", "-")
+        assert rig.heard("JOG") == []
+
+
+@in_virtual_time
+async def test_h01_in_mode_2_a_robot_that_was_switched_off_and_on_without_any_sign_moves_on() -> None:
+    """What no question can find: nothing was homed, and all speeds were those of power-on."""
+    async with fics_rig(mode=2) as rig:
+        rig.power_cycle()
+        assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
+        assert not rig.robot.power_cycled
 
 
 @in_virtual_time
