@@ -48,6 +48,7 @@ class FaultSwitch(Strict):
     direction: Direction = Field(strict=False)
     probability: float = Field(default=0.0, ge=0, le=1, description="Chance of each frame.")
     next_frames: int = Field(default=0, ge=0, le=1_000_000, description="So many frames for certain.")
+    pass_frames: int = Field(default=0, ge=0, le=1_000_000, description="So many pass unharmed before.")
     delay_s: float = Field(default=0.1, ge=0, le=3600, description="For silence, split, late and doubled.")
     spread_s: float = Field(default=0.0, ge=0, le=3600, description="A random part of this is added.")
 

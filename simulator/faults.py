@@ -49,6 +49,8 @@ class Switch:
     """Of each frame, 0 to 1."""
     next_frames: int = 0
     """So many frames are hit for certain."""
+    pass_frames: int = 0
+    """So many frames pass unharmed before."""
     delay_s: float = 0.1
     """For silence, split, late and doubled."""
     spread_s: float = 0.0
@@ -108,6 +110,9 @@ class Faults:
         for fault in Fault:
             switch = self._switches.get((direction, fault))
             if switch is None:
+                continue
+            if switch.pass_frames:
+                self.set(replace(switch, pass_frames=switch.pass_frames - 1))
                 continue
             if switch.next_frames:
                 self.set(replace(switch, next_frames=switch.next_frames - 1))

@@ -39,6 +39,8 @@ class Cable(SimulatedCable):
         super().__init__(machine, baud)
         self.lost_command = self.lost_answer = ""
         """What begins so is lost on its way, every time."""
+        self.lost_once = ""
+        """What begins so is lost on its way to the robot, the next time."""
         self._awaited: tuple[str, asyncio.Future[None]] | None = None
         self._arrived = 0
         self._then: dict[int, Callable[[], object]] = {}
@@ -67,7 +69,9 @@ class Cable(SimulatedCable):
             self._awaited[1].set_result(None)
 
     def _arrive(self, data: bytes) -> None:
-        if not self.lost_command or not data.startswith(self.lost_command.encode()):
+        if self.lost_once and data.startswith(self.lost_once.encode()):
+            self.lost_once = ""
+        elif not self.lost_command or not data.startswith(self.lost_command.encode()):
             text = data.decode("ascii").rstrip("\r")
             super()._arrive(self.damaged[text].encode("ascii") + b"\r" if text in self.damaged else data)
         self._arrived += 1
@@ -139,9 +143,13 @@ class FicsRig:
         self.machine.brown_out(asyncio.get_running_loop().time(), for_s)
         self.cable.turn()
 
-    def fail(self, fault: Fault, direction: Direction, frames: int = 1, delay_s: float = 0.1) -> None:
-        """Let a fault hit the next frames."""
-        self.machine.faults.set(Switch(fault, direction, next_frames=frames, delay_s=delay_s))
+    def fail(
+        self, fault: Fault, direction: Direction, frames: int = 1, delay_s: float = 0.1, after: int = 0
+    ) -> None:
+        """Let a fault hit the next frames, `after` so many have passed."""
+        self.machine.faults.set(
+            Switch(fault, direction, next_frames=frames, delay_s=delay_s, pass_frames=after)
+        )
 
     def lose_replies(self, frames: int = 1) -> None:
         """The next answers are lost on their way."""

@@ -1,6 +1,7 @@
 """Faults by chance and on demand."""
 
 from random import Random
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -11,7 +12,7 @@ from simulator.faults import MOST_NOISE, Direction, Fault, Faults, Flight, Switc
 FRAME = b"&3F1+M500\r"
 
 
-def hit(fault: Fault, **how: float) -> tuple[list[Flight], dict[Fault, float]]:
+def hit(fault: Fault, **how: Any) -> tuple[list[Flight], dict[Fault, float]]:
     faults = Faults(Random(7))
     faults.set(Switch(fault, Direction.REQUESTS, next_frames=1, **how))
     return faults.distort(FRAME, Direction.REQUESTS, 0.0)
@@ -27,6 +28,12 @@ def test_the_next_frames_are_hit_and_no_more_and_only_one_way() -> None:
     ways = [Direction.REQUESTS, Direction.REPLIES, Direction.REQUESTS, Direction.REQUESTS]
     assert [len(faults.distort(FRAME, way, 0.0)[0]) for way in ways] == [0, 1, 0, 1]
     assert faults.switches == []
+
+
+def test_frames_may_pass_before_the_next_are_hit() -> None:
+    faults = Faults(Random(0))
+    faults.set(Switch(Fault.LOST, Direction.REQUESTS, next_frames=1, pass_frames=2))
+    assert [len(faults.distort(FRAME, Direction.REQUESTS, 0.0)[0]) for _ in range(4)] == [1, 1, 0, 1]
 
 
 def test_chance_hits_its_share() -> None:
