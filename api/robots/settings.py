@@ -155,8 +155,8 @@ async def change_settings(
 ) -> Response:
     """Change settings of a unit and read them back; refused while it moves.
 
-    All are checked before the first is sent. They are sent one by one; where the robot refuses one, the
-    problem tells which were changed before it.
+    All are checked before the first is sent. They are sent one by one, each read back before the next; where
+    the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
     """
     axes = unit_of(request, robot_id, unit)
     commands = {name: _command(axes, name, value) for name, value in change if value is not None}
@@ -170,7 +170,7 @@ async def change_settings(
 async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]]) -> None:
     for done, change in enumerate(changes):
         try:
-            await unit.robot.ask(change, unit.number)
+            await unit.robot.change(change, unit.number)
         except GatewayError as error:
             changed = ", ".join(earlier.wire_name() for earlier in changes[:done]) or "nothing"
             changed = f"Of the settings asked for, {changed} was changed"

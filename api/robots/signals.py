@@ -8,7 +8,6 @@ from pydantic import BaseModel, Field
 from api.problems import DECLARED
 from api.requests import RequestModel, json_response, new_router, plant_of
 from api.robots.paths import RobotId
-from api.robots.read_back import reading_back
 from gateway.errors import InvalidRequest
 from gateway.fics.robot import Robot
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
@@ -94,11 +93,10 @@ async def switch_output(
     bit: Annotated[Bit, Path(description="Bit of the channel, 0-7.")],
     output: OutputState,
 ) -> Response:
-    """Switch an output on or off (IOT), and read its channel back."""
+    """Switch an output on or off (IOT), and read its channel back; `not-done` where it is not as asked."""
     robot = plant_of(request).robot(robot_id)
-    await robot.ask(SwitchOutput(channel=channel, bit=bit, on=output.on))
-    with reading_back(f"Output {channel}-{bit} of {robot.id} was switched {'on' if output.on else 'off'}"):
-        return await _read(robot, GetOutputChannel, channel, 1)
+    told: ChannelBits = await robot.change(SwitchOutput(channel=channel, bit=bit, on=output.on))
+    return json_response(Channels(robot_id=robot.id, channels=[_channel(channel, told)]))
 
 
 @router.get(
@@ -129,11 +127,9 @@ async def set_variable(
     number: Annotated[Variable, Path(description=NUMBER)],
     variable: VariableSetting,
 ) -> Response:
-    """Set a variable (VAR), and read it back."""
+    """Set a variable (VAR), and read it back; `not-done` where it is not as asked."""
     robot = plant_of(request).robot(robot_id)
-    await robot.ask(SetVariable(number=number, value=variable.value))
-    with reading_back(f"Variable {number} of {robot.id} was set"):
-        return json_response(await robot.read(GetVariable(number=number)))
+    return json_response(await robot.change(SetVariable(number=number, value=variable.value)))
 
 
 def _range(what: str, first: int, count: int, last: int) -> range:
@@ -147,8 +143,9 @@ async def _read(
 ) -> Response:
     wanted = _range("channels", first, count, LAST_CHANNEL)
     replies: list[ChannelBits] = [await robot.read(row(channel=number)) for number in wanted]
-    channels = [
-        Channel(channel=number, bits=[bool(reply.bits >> bit & 1) for bit in BITS])
-        for number, reply in zip(wanted, replies, strict=True)
-    ]
+    channels = [_channel(number, reply) for number, reply in zip(wanted, replies, strict=True)]
     return json_response(Channels(robot_id=robot.id, channels=channels))
+
+
+def _channel(number: int, told: ChannelBits) -> Channel:
+    return Channel(channel=number, bits=[bool(told.bits >> bit & 1) for bit in BITS])

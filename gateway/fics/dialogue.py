@@ -41,6 +41,8 @@ class Dialogue:
         self._line = line
         self._asked_after = 0
         """What `FicsLine.unheard` was when the error was last asked for."""
+        self._older_may_hide = False
+        """Whether the last answer was an error that stands: behind it an older refusal may still wait."""
         self.on_error: Callable[[str], Awaitable[None]] = _unheeded
         """Told every error of the system that is read, with the floor held."""
         self.on_alarm: Callable[[], object] = lambda: None
@@ -156,6 +158,7 @@ class Dialogue:
         reply = self.answered(exchange.command, await self._submit(exchange)).replies[0]
         self._asked_after = asked_after
         error = reply.error if isinstance(reply, CurrentError) else "E00"
+        self._older_may_hide = lookup(error).kind is ErrorKind.FICS
         await self._heed(error)
         return error
 
@@ -210,23 +213,28 @@ class Dialogue:
         return outcome
 
     async def _verdict(self, exchange: Exchange) -> Outcome:
-        """Ask for the error, in Ver.2 the only way to hear of a refusal (C-HOST manual 1-1-1, 2-12)."""
-        command, cleared = exchange.command, self._asked_after
+        """Ask for the error, in Ver.2 the only way to hear of a refusal (C-HOST manual 1-1-1, 2-12).
+
+        That none is told confirms nothing: the command may have been lost.
+        """
+        command, cleared, older_may_hide = exchange.command, self._asked_after, self._older_may_hide
         try:
             error = await self.take_error()
         except GatewayError:
             return _nobody_knows(command)
+        kind = lookup(error).kind
+        if isinstance(command, ResetErrors):
+            return _reset_told_by(error)
         if self._line.stop_epoch != exchange.epoch:
             return _nobody_knows(command)  # the error may be that of the stop
-        kind = lookup(error).kind
         if kind is ErrorKind.NONE:
-            return Answered()
+            return Answered(confirmed=False)
         alone = cleared + 1 == exchange.unheard == self._asked_after
         if kind is ErrorKind.UNKNOWN or not alone:
             return _nobody_knows(command)  # it may be that of what else was said, or garbled, since the last
-        if error.startswith("E"):
-            return Refusal(command.wire_name(), error)
-        if isinstance(command, ResetErrors) or command.starts_motion():
+        if kind is ErrorKind.COMMUNICATION:
+            return _nobody_knows(command) if older_may_hide else Refusal(command.wire_name(), error)
+        if command.starts_motion():
             return Failure(command.wire_name(), error)
         return _nobody_knows(command)  # the error stands whatever was said, and hides a refusal
 
@@ -266,6 +274,17 @@ async def in_time(expires_at: float) -> AsyncIterator[None]:
 
 def _forsaken() -> Cancelled:
     return Cancelled("Whoever asked has gone; nothing was sent.")
+
+
+def _reset_told_by(error: str) -> Outcome:
+    """What became of DRT, which nothing forbids: whether an error stands tells (C-HOST manual 1-7, 2-14).
+
+    A refusal is that of an older command, which the error has hidden; it stands no more.
+    """
+    kind = lookup(error).kind
+    if kind is ErrorKind.UNKNOWN:
+        return _nobody_knows(ResetErrors())
+    return Failure(ResetErrors.code, error) if kind is ErrorKind.FICS else Answered()
 
 
 def _nobody_knows(command: FicsCommand[Any]) -> NoReply:

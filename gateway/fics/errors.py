@@ -15,6 +15,7 @@ from gateway.errors import (
 )
 from protocols.fics.errors import lookup
 from protocols.fics.row import FicsCommand
+from protocols.table import Retry
 
 
 class RobotRefused(ControllerRefused):
@@ -141,26 +142,50 @@ class NotProved(NotSent):
 
 
 class UploadBrokenOff(GatewayError):
-    """Some of the positions of an upload are stored, the rest are not."""
+    """Some of the positions of an upload were sent, the rest were not."""
 
     kind = "upload-broken-off"
     title = "The upload of positions was broken off"
 
-    def __init__(self, robot_id: str, last_stored: int, cause: GatewayError) -> None:
-        stored = f"up to {last_stored} are stored" if last_stored else "are not stored"
+    def __init__(self, robot_id: str, last_sent: int, cause: GatewayError) -> None:
+        sent = (
+            f"Positions up to {last_sent} were sent to {robot_id}"
+            if last_sent
+            else f"None was sent to {robot_id}"
+        )
         why = _what_came_first(cause)
         maybe = " The next one may be stored as well." if isinstance(cause, NoReply) else ""
         super().__init__(
-            f"Positions of {robot_id} {stored}, then the upload was broken off: {why}.{maybe}",
-            "Read the positions, and upload the rest.",
+            f"{sent}, then the upload was broken off: {why}.{maybe} Which are stored was not read back.",
+            "Read the positions, and upload them again before a move goes to one.",
         )
 
 
-class NotReadBack(GatewayError):
-    """Something was changed, and what it is now could not be read."""
+class PositionsDiffer(GatewayError):
+    """Positions were uploaded, and the robot holds others: a line was lost, doubled or garbled on its way."""
+
+    kind = "positions-differ"
+    title = "The robot holds other positions than were uploaded"
+    retryable = True
+
+
+class NotDone(GatewayError):
+    """A command was written, and what was read back is not what it should have set."""
+
+    kind = "not-done"
+    title = "Sent, but not done"
+
+    def __init__(self, detail: str, command: FicsCommand[Any]) -> None:
+        super().__init__(detail, "Send it again if it is still wanted.")
+        self.retryable = command.retry is Retry.SETTING
+
+
+class NotReadBack(NoReply):
+    """Something was sent, and what has become of it could not be read."""
 
     kind = "not-read-back"
-    title = "Changed, but not read back"
+    title = "Sent, but not read back"
+    moved = "no"
 
     def __init__(self, done: str, cause: GatewayError) -> None:
         super().__init__(f"{done}, but could not be read back: {_why(cause)}", "Read it again.")

@@ -9,16 +9,18 @@ from gateway.exchange import Lane
 from gateway.fics.dialogue import Dialogue, in_time
 from gateway.fics.downloads import download
 from gateway.fics.errors import ErrorStands, NotProved, RobotBusy
-from gateway.fics.exchange import Exchange, Outcome, Proof
+from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.power import Power
 from gateway.fics.queries import Heard, Queries, deadline_of, heard_now
+from gateway.fics.read_back import read_back
 from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStopReport, RobotStops
 from gateway.fics.system_errors import RobotErrorRecord, SystemErrors
+from gateway.fics.tables import clear, store
 from gateway.fics.units import RobotUnit, coordinates_of
-from gateway.fics.uploads import UPLOAD, runs_of, upload
+from gateway.fics.uploads import UPLOAD
 from gateway.stops import StopMode
 from protocols.fics.alarms import CurrentError, ResetErrors, TakeCurrentError
 from protocols.fics.axis_settings import AxisSetting
@@ -30,6 +32,7 @@ from protocols.fics.macros import RunMacro
 from protocols.fics.positions import (
     LAST_POSITION,
     BeginPositionUpload,
+    ClearPositions,
     DownloadPositions,
     EndPositionUpload,
     StoredPosition,
@@ -37,7 +40,13 @@ from protocols.fics.positions import (
 )
 from protocols.fics.row import Block, FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
-from protocols.fics.system import GetCommunicationMode, GetUnit, SelectUnit, SetCommunicationMode
+from protocols.fics.system import (
+    GetCommunicationMode,
+    GetUnit,
+    HostMode,
+    SelectUnit,
+    SetCommunicationMode,
+)
 from protocols.table import Reply
 
 Publish = Callable[[str, str, dict[str, Any], str | None], str]
@@ -97,6 +106,8 @@ class Robot:
         """No unit has a move that is not over."""
         self.stopping = False
         """Whether a stop is not confirmed yet."""
+        self.tables_change = asyncio.Lock()
+        """Held from a change of a table of positions until it is read back: nothing moves meanwhile."""
         self.dialogue = Dialogue(robot_id, line)
         self.queries = Queries(self)
         self.selection = Selection(self)
@@ -176,9 +187,10 @@ class Robot:
         if isinstance(command, ResetErrors):
             await self.errors_of_system.reset()
             return heard_now()
-        if isinstance(command, DownloadPositions):
+        if isinstance(command, DownloadPositions | ClearPositions):
             axes = self._only_unit(command) if unit is None else self.unit(unit)
-            return await download(axes, command)
+            work = download(axes, command) if isinstance(command, DownloadPositions) else clear(axes, command)
+            return await work
         return await self.converse(command, unit)
 
     async def read(self, query: FicsCommand[Any], unit: int | None = None, lane: Lane = Lane.READ) -> Any:
@@ -193,12 +205,22 @@ class Robot:
         self.require_free(command)
         if command.is_query():
             return await self.queries.ask(command, number, lane, deadline_of(lane))
-        self.line.admission.require()
-        await self._do(command, number)
+        await self._do(command, number, read=self.mode == HostMode.VER_2)
         return heard_now()
 
-    async def _do(self, command: FicsCommand[Any], number: int | None) -> None:
-        """Send a command that changes something, to a unit the robot has just confirmed."""
+    async def change(self, command: FicsCommand[Any], unit: int | None = None) -> Any:
+        """Send a setting, and give what the robot tells of it then, which agrees; errors as of `ask`, and
+
+        :raises NotDone: the robot tells something else.
+        :raises NotReadBack: it was sent, and the robot has not told what it is now.
+        """
+        number = self._unit_of(command, unit)
+        self.require_free(command)
+        return (await self._do(command, number, read=True)).replies[0]
+
+    async def _do(self, command: FicsCommand[Any], number: int | None, *, read: bool) -> Answered:
+        """Send a command that changes something, to a unit just confirmed, and `read` back what it is."""
+        self.line.admission.require()
         epoch, lane = self.line.stop_epoch, Lane.COMMAND
         async with self.line.floor.held(lane, deadline_of(lane)):
             if self.line.stop_epoch != epoch:
@@ -206,10 +228,12 @@ class Robot:
             if number is not None:
                 await self.selection.make(number, afresh=True)
             outcome = await self.dialogue.say(command, epoch, expires_at=deadline_of(lane))
+            if read:
+                outcome = await read_back(self, command, outcome, epoch)
             self.learn(command, number, outcome)
         if isinstance(outcome, Failure):
             await self.errors_of_system.look()
-        self.dialogue.answered(command, outcome)
+        return self.dialogue.answered(command, outcome)
 
     def learn(self, command: FicsCommand[Any], number: int | None, outcome: Outcome) -> None:
         """Note what the gateway has to remember of what was said."""
@@ -331,6 +355,10 @@ class Robot:
             raise RobotBusy(
                 f"The stop of {self.id} is not confirmed yet; {name} was not sent.", "Wait for standstill."
             )
+        if self.tables_change.locked():
+            raise RobotBusy(
+                f"Positions of {self.id} are being changed and read back; {name} was not sent.", "Try again."
+            )
         self.require_free(command)
 
     def require_free(self, command: FicsCommand[Any]) -> None:
@@ -367,24 +395,8 @@ class Robot:
     async def upload_positions(
         self, positions: Sequence[tuple[int, Sequence[float | None]]], unit: int | None = None
     ) -> None:
-        """Store positions of a unit, undivided (C-HOST manual 2-17, 2-18).
-
-        :raises InvalidRequest: a number or a coordinate is not possible; nothing was sent.
-        :raises UploadBrokenOff: positions were stored before the one that failed, or before a stop.
-        :raises GatewayError: nothing was stored.
-        """
-        self.line.admission.require()
-        number = self._unit_of(UPLOAD, unit)
-        runs = runs_of(positions)
-        if number is not None:
-            for _, coordinates in positions:
-                self.unit(number).require_values("user", coordinates)
-        self.require_free(UPLOAD)
-        epoch = self.line.stop_epoch
-        async with self.line.floor.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
-            if number is not None:
-                await self.selection.make(number, afresh=True)
-            await upload(self, runs, epoch)
+        """Store positions of a unit, undivided, and see that it holds them; errors as of `tables.store`."""
+        await store(self._only_unit(UPLOAD) if unit is None else self.unit(unit), positions)
 
     async def positions(
         self, first: int = 1, last: int = LAST_POSITION, unit: int | None = None

@@ -50,15 +50,18 @@ class SystemErrors:
             task.cancel()
         await asyncio.gather(*self._looking, return_exceptions=True)
 
-    async def take(self, lane: Lane = Lane.COMMAND, expires_at: float | None = None) -> str:
-        """Ask for the present error; an error of the system is kept and published.
+    async def take(
+        self, lane: Lane = Lane.COMMAND, expires_at: float | None = None, *, reset_by: str = "elsewhere"
+    ) -> str:
+        """Ask for the present error; an error of the system is kept and published, and so is its reset.
 
         :raises GatewayError: it was not told.
         """
         async with self._robot.line.floor.held(lane, expires_at):
             error = await self._robot.dialogue.take_error()
             if self.latched is not None and lookup(error).kind is not ErrorKind.FICS:
-                self._are_reset("elsewhere")
+                self.latched = None
+                self._robot.publish("robot.errors.reset", {"by": reset_by})
         return error
 
     async def look(self) -> None:
@@ -83,10 +86,8 @@ class SystemErrors:
             await self._robot.converse(ResetErrors())
         except RobotFailed as failed:
             raise ErrorRemains(self._robot.id, ResetErrors.code, failed.fics_error) from None
-        if self.latched is not None:
-            self._are_reset("gateway")
         try:
-            error = await self.take()
+            error = await self.take(reset_by="gateway")
         except GatewayError as unread:
             raise NotReadBack(f"The errors of {self._robot.id} were reset", unread) from unread
         if lookup(error).kind is ErrorKind.FICS:
@@ -115,10 +116,6 @@ class SystemErrors:
             return await self._robot.dialogue.take_detail()
         except GatewayError:
             return None
-
-    def _are_reset(self, where: str) -> None:
-        self.latched = None
-        self._robot.publish("robot.errors.reset", {"by": where})
 
 
 def _record(error: str | None, detail: ErrorDetail | None) -> RobotErrorRecord:

@@ -23,11 +23,11 @@ Run = tuple[int, list[UploadPosition]]
 async def upload(robot: "Robot", runs: list[Run], epoch: int) -> None:
     """Store runs of positions, unless there is a stop after `epoch`; call it with the floor held.
 
-    :raises UploadBrokenOff: positions were stored before the one that failed, or before a stop.
+    :raises UploadBrokenOff: positions were sent before the one that failed, or before a stop.
     :raises GatewayError: nothing was stored.
     """
     dialogue = robot.dialogue
-    stored = 0
+    sent = 0
     for first, commands in runs:
         begun = False
         try:
@@ -35,10 +35,10 @@ async def upload(robot: "Robot", runs: list[Run], epoch: int) -> None:
                 begun = True
                 for number, command in enumerate(commands, first):
                     dialogue.answered(command, await dialogue.say(command, epoch))
-                    stored = number
+                    sent = number
         except GatewayError as error:
-            if stored or (begun and isinstance(error, OVERTAKEN)):
-                raise UploadBrokenOff(robot.id, stored, error) from error
+            if sent or (begun and isinstance(error, OVERTAKEN)):
+                raise UploadBrokenOff(robot.id, sent, error) from error
             raise
 
 

@@ -169,7 +169,35 @@ async def test_settings_that_are_not_read_back_were_changed_all_the_same(cell: C
     answer = await under_way
     refused(answer, 409)
     assert answer.json()["type"].endswith(":not-read-back")
+    assert "VAO 10 was sent to r1, but could not be read back" in answer.json()["detail"]
+    assert cell.rig.fics.units[1].users[0].percent == 10.0
+
+
+@in_cell(units=1)
+async def test_settings_that_are_changed_and_cannot_be_shown_were_changed_all_the_same(cell: Cell) -> None:
+    under_way = asyncio.create_task(cell.client.patch(f"{UNIT}/settings", json={"speed_percent": {"X": 10}}))
+    await cell.rig.cable.written_from("VAO 10")
+    await cell.rig.cable.written_from("VAO")
+    await cell.rig.cable.written_from("VAO")
+    cell.rig.cable.unplug()
+    answer = await under_way
+    refused(answer, 409)
     assert "The settings of r1/units/1 were changed" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_setting_that_was_lost_on_its_way_is_not_called_changed(mode: int) -> None:
+    @in_cell(units=1, mode=mode)
+    async def story(cell: Cell) -> None:
+        cell.rig.cable.lost_once = "VST"
+        change = {"speed_percent": {"X": 10}, "acceleration_time_ms": {"X": 777}}
+        answer = await cell.client.patch(f"{UNIT}/settings", json=change)
+        refused(answer, 409)
+        assert answer.json()["type"].endswith(":partly-changed")
+        assert "VAO was changed" in answer.json()["detail"]
+        assert "VST 777 was sent to r1, and it tells VST 200,200,200" in answer.json()["detail"]
+
+    story()
 
 
 @in_cell()

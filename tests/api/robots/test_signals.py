@@ -61,8 +61,8 @@ async def test_a_channel_the_robot_does_not_have_is_its_refusal(cell: Cell) -> N
 @pytest.mark.parametrize(
     ("path", "content", "lost", "says"),
     [
-        ("outputs/1/0", {"on": True}, "IDO", "Output 1-0 of r1 was switched on, but could not be read back"),
-        ("variables/5", {"value": 2}, "VAR V05=", "Variable 5 of r1 was set, but could not be read back"),
+        ("outputs/1/0", {"on": True}, "IDO", "IOT 1-0:+ was sent to r1, but could not be read back"),
+        ("variables/5", {"value": 2}, "VAR V05=", "VAR V05=2 was sent to r1, but could not be read back"),
     ],
 )
 def test_what_was_done_and_not_read_back_is_not_said_to_be_unsent(

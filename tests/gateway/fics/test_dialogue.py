@@ -6,7 +6,7 @@ import pytest
 
 from gateway.errors import NoReply, NotSent
 from gateway.exchange import Lane
-from gateway.fics.errors import RobotCommandGarbled, RobotRefused
+from gateway.fics.errors import NotDone, RobotCommandGarbled, RobotRefused
 from gateway.move_record import MoveStatus
 from gateway.port import LineState
 from protocols.fics.homing import HomeRobot
@@ -40,8 +40,7 @@ async def test_in_mode_2_nothing_is_sent_whose_refusal_nobody_could_tell() -> No
     async with fics_rig(mode=2) as rig:
         await rig.robot.ask(SetVariable(number=1, value=1.0))
         rig.cable.lost_answer = "ERR"
-        with pytest.raises(NoReply):
-            await rig.robot.ask(SetVariable(number=1, value=2.0))
+        await rig.robot.ask(SetVariable(number=1, value=2.0))  # done, as is read back
         with pytest.raises(NotSent, match="did not tell its last error"):
             await rig.robot.ask(SetVariable(number=1, value=3.0))
         with pytest.raises(NotSent):
@@ -54,8 +53,12 @@ async def test_in_mode_2_nothing_is_sent_whose_refusal_nobody_could_tell() -> No
 async def test_an_error_the_manual_does_not_name_is_no_refusal_in_mode_2() -> None:
     async with fics_rig(mode=2) as rig:
         rig.fics.refusal = 40  # type: ignore[assignment]  # as if a bit of E00 had been flipped
-        with pytest.raises(NoReply):
-            await rig.robot.ask(SWITCH)
+        await rig.robot.ask(SWITCH)
+        rig.fics.refusal = 40  # type: ignore[assignment]
+        rig.cable.lost_once = "IOT"
+        with pytest.raises(NotDone):
+            await rig.robot.ask(SwitchOutput(channel=1, bit=0, on=False))
+        assert rig.fics.outputs[0] == 1
 
 
 @in_virtual_time

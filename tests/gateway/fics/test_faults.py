@@ -184,8 +184,8 @@ def test_h05_a_stop_in_an_upload_closes_it_first(mode: int) -> None:
                 await upload
             stored = len(rig.fics.unit.positions)
             told = {
-                3: f"up to {stored} are stored",
-                2: f"up to {stored - 1} are stored",
+                3: f"up to {stored} were sent",
+                2: f"up to {stored - 1} were sent",
             }  # silence proves none
             assert told[mode] in broken_off.value.detail
             assert (await stop).state == "confirmed"

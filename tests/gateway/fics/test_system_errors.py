@@ -4,7 +4,6 @@ import asyncio
 
 import pytest
 
-from gateway.errors import NoReply
 from gateway.fics.errors import ErrorRemains, ErrorStands, NotReadBack, RobotRefused
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.moves import MoveRelative
@@ -82,8 +81,7 @@ async def test_in_mode_2_an_error_that_stands_is_not_the_outcome_of_an_innocent_
     async with fics_rig(mode=2, units=2) as rig:
         await rig.robot.unit(1).position()
         fall_ill(rig)
-        with pytest.raises(NoReply, match="nobody can tell whether it was refused"):
-            await rig.robot.ask(SetVariable(number=1, value=1.0))
+        await rig.robot.ask(SetVariable(number=1, value=1.0))
         assert rig.fics.variables[1] == 1.0
         (told,) = rig.events("robot.error")
         assert (told.data["code"], told.data["kind"]) == ("183", "fics")
@@ -158,3 +156,59 @@ async def test_in_mode_2_an_error_in_the_middle_of_an_upload_is_kept_and_nothing
         opened = frames[: frames.index("POF 2")]
         assert "ERD" not in opened
         assert rig.fics.upload is None
+
+
+@in_virtual_time
+async def test_d19_in_mode_2_a_refusal_that_the_error_has_hidden_is_not_that_of_its_reset() -> None:
+    async with fics_rig(mode=2) as rig:
+        fall_ill(rig)
+        rig.cable._arrive(b"POF 2\r")  # as a fence leaves it: refused with E08, which the error hides
+        await rig.robot.errors_of_system.look()
+        await rig.robot.errors_of_system.reset()
+        assert rig.robot.latched_error is None
+        assert [event.data for event in rig.events("robot.errors.reset")] == [{"by": "gateway"}]
+        assert (await rig.move(DOWN)).status == "succeeded"
+
+
+@in_virtual_time
+async def test_in_mode_2_a_reset_that_was_lost_on_its_way_leaves_the_error() -> None:
+    async with fics_rig(mode=2) as rig:
+        fall_ill(rig)
+        await rig.robot.errors_of_system.look()
+        rig.cable.lost_once = "DRT"
+        with pytest.raises(ErrorRemains):
+            await rig.robot.errors_of_system.reset()
+        assert rig.robot.latched_error is not None
+
+
+@BOTH_MODES
+def test_an_error_is_not_said_to_be_reset_before_the_robot_says_so(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            fall_ill(rig)
+            await rig.robot.errors_of_system.look()
+            rig.cable.lost_once = "DRT"
+            resetting = asyncio.create_task(rig.robot.errors_of_system.reset())
+            await rig.cable.written_from("DRT")
+            if mode == 3:
+                rig.cable._deliver(b"DRT\r")  # a copy of an earlier answer
+            with pytest.raises(ErrorRemains):
+                await resetting
+            assert rig.types("robot.error") == ["robot.error"]
+            assert rig.robot.latched_error is not None
+
+    story()
+
+
+@in_virtual_time
+async def test_in_mode_2_a_refusal_that_an_error_has_hidden_is_not_that_of_the_next_command() -> None:
+    async with fics_rig(mode=2) as rig:
+        fall_ill(rig)
+        rig.cable._arrive(b"POF 2\r")
+        await rig.robot.errors_of_system.look()
+        setting = asyncio.create_task(rig.robot.ask(SetVariable(number=1, value=1.0)))
+        await rig.cable.written_from("VAR")
+        rig.touch(lambda fics, _: fics.reset())  # at the teaching terminal
+        await setting
+        assert rig.fics.variables[1] == 1.0

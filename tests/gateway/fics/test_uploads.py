@@ -87,7 +87,10 @@ async def test_an_upload_that_loses_its_line_tells_what_may_be_stored() -> None:
         )
         await rig.cable.written_from("POS 3")
         rig.cable.unplug()
-        with pytest.raises(UploadBrokenOff, match=r"up to 2 are stored.* The next one may be stored as well"):
+        with pytest.raises(
+            UploadBrokenOff,
+            match=r"up to 2 were sent to r1.* The next one may be stored as well.* not read back",
+        ):
             await uploading
         rig.cable.plugged_in = True
         await asyncio.sleep(10)

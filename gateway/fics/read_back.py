@@ -1,0 +1,102 @@
+"""What a robot was told, read back and compared: silence and E00 confirm nothing (C-HOST manual 1-1-1)."""
+
+from itertools import zip_longest
+from math import isclose
+from typing import TYPE_CHECKING, Any, Final
+
+from gateway.errors import GatewayError, NoReply
+from gateway.fics.errors import NotDone, NotReadBack
+from gateway.fics.exchange import Outcome
+from gateway.fics.targets import DISPLAYED
+from protocols.fics.axis_settings import CoordinateSetting
+from protocols.fics.commands import COMMANDS
+from protocols.fics.inputs_outputs import ChannelBits, GetOutputChannel, SwitchOutput
+from protocols.fics.link import Failure, Refusal
+from protocols.fics.row import FicsCommand
+from protocols.fics.system import SelectUnit, UnitNumbers
+from protocols.table import Reply
+
+if TYPE_CHECKING:
+    from gateway.fics.robot import Robot
+
+PRECISION: Final = 1e-6
+"""Numbers that differ by less than this part of them are one: those of 32 bits have no more digits."""
+
+
+def query_of(command: FicsCommand[Any]) -> FicsCommand[Any] | None:
+    """The query that reads back what a command sets: that of its name, for IOT IDO; None without one."""
+    if isinstance(command, SwitchOutput):
+        return GetOutputChannel(channel=command.channel)
+    for row in COMMANDS.get(command.code, ()):
+        if row.is_query():
+            return row(**{field: getattr(command, field) for field in row.model_fields})
+    return None
+
+
+async def read_back(robot: "Robot", command: FicsCommand[Any], said: Outcome, epoch: int) -> Outcome:
+    """Give what has become of a command that was `said`: its answer is then what was read back.
+
+    A refusal stands, and so does what was not sent. Call it with the floor held and the unit selected.
+    """
+    if isinstance(said, Refusal | Failure) or (
+        isinstance(said, GatewayError) and not isinstance(said, NoReply)
+    ):
+        return said
+    query = query_of(command)
+    if query is None:
+        return said if isinstance(said, NoReply) or said.confirmed else _unproved(robot, command)
+    if robot.line.stop_epoch != epoch:
+        return said if isinstance(said, NoReply) else NotReadBack(_sent(robot, command), _stop_came())
+    try:
+        answer = robot.dialogue.answered(query, await robot.dialogue.say(query, epoch))
+    except GatewayError as unread:
+        return said if isinstance(said, NoReply) else NotReadBack(_sent(robot, command), unread)
+    (reply,) = answer.replies
+    if tells(command, reply):
+        return answer
+    told = f"{query.wire_name()} {reply.written()}"
+    return NotDone(f"{_sent(robot, command)}, and it tells {told}: that was not done as asked.", command)
+
+
+def tells(command: FicsCommand[Any], reply: Reply) -> bool:
+    """Whether a reply tells what a command was to set; what it leaves as it is may be anything."""
+    if isinstance(command, SwitchOutput) and isinstance(reply, ChannelBits):
+        return bool(reply.bits >> command.bit & 1) == command.on
+    if isinstance(command, SelectUnit) and isinstance(reply, UnitNumbers):
+        return reply.host_unit == command.unit
+    step = DISPLAYED if isinstance(command, CoordinateSetting) else 0.0
+    return all(
+        _alike(getattr(command, field), getattr(reply, field, None), step)
+        for field in type(command).model_fields
+    )
+
+
+def _alike(wanted: Any, found: Any, step: float) -> bool:
+    """Whether values agree, in lists one by one; None leaves an axis as it is."""
+    if isinstance(wanted, list):
+        pairs = zip_longest(wanted, (found or [])[: len(wanted)])
+        return all(one is None or _alike(one, other, step) for one, other in pairs)
+    return found is not None and same_number(wanted, found, step)
+
+
+def same_number(wanted: float, found: float, step: float = 0.0) -> bool:
+    """Whether a number is another as a robot displays it: cut or rounded to a multiple of `step`."""
+    if step:
+        return abs(wanted - found) < step * (1 - PRECISION)
+    return isclose(wanted, found, rel_tol=PRECISION, abs_tol=PRECISION)
+
+
+def _sent(robot: "Robot", command: FicsCommand[Any]) -> str:
+    return f"{command.text()} was sent to {robot.id}"
+
+
+def _stop_came() -> GatewayError:
+    return GatewayError("a stop came first.")
+
+
+def _unproved(robot: "Robot", command: FicsCommand[Any]) -> NoReply:
+    return NoReply(
+        f"{_sent(robot, command)}, which Ver.2 does not answer, and nothing tells whether it was done.",
+        "Look whether it was.",
+        command,
+    )
