@@ -19,6 +19,7 @@ from protocols.fics.alarms import (
 )
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
+from protocols.fics.positions import EndPositionUpload
 from protocols.fics.row import FicsCommand
 from protocols.fics.system import HostMode
 from protocols.table import Reply
@@ -161,6 +162,16 @@ class Dialogue:
         self._older_may_hide = lookup(error).kind is ErrorKind.FICS
         await self._heed(error)
         return error
+
+    async def leave_refusal(self) -> int | None:
+        """Leave a refusal that nobody reads: only ERR and a loss of power clear it (C-HOST manual 2-12).
+
+        It is that of the end of an upload where none is open. Gives what `FicsLine.unheard` is then, or None
+        where it was not sent.
+        """
+        exchange = self._line.exchange(EndPositionUpload(), Lane.COMMAND)
+        outcome = await self._submit(exchange)
+        return exchange.unheard if isinstance(outcome, Answered) else None
 
     async def _heed(self, error: str) -> None:
         if lookup(error).kind is ErrorKind.FICS:

@@ -13,10 +13,13 @@ from gateway.fics.errors import PowerCycled, RobotFailed, RobotRefused, refused
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.move_record import RobotMove
 from gateway.fics.pace import PATIENCE, PATIENCE_S, longest_s, paces_of
+from gateway.fics.proofs import Finding
 from gateway.fics.robot import Accepted, Robot
-from gateway.fics.targets import TOLERANCE, furthest_miss, require_known, target_of
+from gateway.fics.stops import OF_THE_END_BEFORE
+from gateway.fics.targets import require_known, target_of
 from gateway.fics.units import RobotUnit, at_rest, in_trouble
 from gateway.move_record import LOST_AFTER_S, MoveStatus
+from protocols.fics.homing import HomeRobot
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.moves import MoveToPosition
 from protocols.fics.row import FicsCommand
@@ -48,6 +51,10 @@ class Journey:
         self._stops_before = self.robot.line.stops
         self._report = advance
         self._overdue_at: float | None = None
+        self._left: int | None = None
+        """How often anything was unheard when a refusal was left unread, which a loss of power clears."""
+        self._power_kept = False
+        """Whether something proves that the robot has not lost its power on the way."""
 
     async def make(self, start_within_s: float) -> None:
         """From the queue to the end."""
@@ -117,6 +124,7 @@ class Journey:
 
     async def _follow(self, accepted: Accepted) -> None:
         """Ask until the axes have come to rest, unless the robot says so first."""
+        await self._leave_refusal()
         while not accepted.outcome.done():
             axes = await self._status()
             if axes is None:
@@ -131,6 +139,14 @@ class Journey:
                 self._moves()
             await asyncio.wait({accepted.outcome}, timeout=self.robot.poll_interval_s)
         await self._conclude(accepted.outcome.result())
+
+    async def _leave_refusal(self) -> None:
+        """In Ver.2, where no axis is homed, leave what a loss of power clears: nothing else tells of one."""
+        known = [place for place in (self.move.start_position or {}).values() if place is not None]
+        if self.robot.mode == HostMode.VER_2 and not known and not isinstance(self.command, HomeRobot):
+            with suppress(GatewayError):
+                async with self.robot.line.floor.held(PROOF):
+                    self._left = await self.robot.dialogue.leave_refusal()
 
     def _moves(self) -> None:
         """The axes were seen to move."""
@@ -211,19 +227,32 @@ class Journey:
         self.move.evidence.append("The axes were seen to stand still twice (ACD).")
         if self.robot.mode != HostMode.VER_2:
             self.move.evidence.append("The answer of the robot stayed away.")
-        try:
-            await self.robot.see_power()
-        except PowerCycled:
-            self._lost("power_cycled", _without_power(self.robot))
+        if await self._lost_power():
             return
-        except GatewayError as unseen:
-            self.move.evidence.append(unseen.detail)
-        await self.robot.errors_of_system.look()
+        told = await self.robot.errors_of_system.look()
+        if self._left == self.robot.line.unheard and told in OF_THE_END_BEFORE:
+            self._power_kept = True
+            self.move.evidence.append(
+                f"The refusal {told} was left unread, and no loss of power has cleared it."
+            )
         await self._read_position()
         if self._stopped():
             await self._ended()
         else:
             await self._weigh(axes)
+
+    async def _lost_power(self) -> bool:
+        """Whether the move is lost with the power; in Ver.3 the mode proves that it was kept."""
+        try:
+            await self.robot.see_power()
+        except PowerCycled:
+            self._lost("power_cycled", _without_power(self.robot))
+            return True
+        except GatewayError as unseen:
+            self.move.evidence.append(unseen.detail)
+        else:
+            self._power_kept = self.robot.mode != HostMode.VER_2
+        return False
 
     async def _weigh(self, axes: list[AxisStatus]) -> None:
         """Nobody has stopped the axes: see what they tell of how it ended."""
@@ -232,27 +261,28 @@ class Journey:
             await self._failed(error.code or "999", looked=True)
         elif any(map(in_trouble, axes)):
             self._advance(MoveStatus.FAILED, _in_trouble(self.unit))
-        elif self._untouched():
+        elif self._finding().untouched():
             self.move.end_cause = "not_executed"
             self._advance(MoveStatus.FAILED, _lost_on_its_way(self.unit, self.move))
-        elif self._proves_nothing():
-            self.move.evidence.append("Nothing proves how it has ended.")
-            self._advance(MoveStatus.UNKNOWN, _unseen(self.unit, self.move))
         else:
             await self._ended()
 
     async def _ended(self) -> None:
         """Without an error: by itself or by a stop."""
         await self._read_position()
-        if self._stopped() and not self._on_target():
+        finding = self._finding()
+        if self._stopped() and not finding.on_target():
             self.move.end_cause = "stop_command"
             self._advance(MoveStatus.STOPPED)
-        elif self._off_target():
+        elif finding.off_target():
             self.move.end_cause = "position_mismatch"
             self._advance(MoveStatus.FAILED, _missed(self.unit, self.move))
-        else:
+        elif await self._is_proved(finding):
             self.move.end_cause = "normal"
             self._advance(MoveStatus.SUCCEEDED)
+        elif not self.move.status.final:
+            self.move.evidence.append("Nothing proves how it has ended.")
+            self._advance(MoveStatus.UNKNOWN, _unproved(self.unit, self.move, ran=finding.ran()))
 
     async def _failed(self, code: str, *, looked: bool = False) -> None:
         """With an error of the system: that of a stop, or one that came by itself."""
@@ -272,7 +302,7 @@ class Journey:
             return
         self.move.completion = "inferred"
         await self._read_position()
-        if self._on_target() and not self._proves_nothing():
+        if self._finding().arrived():
             self.move.evidence.append("The axes stand at the target.")
             self.move.end_cause = "normal"
             self._advance(MoveStatus.SUCCEEDED)
@@ -292,38 +322,26 @@ class Journey:
         """Whether a stop was sent since the move was admitted."""
         return self.robot.line.stops != self._stops_before
 
-    def _miss(self) -> float | None:
-        return furthest_miss(self.move.target_position, self.move.position)
+    def _finding(self) -> Finding:
+        move = self.move
+        return Finding(
+            command=self.command,
+            start=move.start_position or {},
+            target=move.target_position,
+            position=move.position,
+            moved=move.status is MoveStatus.MOVING,
+            replied=move.completion == "reply",
+        )
 
-    def _on_target(self) -> bool:
-        miss = self._miss()
-        return miss is not None and miss <= TOLERANCE
+    async def _is_proved(self, finding: Finding) -> bool:
+        return finding.arrived() or (finding.ran_its_course() and await self._has_kept_power(finding))
 
-    def _off_target(self) -> bool:
-        miss = self._miss()
-        return miss is not None and miss > TOLERANCE
-
-    def _untouched(self) -> bool:
-        """Whether a move that should have gone somewhere has not left its place."""
-        return self._off_target() and not self._seen_to_move()
-
-    def _proves_nothing(self) -> bool:
-        """Whether nobody knows the place it should have come to, or the one it has; nor whether it began."""
-        if self._miss() and not self._seen_to_move():
-            return True  # a way so short that its roundings hide it
-        target = self.move.target_position
-        if target and (self.move.position is None or None not in target.values()):
-            return self._miss() is None
-        return self._miss() is None and not self._seen_to_move()
-
-    def _seen_to_move(self) -> bool:
-        """Whether the axes moved when they were asked, or one stands where it did not.
-
-        One that no longer knows its place tells nothing: that may be a loss of power.
-        """
-        start, now = self.move.start_position or {}, self.move.position or {}
-        moved = any(place is not None and place != start.get(axis) for axis, place in now.items())
-        return moved or self.move.status is MoveStatus.MOVING
+    async def _has_kept_power(self, finding: Finding) -> bool:
+        """Whether that is proved: by the mode, by what was left unread, or by places."""
+        if not self._power_kept and self.robot.mode != HostMode.VER_2:
+            await self._lost_power()
+            return self._power_kept
+        return self._power_kept or finding.shows_power()
 
 
 def _gone(robot: Robot) -> MoveFailed:
@@ -347,10 +365,12 @@ def _lost_on_its_way(unit: RobotUnit, move: RobotMove) -> NotExecuted:
     )
 
 
-def _unseen(unit: RobotUnit, move: RobotMove) -> NoReply:
+def _unproved(unit: RobotUnit, move: RobotMove, *, ran: bool) -> NoReply:
+    said = "and answered" if move.completion == "reply" else "and not answered"
+    why = "the robot may have lost its power on the way" if ran else "the axes were not seen to move"
     return NoReply(
-        f"{move.command} was sent to {unit.address} and not answered; the axes stand still, which proves "
-        "nothing.",
+        f"{move.command} was sent to {unit.address} {said}; the axes stand still, but {why}, and no place "
+        "proves that it was done.",
         "Read status and position before anything else.",
     )
 

@@ -40,7 +40,7 @@ class SystemErrors:
         self._robot = robot
         self.latched: RobotErrorRecord | None = None
         """The error that stands, as far as is known."""
-        self._looking: set[asyncio.Task[None]] = set()
+        self._looking: set[asyncio.Task[str | None]] = set()
         robot.dialogue.on_error = self._keep
         robot.dialogue.on_alarm = self._look_soon
 
@@ -64,16 +64,20 @@ class SystemErrors:
                 self._robot.publish("robot.errors.reset", {"by": reset_by})
         return error
 
-    async def look(self) -> None:
-        """Find out which error stands; if the answer is lost, the details still tell (C-HOST manual 2-13)."""
+    async def look(self) -> str | None:
+        """Find out which error stands, and give what ERR has told of it.
+
+        None where its answer is lost: then the details still tell of an error (C-HOST manual 2-13).
+        """
         try:
-            await self.take()
+            return await self.take()
         except NoReply:
             with suppress(GatewayError):
                 async with self._robot.line.floor.held(Lane.COMMAND):
                     await self._keep(None)
         except GatewayError:
-            return
+            return None
+        return None
 
     async def reset(self) -> None:
         """Reset the errors of the system, and see whether one still stands (DRT, C-HOST manual 2-14).

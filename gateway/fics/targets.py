@@ -89,6 +89,13 @@ def _sum(place: float | None, amount: float | None) -> float | None:
     return None if place is None or amount is None else place + amount
 
 
+def is_missed(target: Places | None, position: Places | None) -> bool:
+    """Whether an axis is known to stand off its target, wherever the others do."""
+    return any(
+        (furthest_miss({axis: place}, position) or 0.0) > TOLERANCE for axis, place in (target or {}).items()
+    )
+
+
 def furthest_miss(target: Places | None, position: Places | None) -> float | None:
     """How far the worst axis stands from its target; None where that is not known of all of them."""
     if not target or position is None:

@@ -5,15 +5,16 @@ from contextlib import suppress
 
 import pytest
 
-from gateway.errors import Expired, QueueFull
+from gateway.errors import Expired, GatewayError, QueueFull
 from gateway.fics.robot import Robot
 from gateway.move_record import MoveStatus
 from gateway.scheduler import QUEUE_LIMIT
 from protocols.fics.homing import HomeRobot
+from protocols.fics.macros import RunMacro
 from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import SetSpeedPercent
-from protocols.fics.variables import GetVariable
+from protocols.fics.variables import GetVariable, SetVariable
 from protocols.table import Ack
 from simulator.faults import Direction, Fault
 from simulator.fics.line import LineSettings
@@ -21,6 +22,7 @@ from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 
 DOWN = MoveRelative(coordinates=[None, None, -5.0])
+FAR_DOWN = MoveRelative(coordinates=[None, None, -100.0])
 SLOWLY = SetSpeedPercent(percents=[2.0, 2.0, 2.0])
 
 
@@ -272,3 +274,110 @@ async def test_in_mode_2_a_move_whose_error_is_not_told_expires_in_time() -> Non
             await rig.plant.robot_moves.start(rig.robot, 1, DOWN, start_within_s=0.3)
         assert asyncio.get_running_loop().time() == pytest.approx(asked_at + 0.3)
         assert rig.heard("LMI") == []
+
+
+# where no target tells
+
+
+@in_virtual_time
+async def test_d18_in_mode_2_a_move_unhomed_that_lost_its_power_is_not_called_done() -> None:
+    async with fics_rig(mode=2) as rig:
+        move = await rig.plant.robot_moves.start(rig.robot, 1, FAR_DOWN)
+        await asyncio.sleep(0.5)
+        rig.power_cycle()
+        move = await rig.plant.robot_moves.wait(move.id, 60)
+        assert rig.stops()[-1].facts["why"] == "power"
+        assert move.status in (MoveStatus.UNKNOWN, MoveStatus.LOST)
+        assert move.error is not None
+        assert "may have lost its power" in move.error.detail
+
+
+@in_virtual_time
+async def test_in_mode_2_what_was_left_unread_proves_that_a_move_unhomed_kept_its_power() -> None:
+    async with fics_rig(mode=2) as rig:
+        move = await rig.move(FAR_DOWN)
+        assert (move.status, move.position) == (MoveStatus.SUCCEEDED, dict.fromkeys("XYZ"))
+        assert "The refusal E01 was left unread, and no loss of power has cleared it." in move.evidence
+        assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
+
+
+@pytest.mark.parametrize("said", ["VAR V01=1", "VAR V1"])
+def test_in_mode_2_a_refusal_that_somebody_has_read_or_left_since_proves_nothing(said: str) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=2) as rig:
+            move = await rig.plant.robot_moves.start(rig.robot, 1, FAR_DOWN)
+            await asyncio.sleep(0.3)
+            if said == "VAR V01=1":
+                await rig.robot.ask(SetVariable(number=1, value=1.0))
+            else:
+                rig.power_cycle()
+                rig.cable.lost_command = "VAR"  # the fence leaves a refusal of its own
+                with suppress(GatewayError):
+                    await rig.robot.ask(GetVariable(number=1))
+                rig.cable.lost_command = ""
+            move = await rig.plant.robot_moves.wait(move.id, 60)
+            assert move.status in (MoveStatus.UNKNOWN, MoveStatus.LOST)
+
+    story()
+
+
+@pytest.mark.parametrize("command", [HomeRobot(), RunMacro(macro="PCK", arguments=[150, 140, -5])])
+def test_d18_a_copy_of_an_earlier_answer_ends_nothing_that_never_ran(command: FicsCommand[Ack]) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig() as rig:
+            await rig.move(HomeRobot())
+            rig.cable.lost_once = command.wire_name()
+            moving = asyncio.create_task(rig.move(command))
+            await rig.cable.written_from(command.wire_name())
+            rig.cable._deliver(f"{command.wire_name()}\r".encode())
+            move = await moving
+            assert (move.status, move.completion) == (MoveStatus.UNKNOWN, "reply")
+            assert move.error is not None
+            assert "were not seen to move" in move.error.detail
+            assert (await rig.move(command)).status is MoveStatus.SUCCEEDED
+
+    story()
+
+
+@in_virtual_time
+async def test_an_answer_to_a_move_unhomed_that_lost_its_power_does_not_call_it_done() -> None:
+    async with fics_rig() as rig:
+        move = await rig.plant.robot_moves.start(rig.robot, 1, FAR_DOWN)
+        await asyncio.sleep(0.5)
+        rig.power_cycle()
+        rig.cable._deliver(b"LMI\r")  # a copy of an earlier one
+        move = await rig.plant.robot_moves.wait(move.id, 60)
+        assert (move.status, move.end_cause) == (MoveStatus.LOST, "power_cycled")
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_homing_is_done_where_places_are_known_then(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            for _ in range(2):
+                assert (await rig.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+            rig.power_cycle()
+            await asyncio.sleep(6)
+            rig.robot.power.acknowledge()
+            move = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+            await asyncio.sleep(0.5)
+            rig.power_cycle()
+            move = await rig.plant.robot_moves.wait(move.id, 60)
+            assert move.status in (MoveStatus.UNKNOWN, MoveStatus.LOST)
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_macro_of_a_homed_robot_is_done_where_its_axes_still_know_their_places(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await rig.move(HomeRobot())
+            move = await rig.move(RunMacro(macro="PCK", arguments=[150, 140, -5]))
+            assert move.status is MoveStatus.SUCCEEDED
+
+    story()
