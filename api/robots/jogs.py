@@ -42,7 +42,7 @@ async def start_jog(request: Request, robot_id: RobotId, jog: JogRequest) -> Res
     responses=DECLARED,
 )
 async def keep_jogging(request: Request, robot_id: RobotId, jog_id: str) -> Response:
-    """Let the axis move for another half second; 409 when it was stopped, or nobody can reach it."""
+    """Let the axis move for another half second; 409 when it is being stopped, or nobody can reach it."""
     return json_response(plant_of(request).robot(robot_id).jogs.heartbeat(jog_id))
 
 
@@ -50,11 +50,20 @@ async def keep_jogging(request: Request, robot_id: RobotId, jog_id: str) -> Resp
     "/robots/{robot_id}/jogs/{jog_id}/stop",
     name="end_jog",
     response_model=JogSession,
-    responses=DECLARED,
+    responses={
+        **DECLARED,
+        200: {"description": "The axis was seen to stand still."},
+        202: {"model": JogSession, "description": "It may still move: the whole robot is being stopped."},
+    },
 )
 async def end_jog(request: Request, robot_id: RobotId, jog_id: str) -> Response:
-    """Stop the axis, and answer when it stands still or the whole robot is being stopped."""
-    return json_response(await plant_of(request).robot(robot_id).jogs.end(jog_id))
+    """Stop the axis, and answer when it stands still.
+
+    Where that was not seen in time, the state is `stopping` and the whole robot is being stopped; ask again
+    until the state is another.
+    """
+    session = await plant_of(request).robot(robot_id).jogs.end(jog_id)
+    return json_response(session, 202 if session.state == "stopping" else 200)
 
 
 async def begin_jog(unit: RobotUnit, axis: str, direction: Literal["+", "-"]) -> Response:

@@ -150,7 +150,7 @@ async def _start_jog(request: Request, robot_id: RobotId, unit: UnitNumber, comm
 
 
 async def _stop_jog(request: Request, robot_id: RobotId, unit: UnitNumber, command: Any) -> Response:
-    """Stop the axis of this unit and of no other, with its session, and answer when it stands still."""
+    """Stop the axis of this unit and of no other, with its session; 200 when it was seen to stand still."""
     axes = unit_of(request, robot_id, unit)
     require_fit(axes, command)
     await axes.robot.jogs.stop(unit, command.axis)

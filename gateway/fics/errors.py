@@ -213,7 +213,7 @@ class JogOutOfReach(GatewayError):
 
 
 class JogOver(GatewayError):
-    """The JOG session has ended: its axis was stopped."""
+    """The JOG session goes on no more: its axis is being stopped, or stands still."""
 
     kind = "jog-over"
     title = "The JOG is over"

@@ -29,6 +29,9 @@ KEPT = 100
 """Ended sessions that are remembered, to tell why they have ended."""
 
 
+JogEnd = Literal["ended", "lost", "stopped"]
+
+
 class JogSession(Record):
     """An axis that jogs, or has jogged."""
 
@@ -36,10 +39,14 @@ class JogSession(Record):
     unit: int
     axis: str
     direction: Literal["+", "-"]
-    state: Literal["jogging", "ended", "lost", "stopped"] = Field(
+    state: Literal["jogging", "stopping", JogEnd] = Field(
         "jogging",
-        description="ended by request or because the axis stood still, as at its limit; lost for want of a "
-        "heartbeat; or stopped, with the robot or at the end of the gateway.",
+        description="stopping: the axis is told to stop, and may still move. The others mean that it was "
+        "seen to stand still: ended by request or because it stood still, as at its limit; lost for want of "
+        "a heartbeat; stopped with the robot or at the end of the gateway.",
+    )
+    ends_as: JogEnd | None = Field(
+        default=None, description="The state that follows when the axis stands still; null while it jogs."
     )
     heartbeat_within_ms: int = Field(
         default=int(HEARTBEAT_S * 1000), description="The next heartbeat has to come within this."
@@ -65,6 +72,8 @@ class Jogs:
         self._running: dict[str, _Running] = {}
         self._unsettled: dict[str, JogSession] = {}
         """From before its start is sent until the axis is seen to stand still."""
+        self._with_robot: list[JogSession] = []
+        """Those whose standstill the stop of the whole robot sees to."""
         self._over: dict[str, JogSession] = {}
         self._stopping: dict[str, asyncio.Task[None]] = {}
 
@@ -127,19 +136,19 @@ class Jogs:
         try:
             self._robot.dialogue.answered(command, await accepted.outcome)
         except GatewayError as error:
-            if session.id in self._running:
+            if session.id in self._running and error.moved == "no":
+                self._leave(session, "ended")
+                self._settle(session)
+            elif session.id in self._running:
                 self._end(session, "ended")
-                if error.moved == "no":
-                    self._settle(session)
-                else:
-                    self._stop_axis(session)
+                self._stop_axis(session)
             raise
 
     def heartbeat(self, session_id: str) -> JogSession:
         """Keep an axis jogging for another half second.
 
         :raises NotFound: there was no such session.
-        :raises JogOver: the axis was stopped.
+        :raises JogOver: the axis is being stopped, or stands still.
         :raises JogOutOfReach: nobody can keep it, or stop it; the session is lost as if none had come.
         """
         self._robot.line.admission.revise()
@@ -163,9 +172,10 @@ class Jogs:
             self._missed(running.session)
 
     async def end(self, session_id: str) -> JogSession:
-        """Stop an axis, and give its session when it stands still or the robot is being stopped.
+        """Stop an axis, and give its session when it stands still.
 
-        One that is over already is given as it ended.
+        Its state is `stopping` where that was not seen in time: then the whole robot is being stopped. One
+        that is over already is given as it ended.
 
         :raises NotFound: there was no such session.
         """
@@ -177,11 +187,11 @@ class Jogs:
         return session
 
     async def stop(self, unit: int, axis: str) -> None:
-        """Stop an axis, whoever lets it jog, until it stands still or the robot is being stopped.
+        """Stop an axis, whoever lets it jog, until it stands still.
 
         :raises InvalidRequest: the unit has no such axis; nothing was sent.
         :raises UnitNotSelected: the robot would stop the axis of another unit; nothing was stopped.
-        :raises RobotBusy: it was sent, and the axis was not seen to stand still within a second.
+        :raises RobotBusy: it was sent, and the axis was not seen to stand still in time.
         :raises GatewayError: it was not sent, or not answered; the error says which.
         """
         sessions = self._unsettled_with(unit, axis)
@@ -193,6 +203,8 @@ class Jogs:
                 self._end(session, "ended")
         if sent:
             await asyncio.gather(*(asyncio.shield(self._stop_axis(it)) for it in sent))
+            if any(session.state == "stopping" for session in sent):
+                raise self._not_seen_still(unit, axis)
         else:
             await self._stop_unknown(unit, axis)
 
@@ -210,12 +222,15 @@ class Jogs:
         patient_until = loop.time() + STILL_WITHIN_S
         while not await self._stands_still(unit, axis):
             if loop.time() >= patient_until:
-                raise RobotBusy(
-                    f"JOG {axis} was sent to unit {unit} of {robot.id}, but the axis was not seen to stand "
-                    "still.",
-                    "Stop the whole robot if it must not move.",
-                )
+                raise self._not_seen_still(unit, axis)
             await asyncio.sleep(LOOK_AGAIN_S)
+
+    def _not_seen_still(self, unit: int, axis: str) -> RobotBusy:
+        return RobotBusy(
+            f"JOG {axis} was sent to unit {unit} of {self._robot.id}, but the axis was not seen to stand "
+            "still.",
+            "Stop the whole robot if it must not move.",
+        )
 
     async def _select(self, unit: int, axis: str) -> None:
         try:
@@ -231,8 +246,15 @@ class Jogs:
         """The whole robot is being stopped, which sees to its standstill: no session goes on."""
         for running in list(self._running.values()):
             self._end(running.session, "stopped")
+        self._with_robot += [session for session in self._unsettled.values() if session.state == "stopping"]
         self._unsettled.clear()
         self._end_motion()
+
+    def robot_stands_still(self) -> None:
+        """The stop of the whole robot is confirmed."""
+        sessions, self._with_robot = self._with_robot, []
+        for session in sessions:
+            self._stands(session)
 
     def end_all(self, state: Literal["lost", "stopped"]) -> None:
         """Stop every axis that jogs: no heartbeat counts any more."""
@@ -258,8 +280,14 @@ class Jogs:
             return self._running[session_id]
         if session_id in self._over:
             session = self._over[session_id]
+            if session.state == "stopping":
+                raise JogOver(
+                    f"The JOG of axis {session.axis} is being stopped ({session.ends_as}); the axis may "
+                    "still move.",
+                    "Wait until it stands still; start a new JOG then if it is still wanted.",
+                )
             raise JogOver(
-                f"The JOG of axis {session.axis} is over ({session.state}); the axis was stopped.",
+                f"The JOG of axis {session.axis} is over ({session.state}); the axis stands still.",
                 "Start a new JOG if it is still wanted.",
             )
         raise NotFound(f"There is no JOG session {session_id}.")
@@ -280,16 +308,25 @@ class Jogs:
             self._end(session, "ended")
             self._stop_axis(session)
 
-    def _end(self, session: JogSession, state: Literal["ended", "lost", "stopped"]) -> None:
-        """End a session that runs, which is done once."""
+    def _end(self, session: JogSession, ends_as: JogEnd) -> None:
+        """Begin the end of a session that runs, which is done once: its axis may still move."""
+        self._leave(session, ends_as)
+        self._robot.publish("robot.jog.stopping", session.model_dump())
+
+    def _leave(self, session: JogSession, ends_as: JogEnd) -> None:
         running = self._running.pop(session.id)
         running.alarm.cancel()
         running.rest.cancel()
-        session.state = state
+        session.state, session.ends_as = "stopping", ends_as
         self._over[session.id] = session
         while len(self._over) > KEPT:
             del self._over[next(iter(self._over))]
-        self._robot.publish(f"robot.jog.{state}", session.model_dump())
+
+    def _stands(self, session: JogSession) -> None:
+        """Its axis was seen to stand still, or has never moved: only now it is over."""
+        if session.state == "stopping" and session.ends_as is not None:
+            session.state = session.ends_as
+            self._robot.publish(f"robot.jog.{session.state}", session.model_dump())
 
     def _stop_axis(self, session: JogSession) -> "asyncio.Task[None]":
         """Stop the axis of a session that has ended; a second stop joins the first."""
@@ -315,22 +352,21 @@ class Jogs:
         """
         try:
             async with asyncio.timeout(STILL_WITHIN_S):
-                while not await self._is_settled(session):
+                while session.id in self._unsettled:  # or else the stop of the whole robot sees to it
+                    if await self._stands_still(session.unit, session.axis):
+                        self._settle(session)
+                        return
                     await asyncio.sleep(LOOK_AGAIN_S)
                     if session.id in self._unsettled:
                         self._send_stop(session)
         except TimeoutError:
             self._robot.publish("robot.jog.not_stopped", session.model_dump())
             await self._robot.stop("immediate")
-        else:
-            self._settle(session)
-
-    async def _is_settled(self, session: JogSession) -> bool:
-        """Whether the axis stands still, or the stop of the whole robot sees to that."""
-        return await self._stands_still(session.unit, session.axis) or session.id not in self._unsettled
 
     def _settle(self, session: JogSession) -> None:
+        """The axis of a session stands still, or was never told to move."""
         self._unsettled.pop(session.id, None)
+        self._stands(session)
         self._end_motion()
 
     def _end_motion(self) -> None:

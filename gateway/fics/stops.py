@@ -110,6 +110,7 @@ class RobotStops:
         finally:
             del self._running[stop.mode]
         self._robot.moves_by_itself = False
+        self._robot.jogs.robot_stands_still()
         stop.publish("confirmed")
         await self._robot.errors_of_system.look()
         await happens(self._robot.idle, RECORD_WITHIN_S)

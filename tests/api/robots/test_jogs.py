@@ -77,7 +77,11 @@ async def test_a_jog_that_came_to_its_limit_is_over_and_leaves_the_robot_free(ce
         await asyncio.sleep(0.4)
         beat = await cell.post(f"{place}/heartbeat")
     assert (beat.status_code, beat.json()["type"].rpartition(":")[2]) == (409, "jog-over")
-    assert cell.rig.types("robot.jog") == ["robot.jog.started", "robot.jog.ended"]
+    assert cell.rig.types("robot.jog") == [
+        "robot.jog.started",
+        "robot.jog.stopping",
+        "robot.jog.ended",
+    ]
     await asyncio.sleep(1)
     assert (await cell.get("/robots/r1")).json()["moving"] is False
     await cell.move(HOME)
@@ -93,3 +97,31 @@ async def test_a_heartbeat_that_nobody_hears_is_not_answered_as_one_that_keeps_t
     assert (beat.status_code, beat.json()["type"].rpartition(":")[2]) == (409, "jog-out-of-reach")
     assert "may go on moving" in beat.json()["detail"]
     assert beat.json()["moved"] == "unknown"
+
+
+@in_cell()
+async def test_d20_a_stop_whose_standstill_was_not_seen_is_202_and_the_state_says_so(cell: Cell) -> None:
+    place = (await cell.post("/robots/r1/jogs", JOG)).headers["location"]
+    cell.rig.cable.lost_answer = "ACD"
+    unseen = await cell.post(f"{place}/stop")
+    assert (unseen.status_code, unseen.json()["state"], unseen.json()["ends_as"]) == (
+        202,
+        "stopping",
+        "ended",
+    )
+    cell.rig.cable.lost_answer = ""
+    await asyncio.sleep(10)
+    seen = await cell.post(f"{place}/stop")
+    assert (seen.status_code, seen.json()["state"]) == (200, "ended")
+
+
+@in_cell()
+async def test_d20_the_command_that_stops_a_jog_is_200_only_where_standstill_was_seen(cell: Cell) -> None:
+    await cell.post("/robots/r1/jogs", JOG)
+    cell.rig.cable.lost_answer = "ACD"
+    unseen = await cell.post("/robots/r1/units/2/commands/stop-jog", {"axis": "X"})
+    refused(unseen, 409)
+    assert "not seen to stand still" in unseen.json()["detail"]
+    cell.rig.cable.lost_answer = ""
+    await asyncio.sleep(10)
+    assert (await cell.post("/robots/r1/units/2/commands/stop-jog", {"axis": "X"})).status_code == 200

@@ -2,18 +2,33 @@
 
 import asyncio
 import itertools
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from gateway.errors import InvalidRequest, NoReply, NotFound, StoppedFirst
 from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, RobotRefused, UnitNotSelected
+from gateway.fics.jogs import JogSession
 from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
+from protocols.fics.speeds import SetDecelerationTimes, SetMaximumSpeeds
 from protocols.fics.variables import GetVariable
 from simulator.faults import Direction, Fault
-from tests.fics_plants import fics_rig
+from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
+
+ENDED, LOST, STOPPED = (
+    ["robot.jog.started", "robot.jog.stopping", f"robot.jog.{end}"] for end in ("ended", "lost", "stopped")
+)
+SLOW_TO_STOP = (
+    SetMaximumSpeeds(speeds=[None, None, 400.0]),
+    SetDecelerationTimes(times_ms=[None, None, 9999]),
+)
+"""Z takes seconds to come to rest."""
 
 
 @pytest.mark.parametrize("mode", [2, 3])
@@ -49,7 +64,7 @@ def test_without_a_heartbeat_the_axis_is_stopped(mode: int) -> None:
             await asyncio.sleep(1.5)
             assert rig.cable.frames(sent)[0] == "JOG Z"
             assert rig.fics.job is None
-            assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.lost"]
+            assert rig.types("robot.jog") == LOST
             with pytest.raises(JogOver, match="lost"):
                 rig.robot.jogs.heartbeat(session.id)
             assert not rig.robot.moving
@@ -134,7 +149,7 @@ async def test_an_axis_waits_for_the_end_of_its_last_jog_which_never_stops_the_n
         with pytest.raises(RobotBusy, match=r"axis Z .* nothing was sent"):
             await rig.robot.jogs.start(1, "Z", "+")
         await asyncio.sleep(0.505)
-        assert first.state == "lost"
+        assert (first.state, first.ends_as) == ("stopping", "lost")
         with pytest.raises(RobotBusy):
             await rig.robot.jogs.start(1, "Z", "-")
         await asyncio.sleep(0.2)
@@ -196,7 +211,7 @@ def test_an_axis_that_has_come_to_its_limit_jogs_no_more(mode: int) -> None:
             session = await rig.robot.jogs.start(1, "Z", "+")
             with pytest.raises(JogOver, match="ended"):
                 await keep_jogging(rig.robot, session.id, 120.0)
-            assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.ended"]
+            assert rig.types("robot.jog") == ENDED
             await asyncio.sleep(0.5)
             assert not rig.robot.moving
             assert (await rig.move(HomeRobot())).status == "succeeded"
@@ -213,7 +228,7 @@ async def test_a_jog_whose_answer_is_lost_ends_once() -> None:
             await rig.robot.jogs.start(1, "Z", "-")
         await asyncio.sleep(3)
         assert rig.fics.job is None
-        assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.lost"]
+        assert rig.types("robot.jog") == LOST
 
 
 @in_virtual_time
@@ -226,7 +241,7 @@ async def test_a_stop_that_comes_before_the_answer_is_the_last_news_of_the_jog()
         with pytest.raises(JogOver, match="stopped"):
             await starting
         assert (await stopping).state == "confirmed"
-        assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.stopped"]
+        assert rig.types("robot.jog") == STOPPED
 
 
 @in_virtual_time
@@ -314,7 +329,7 @@ async def test_a_heartbeat_that_cannot_keep_the_axis_says_so_and_keeps_nothing()
         with pytest.raises(JogOutOfReach, match="axis Z of unit 1 may go on moving"):
             rig.robot.jogs.heartbeat(session.id)
         await asyncio.sleep(0.3)
-        assert session.state == "lost"
+        assert (session.state, session.ends_as) == ("stopping", "lost")
 
 
 @in_virtual_time
@@ -335,3 +350,110 @@ async def test_reads_of_others_keep_nobody_from_seeing_that_a_jog_has_ended() ->
         for other in others:
             other.cancel()
         await asyncio.gather(*others, return_exceptions=True)
+
+
+# what is told of an axis is true
+
+
+def moves(rig: FicsRig) -> bool:
+    """Whether Z of unit 1 does, in truth."""
+    rig.touch(lambda _fics, _now: None)
+    return rig.fics.units[1].moves(2)
+
+
+@asynccontextmanager
+async def jogging_that_brakes_slowly(mode: int) -> AsyncIterator[tuple[FicsRig, JogSession]]:
+    """Jog Z fast, with a brake that takes seconds, and judge every event about it by the truth."""
+    async with fics_rig(mode=mode) as rig:
+        rig.fics.units[1].users[2].minus_limit = -10_000.0
+        rig.fics.units[1].motors[2].world = replace(rig.fics.units[1].motors[2].world, minus_limit=-20_000.0)
+        await rig.move(HomeRobot())
+        for setting in SLOW_TO_STOP:
+            await rig.robot.ask(setting, 1)
+        lies = []
+        publish = rig.robot.publish
+
+        def judged(kind: str, data: dict[str, Any], correlation: str | None = None) -> str:
+            if kind in ("robot.jog.ended", "robot.jog.lost", "robot.jog.stopped") and moves(rig):
+                lies.append(kind)
+            return publish(kind, data, correlation)
+
+        rig.robot.publish = judged  # type: ignore[method-assign]
+        session = await rig.robot.jogs.start(1, "Z", "-")
+        for _ in range(8):
+            await asyncio.sleep(0.3)
+            rig.robot.jogs.heartbeat(session.id)
+        yield rig, session
+        await asyncio.sleep(15)
+        assert lies == []
+        assert not moves(rig)
+        assert session.state == session.ends_as
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_d20_a_jog_is_not_over_while_its_axis_moves(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with jogging_that_brakes_slowly(mode) as (rig, session):
+            ending = asyncio.create_task(rig.robot.jogs.end(session.id))
+            await asyncio.sleep(0.5)
+            assert moves(rig)
+            assert session.state == "stopping"
+            with pytest.raises(JogOver, match=r"is being stopped \(ended\); the axis may still move"):
+                rig.robot.jogs.heartbeat(session.id)
+            assert (await ending).state == ("stopping" if moves(rig) else "ended")
+        with pytest.raises(JogOver, match=r"is over \(ended\); the axis stands still"):
+            rig.robot.jogs.heartbeat(session.id)
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_d20_a_jog_that_is_stopped_with_the_robot_is_over_when_that_stands_still(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with jogging_that_brakes_slowly(mode) as (rig, session):
+            report = await rig.robot.stop("decelerate")
+            assert (report.state == "confirmed") is not moves(rig)
+            assert session.state == ("stopping" if moves(rig) else "stopped")
+            assert (await rig.robot.jogs.end(session.id)).state == ("stopping" if moves(rig) else "stopped")
+        assert session.state == "stopped"
+        assert rig.types("robot.jog") == STOPPED
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_d20_a_jog_without_heartbeat_is_lost_when_its_axis_stands_still(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with jogging_that_brakes_slowly(mode) as (rig, session):
+            await asyncio.sleep(0.7)
+            assert moves(rig)
+            assert (session.state, session.ends_as) == ("stopping", "lost")
+            assert (await rig.robot.jogs.end(session.id)).state == ("stopping" if moves(rig) else "lost")
+
+    story()
+
+
+@in_virtual_time
+async def test_an_end_that_nobody_could_see_says_so() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        session = await rig.robot.jogs.start(1, "Z", "-")
+        rig.cable.lost_answer = "ACD"
+        assert (await rig.robot.jogs.end(session.id)).state == "stopping"
+        assert rig.types("robot.jog")[-1] == "robot.jog.not_stopped"
+        rig.cable.lost_answer = ""
+        await asyncio.sleep(5)
+        assert (await rig.robot.jogs.end(session.id)).state == "ended"
+
+
+@in_virtual_time
+async def test_the_stop_of_an_axis_whose_session_was_not_seen_to_end_says_so() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.jogs.start(1, "Z", "-")
+        rig.cable.lost_answer = "ACD"
+        with pytest.raises(RobotBusy, match=r"JOG Z was sent .* not seen to stand still"):
+            await rig.robot.jogs.stop(1, "Z")

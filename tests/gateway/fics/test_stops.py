@@ -103,10 +103,11 @@ async def test_the_dead_man_of_a_jog_outlasts_a_cable_that_is_out_for_minutes() 
         rig.cable.unplug()
         await asyncio.sleep(2 * HURRY_S)
         assert rig.fics.job is not None
-        assert (session.state, rig.robot.stopping) == ("lost", True)
+        assert (session.state, session.ends_as, rig.robot.stopping) == ("stopping", "lost", True)
         rig.cable.plugged_in = True
         await asyncio.sleep(10.0)
         assert rig.fics.job is None
+        assert session.state == "lost"
         assert rig.types("robot.stop")[-1] == "robot.stop.confirmed"
 
 
