@@ -26,6 +26,11 @@ from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisStatus
 from protocols.fics.system import HostMode
 
+REFUSAL_SHOWS_POWER = True
+"""Only ERR and a loss of power clear the last refusal: an assumption.
+
+Without it, a robot in Ver.2 that is not homed does not show whether it kept its power.
+"""
 ANSWER_AFTER_REST_S = 0.5
 """An answer that comes later than this after standstill is taken for lost."""
 PROOF = Lane.PROOF
@@ -142,8 +147,10 @@ class Journey:
 
     async def _leave_refusal(self) -> None:
         """In Ver.2, where no axis is homed, leave what a loss of power clears: nothing else tells of one."""
+        if not REFUSAL_SHOWS_POWER or self.robot.mode != HostMode.VER_2:
+            return
         known = [place for place in (self.move.start_position or {}).values() if place is not None]
-        if self.robot.mode == HostMode.VER_2 and not known and not isinstance(self.command, HomeRobot):
+        if not known and not isinstance(self.command, HomeRobot):
             with suppress(GatewayError):
                 async with self.robot.line.floor.held(PROOF):
                     self._left = await self.robot.dialogue.leave_refusal()

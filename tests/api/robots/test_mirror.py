@@ -157,3 +157,28 @@ async def test_soft_limits_are_kept_apart(cell: Cell) -> None:
     assert not limits_sent(cell)
     assert (await cell.post(f"{UNIT}/commands/set-upper-soft-limits", {"coordinates": [299]})).json() == {}
     assert limits_sent(cell) == ["SLP 299"]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "lost"),
+    [
+        ("set-speed-percent", {"percents": [50]}, "VAO 50"),
+        ("set-upper-soft-limits", {"coordinates": [333]}, "SLP 333"),
+        ("clear-positions", {}, "PCL"),
+    ],
+)
+def test_d17_in_mode_2_a_command_whose_line_is_lost_is_409_not_done(
+    name: str, content: dict[str, object], lost: str
+) -> None:
+    @in_cell(units=1, mode=2)
+    async def story(cell: Cell) -> None:
+        cell.rig.fics.units[1].positions[1] = (1.0,)
+        cell.rig.cable.lost_once = lost
+        answer = await cell.post(f"{UNIT}/commands/{name}", content)
+        refused(answer, 409)
+        assert answer.json()["type"].endswith(":not-done")
+        assert cell.rig.heard(lost) == []
+        assert (await cell.post(f"{UNIT}/commands/{name}", content)).status_code == 200
+        assert cell.rig.heard(lost) == [lost]
+
+    story()

@@ -1,5 +1,7 @@
 """Stored positions over HTTP: JSON and CSV, there and back, and tables that are refused as a whole."""
 
+import asyncio
+
 import pytest
 from httpx2 import Response
 
@@ -124,3 +126,30 @@ async def test_a_range_or_number_outside_the_table_is_refused(cell: Cell) -> Non
     upload = {"positions": [{"number": 1, "axes": mm(X=1)}, {"number": 2, "axes": mm(W=1)}]}
     answer = await cell.put(f"{UNIT}/positions", upload)
     assert "positions.1.axes.W: r1/units/1 has the axes" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("csv", [False, True])
+@pytest.mark.parametrize("mode", [2, 3])
+def test_d17_an_upload_that_lost_a_line_is_409_with_what_the_robot_holds(mode: int, csv: bool) -> None:
+    @in_cell(units=1, mode=mode)
+    async def story(cell: Cell) -> None:
+        positions = [{"number": number, "axes": mm(X=number, Y=0, Z=0)} for number in range(1, 4)]
+        table = "number,X mm,Y mm,Z mm\r\n" + "".join(f"{number},{number},0,0\r\n" for number in range(1, 4))
+        cell.rig.cable.lost_once = "POS 2"
+        if csv:
+            storing = asyncio.create_task(
+                cell.client.put(f"{UNIT}/positions.csv", content=table, headers={"content-type": "text/csv"})
+            )
+        else:
+            storing = asyncio.create_task(cell.put(f"{UNIT}/positions", {"positions": positions}))
+        await cell.rig.cable.written_from("POS 2")
+        if mode == 3:
+            cell.rig.cable._deliver(b"POS\r")
+        answer = await storing
+        refused(answer, 409)
+        problem = answer.json()
+        assert problem["type"].endswith(":positions-differ")
+        assert "2 differ: 2 holds 3,0,0 and was sent as 2,0,0; 3 is not set" in problem["detail"]
+        assert (problem["moved"], problem["retryable"]) == ("no", True)
+
+    story()

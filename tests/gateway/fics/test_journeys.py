@@ -6,6 +6,7 @@ from contextlib import suppress
 import pytest
 
 from gateway.errors import Expired, GatewayError, QueueFull
+from gateway.fics import journeys
 from gateway.fics.robot import Robot
 from gateway.move_record import MoveStatus
 from gateway.scheduler import QUEUE_LIMIT
@@ -381,3 +382,13 @@ def test_a_macro_of_a_homed_robot_is_done_where_its_axes_still_know_their_places
             assert move.status is MoveStatus.SUCCEEDED
 
     story()
+
+
+@in_virtual_time
+async def test_where_a_refusal_might_outlast_the_power_it_proves_nothing() -> None:
+    async with fics_rig(mode=2) as rig:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(journeys, "REFUSAL_SHOWS_POWER", False)
+            sent = len(rig.cable.written)
+            assert (await rig.move(FAR_DOWN)).status is MoveStatus.UNKNOWN
+        assert "POF 2" not in rig.cable.frames(sent)
