@@ -94,8 +94,9 @@ def _differ(
     more = f"; so do {len(differing) - TOLD} more" if len(differing) > TOLD else ""
     return PositionsDiffer(
         f"Of {len(wanted)} positions that were sent to {unit.address}, {len(differing)} differ: "
-        f"{'; '.join(cases)}{more}. A line was lost, doubled or garbled on its way.",
-        "Move to none of them; upload them again.",
+        f"{'; '.join(cases)}{more}. A line was lost, doubled or garbled on its way; "
+        "others may be overwritten.",
+        "Move to none of them. Read the table, and upload what differs again.",
     )
 
 

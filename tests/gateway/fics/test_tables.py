@@ -41,7 +41,7 @@ def test_d17_an_upload_that_has_lost_a_line_is_not_called_stored(mode: int) -> N
             assert error.detail == (
                 "Of 5 positions that were sent to r1/units/1, 4 differ: 2 holds 130,150 and was sent as "
                 "120,150; 3 holds 140,150 and was sent as 130,150; 4 holds 150,150 and was sent as 140,150; "
-                "so do 1 more. A line was lost, doubled or garbled on its way."
+                "so do 1 more. A line was lost, doubled or garbled on its way; others may be overwritten."
             )
             assert (error.moved, error.retryable) == ("no", True)
             await rig.robot.upload_positions(ROW)
