@@ -27,11 +27,15 @@ class Axis:
         self.motor = motor
         self.world = World()
         self.flash = Flash()
+        self.keeps_position = False
+        """Whether a loss of power leaves the position as it is: the manual does not say."""
 
     def power_on(self, now: float) -> None:
         """Load flash into RAM; the counters start from 0 (RC-420 manual 18)."""
         self.settings = self.flash.settings
         self.positions = list(self.flash.positions)
+        if self.keeps_position:
+            return
         self._zero = self.motor.pulses(now)
         self._encoder_zero: float = self._shaft(now)
 

@@ -35,6 +35,12 @@ SENSOR_BITS: Mapping[SensorName, int] = {
 }
 
 
+class BrownOut(Strict):
+    """A loss of power that ends by itself."""
+
+    for_s: float = Field(ge=0, le=3600, description="How long there is no power.")
+
+
 class Level(Strict):
     """The raw level of an input, before the controller's logic."""
 
@@ -119,6 +125,7 @@ def create_control(line: Rc400Line, port: Touchable) -> FastAPI:
     """Build the interface to a line that runs in this event loop."""
     app = FastAPI(title="Simulated RC-400 line", docs_url=None, redoc_url=None)
     _add_bodies(app, line, port)
+    _add_power(app, line, port)
     _add_link(app, line, port)
     add_faults(app, line.faults)
     add_truth(app, line.truth)
@@ -149,13 +156,6 @@ def _add_bodies(app: FastAPI, line: Rc400Line, port: Touchable) -> None:
         axis = _axis(line, body_id)
         return port.touch(lambda now: _state(axis, now))
 
-    @app.put("/bodies/{body_id}/power")
-    async def switch_body(body_id: BodyId, power: Power) -> BodyState:
-        """Cut or restore the power of a controller."""
-        axis = _axis(line, body_id)
-        port.touch(lambda now: line.switch_body(axis.body, power.on, now))
-        return port.touch(lambda now: _state(axis, now))
-
     @app.put("/bodies/{body_id}/sensors/{sensor}")
     async def hold_sensor(body_id: BodyId, sensor: SensorName, hold: Hold) -> BodyState:
         """Hold a sensor on or off, or let go of it."""
@@ -176,6 +176,22 @@ def _add_bodies(app: FastAPI, line: Rc400Line, port: Touchable) -> None:
         """Send a text as a user program would; it reaches the host only after XID."""
         body = _axis(line, body_id).body
         port.touch(lambda now: line.send_program_message(body, message.text, now))
+
+
+def _add_power(app: FastAPI, line: Rc400Line, port: Touchable) -> None:
+    @app.put("/bodies/{body_id}/power")
+    async def switch_body(body_id: BodyId, power: Power) -> BodyState:
+        """Cut or restore the power of a controller."""
+        axis = _axis(line, body_id)
+        port.touch(lambda now: line.switch_body(axis.body, power.on, now))
+        return port.touch(lambda now: _state(axis, now))
+
+    @app.post("/bodies/{body_id}/brown-outs")
+    async def brown_out(body_id: BodyId, loss: BrownOut) -> BodyState:
+        """Cut the power of a controller for a while."""
+        axis = _axis(line, body_id)
+        port.touch(lambda now: line.brown_out(axis.body, loss.for_s, now))
+        return port.touch(lambda now: _state(axis, now))
 
 
 def _add_link(app: FastAPI, line: Rc400Line, port: Touchable) -> None:

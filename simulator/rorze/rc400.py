@@ -96,6 +96,8 @@ class Rc400(Generic[A]):
         self._wire = Wire(self._hear, truth, self.faults, LINK_MASTER, LONGEST_FRAME)
         self._now = -inf
         self._wakes = {body: at for body, axis in self.axes.items() if (at := axis.wake_at()) is not None}
+        self._brown_outs: dict[int, float] = {}
+        """Until when bodies are without power that comes back by itself."""
         self._boot()
 
     @property
@@ -132,6 +134,15 @@ class Rc400(Generic[A]):
     def switch_body(self, body: int, on: bool, now: float) -> None:
         """Cut or restore the power of one RC-420."""
         self._advance(now)
+        self._brown_outs.pop(body, None)
+        self._switch(body, on=on)
+
+    def brown_out(self, body: int, for_s: float, now: float) -> None:
+        """Cut the power of one RC-420 for a while."""
+        self.switch_body(body, on=False, now=now)
+        self._brown_outs[body] = self._now + for_s
+
+    def _switch(self, body: int, *, on: bool) -> None:
         axis = self.axes[body]
         if axis.powered != on:
             (axis.power_on if on else axis.power_off)(self._now)
@@ -165,11 +176,17 @@ class Rc400(Generic[A]):
     # Time
 
     def _next(self) -> float:
-        return min(self._wire.next_at(), min(self._wakes.values(), default=inf))
+        return min(
+            self._wire.next_at(),
+            min(self._wakes.values(), default=inf),
+            min(self._brown_outs.values(), default=inf),
+        )
 
     def _advance(self, now: float) -> None:
         """Let everything happen that is due, in the order of time; a time gone by already counts as now."""
         while (at := self._next()) <= now:
+            if self._power_returns(at):
+                continue
             woken = [body for body, wake in self._wakes.items() if wake <= at]
             for body in woken:
                 self.axes[body].advance(at)
@@ -178,6 +195,14 @@ class Rc400(Generic[A]):
             else:
                 self._wire.step()
         self._now = max(self._now, now)
+
+    def _power_returns(self, at: float) -> bool:
+        """Whether brown-outs end now."""
+        over = [body for body, until in self._brown_outs.items() if until <= at]
+        for body in over:
+            self._now = max(self._now, self._brown_outs.pop(body))
+            self._switch(body, on=True)
+        return bool(over)
 
     def _send(self, text: str, request: int | None, now: float) -> None:
         self._wire.send((text + self.settings.line_end).encode("ascii"), request, now)

@@ -106,6 +106,16 @@ async def test_power_is_cut_and_restored(bench: Bench) -> None:
 
 
 @pytest.mark.anyio
+async def test_a_brown_out_ends_by_itself(bench: Bench) -> None:
+    bench.ask("&3F6PS77")
+    assert not (await bench.change("POST", "/bodies/3F/brown-outs", for_s=0.05))["powered"]
+    bench.now = 0.04
+    assert bench.ask("&3F6PD") == ""
+    bench.now = 0.05
+    assert bench.ask("&3F6PD") == ">&3F6PD+000000000\r"
+
+
+@pytest.mark.anyio
 async def test_link_settings_are_changed_one_by_one(bench: Bench) -> None:
     await bench.change("PATCH", "/link/settings", absent_bodies="error")
     state = await bench.change("PATCH", "/link/settings", error_codes=False)

@@ -76,6 +76,14 @@ def test_a_loss_of_power_stops_the_motor_and_forgets_what_was_not_saved(bench: B
     assert bench.shaft() == 50, "the shaft stays where it was"
 
 
+def test_another_board_would_keep_its_position_without_power(bench: Bench) -> None:
+    bench.axis.keeps_position = True
+    bench.sent("6PS500", "OHS40000")
+    bench.axis.power_off(bench.now)
+    bench.axis.power_on(bench.now)
+    assert [bench.send(text) for text in ("6PD", "OHD")] == ["+000000500", "00050000"]
+
+
 def test_flash_survives_a_loss_of_power(bench: Bench) -> None:
     bench.sent("OHS40000", "3IS9")
     bench.axis.flash.settings = bench.axis.settings

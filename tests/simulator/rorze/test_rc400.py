@@ -221,6 +221,22 @@ def test_power_that_is_off_cannot_go_off_again() -> None:
     assert [(fact.at, fact.facts["on"]) for fact in line.truth.of("power")] == [(1.0, False), (3.0, True)]
 
 
+def test_a_brown_out_of_a_body_ends_at_its_time_unless_it_is_switched_before() -> None:
+    line = build()
+    line.brown_out(0x3F, 0.05, 1.0)
+    assert line.wake_at() == 1.05
+    assert ask(line, "&3F6PD", 1.04) == ""
+    assert ask(line, "&3F6PD", 2.0) == ">&3F6PD\r"
+    line.brown_out(0x3F, 0.05, 3.0)
+    line.switch_body(0x3F, on=False, now=3.01)
+    assert ask(line, "&3F6PD", 4.0) == ""
+    assert [(fact.at, fact.facts["on"]) for fact in line.truth.of("power")] == [
+        (1.0, False),
+        (1.05, True),
+        (3.0, False),
+    ]
+
+
 def test_a_line_end_may_be_cr_lf() -> None:
     line = build(LinkSettings(line_end="\r\n"))
     assert ask(line, "&3F6PD") == ">&3F6PD\r\n"
