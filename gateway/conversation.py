@@ -41,6 +41,9 @@ TURN_S = 0.5
 STRICT_S = 3600.0
 """A line on which a reply came twice brackets its acknowledgements until so long after the last such copy."""
 
+CLEAN_AFTER_S = 10.0
+"""A line without an error for so long is clean: who answers neither a question nor a fence there is gone."""
+
 NEW_STOPS = (Lane.STOP,)
 LANES = tuple(Lane)
 
@@ -68,6 +71,9 @@ class Conversation:
         self.gate = Gate()
         self.scheduler = Scheduler()
         self.offline: set[int] = set()
+        """Bodies that are not asked any more, but by probes."""
+        self.silent: set[int] = set()
+        """Those, and the one that seems to be silent while the line is still being fenced."""
         self.counters: Counter[str] = Counter()
         self.in_step = True
         self.last_error_at: float | None = None
@@ -76,6 +82,8 @@ class Conversation:
         """Told which body counts as silent, and whether it was asked itself, or nobody was heard at all."""
         self.on_strict: Callable[[bool], None] = lambda _on: None
         """Told when acknowledgements begin to be bracketed by fences, and when that is over."""
+        self.on_given_up: Callable[[], None] = lambda: None
+        """Told that a body is not asked any more, but by probes."""
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
         self._nonces = cycle(dice.sample(range(NONCES), NONCES))
         self._urgent: deque[Exchange] = deque()
@@ -93,6 +101,8 @@ class Conversation:
         self._fenced: set[int] = set()
         """Who has said nothing since a fence."""
         self._strict_until: float | None = None
+        self._was_clean = True
+        """When it lost its step."""
         self._heard_at: dict[int, float] = {}
 
     # what goes next
@@ -264,7 +274,7 @@ class Conversation:
         A fence waits on: noise must not use up its tries, and its own reply cannot be mistaken.
         """
         self._fenced_in_silence = 0
-        self.last_error_at = now
+        self._erred(now)
         exchange = self._awaiting
         if exchange is not None and not exchange.self_identifying:
             self._doubt(exchange, _unusable(GarbledReply, exchange, f"{what} came back"))
@@ -304,8 +314,9 @@ class Conversation:
             self._awaiting = None
         if exchange.self_identifying:
             self._rule_out_copies(exchange.body)
-        if exchange.body in self.offline:
+        if exchange.body in self.silent or exchange.body in self.offline:
             self.offline.discard(exchange.body)
+            self.silent.discard(exchange.body)
             self.on_online(exchange.body)
         if exchange is self._fence:
             self._fence = None
@@ -356,7 +367,7 @@ class Conversation:
                 continue
             self.counters["timeouts"] += 1
             if not self._was_to_be_expected(exchange):
-                self.last_error_at = now
+                self._erred(now)
             self._doubt(exchange, _unusable(NoReply, exchange, "no reply came"))
 
     def _was_to_be_expected(self, silent: Exchange) -> bool:
@@ -365,6 +376,12 @@ class Conversation:
         return is_probe or silent.body in self.offline
 
     # doubt and certainty
+
+    def _erred(self, now: float) -> None:
+        """A reply was missing or garbled."""
+        if self.in_step:
+            self._was_clean = self.last_error_at is None or now - self.last_error_at > CLEAN_AFTER_S
+        self.last_error_at = now
 
     def _doubt(self, exchange: Exchange, reason: NoReply) -> None:
         """An exchange has no usable reply: fence the line before its outcome is told."""
@@ -396,6 +413,10 @@ class Conversation:
         alive = [it for it in candidates if it not in self.offline]
         return next(iter(self.heard_last_first(alive or candidates)), 0)
 
+    def heard_at(self, body: int) -> float | None:
+        """When a body last answered; not as a member of a group."""
+        return self._heard_at.get(body)
+
     def heard_last_first(self, bodies: Iterable[int]) -> list[int]:
         """Order bodies by how well they can witness that the line still works."""
         return sorted(bodies, key=lambda it: self._heard_at.get(it, -inf), reverse=True)
@@ -409,6 +430,8 @@ class Conversation:
     def _fence_failed(self) -> None:
         self._fence = None
         self._fence_tries += 1
+        if self._was_clean and self._suspect is not None and self._suspect.body == self._fence_body:
+            self._tell_silent(self._fence_body, asked=True)
         if self._fence_tries < FENCE_TRIES:
             return
         self._fenced_in_silence += 1
@@ -452,7 +475,13 @@ class Conversation:
             lambda it: it.body == body and it.lane not in STOPS and not it.self_identifying
         ):
             exchange.withdraw(offline_error(body))
-        self.on_offline(body, asked)
+        self._tell_silent(body, asked=asked)
+        self.on_given_up()
+
+    def _tell_silent(self, body: int, *, asked: bool) -> None:
+        if body not in self.silent:
+            self.silent.add(body)
+            self.on_offline(body, asked)
 
     # the end
 
@@ -462,10 +491,9 @@ class Conversation:
         waiting = [*self._urgent, *self.scheduler.remove(lambda _: True)]
         self._awaiting = self._suspect = self._fence = None
         self._stops, self._urgent, self.in_step = [], deque(), True
-        self._copies.forget(
-            LINK_MASTER
-        )  # it is set up anew, and its bodies may not be there to prove anything
+        self._copies.forget(LINK_MASTER)  # set up anew, maybe without bodies that could prove anything
         self._be_lenient()
+        self.offline |= self.silent  # nobody finds out any more, but the probes
         for exchange in written:
             exchange.settle(exchange.late_answer or NoReply(lost.detail, _remedy(exchange), exchange.command))
         for exchange in waiting:

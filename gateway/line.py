@@ -93,13 +93,11 @@ class Line(Carrier[Exchange, Frame]):
         """What the link master answered to XID."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
+        self._nobody_answers = False
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
-        talk.on_online, talk.on_offline, talk.on_strict = (
-            self._came_back,
-            self._fell_silent,
-            self._grew_strict,
-        )
+        talk.on_online, talk.on_offline = self._came_back, self._fell_silent
+        talk.on_given_up, talk.on_strict = self._gave_up, self._grew_strict
 
     def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
         return (self._probe_offline(),)
@@ -122,6 +120,11 @@ class Line(Carrier[Exchange, Frame]):
         return self._talk.offline
 
     @property
+    def silent(self) -> set[int]:
+        """Those, and one that seems to be silent while that is still being found out."""
+        return self._talk.silent
+
+    @property
     def gate(self) -> Gate:
         """What every frame has to pass."""
         return self._talk.gate
@@ -130,6 +133,11 @@ class Line(Carrier[Exchange, Frame]):
     def reply_timeout_s(self) -> float:
         """How long a reply is waited for, if its command does not take long by itself."""
         return self._talk.reply_timeout_s
+
+    @property
+    def late_reply_s(self) -> float:
+        """How long after its deadline a reply may still arrive."""
+        return self._talk.late_reply_s
 
     @property
     def interject_stops(self) -> bool:
@@ -148,6 +156,10 @@ class Line(Carrier[Exchange, Frame]):
         The silence of those who are known not to answer does not count.
         """
         return self._talk.last_error_at
+
+    def heard_at(self, body: int) -> float | None:
+        """When a body last answered, in the event loop's time; not as a member of a group."""
+        return self._talk.heard_at(body)
 
     def waiting(self) -> dict[str, int]:
         """How many exchanges wait in each lane."""
@@ -336,14 +348,20 @@ class Line(Carrier[Exchange, Frame]):
     # presence
 
     def _fell_silent(self, body: int, asked: bool) -> None:
-        self._news_of_silence.set()
         self.on_change("body.offline", {"body": body, "asked": asked})
-        if self._ready and self._all_are_offline():
-            self.set_up_again("nobody answers any more")
+
+    def _gave_up(self) -> None:
+        """A body is asked no more, but by probes."""
+        self._news_of_silence.set()
+        if self._all_are_offline():
+            self._nobody_answers = True
+            if self._ready:
+                self.set_up_again("nobody answers any more")
 
     def _came_back(self, body: int) -> None:
         self.on_change("body.online", {"body": body})
-        if self._silence is not None or len(self.offline) == len(self.bodies) - 1:
+        if self._silence is not None or self._nobody_answers:
+            self._nobody_answers = False
             self.set_up_again("the line was silent and answers again")
 
     async def _probe_offline(self) -> None:

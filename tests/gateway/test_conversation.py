@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from pydantic import ValidationError
 
-from gateway.conversation import FENCE_TRIES, NONCES, READ_REPEATS, STRICT_S, Conversation
+from gateway.conversation import CLEAN_AFTER_S, FENCE_TRIES, NONCES, READ_REPEATS, STRICT_S, Conversation
 from gateway.copies import REMEMBERED, ReplyFrame
 from gateway.errors import BodyOffline, Cancelled, Expired, GarbledReply, HeldUp, NoReply
 from gateway.exchange import Answered, Exchange, Lane, Outcome
@@ -358,6 +358,68 @@ def test_after_three_silent_bodies_nobody_else_is_asked_and_the_others_are_not_b
     assert offline == [(2, True), (3, True), (4, True), (5, False)]
     assert isinstance(asked[0].result(), NoReply)
     assert {type(future.result()) for future in asked[1:]} == {BodyOffline}
+
+
+def told_silent(it: Talk) -> list[int]:
+    """The bodies that are told to be silent, from now on."""
+    told: list[int] = []
+    it.talk.on_offline = lambda body, _asked: told.append(body)
+    return told
+
+
+def test_on_a_clean_line_a_question_and_a_fence_without_an_answer_tell_of_a_silent_body(it: Talk) -> None:
+    told = told_silent(it)
+    it.ask(READ)
+    it.next()
+    it.fall_silent()
+    assert it.next() == "fence 02 3ND"
+    assert told == []
+    it.fall_silent()
+    assert (told, it.talk.silent, it.talk.offline) == ([2], {2}, set())
+    for _ in range(FENCE_TRIES - 1):
+        assert it.next() == "fence 02 3ND"
+        it.fall_silent()
+    assert (told, it.talk.offline) == ([2], {2})
+
+
+@pytest.mark.parametrize("answers", [True, False])
+def test_a_body_that_was_told_silent_is_told_back_or_probed(it: Talk, answers: bool) -> None:
+    back: list[int] = []
+    it.talk.on_online = back.append
+    it.ask(READ)
+    for _ in range(2):
+        it.next()
+        it.fall_silent()
+    assert it.next() == "fence 02 3ND"
+    if answers:
+        it.answer()
+        assert (back, it.talk.silent) == ([2], set())
+    else:  # the port goes, and nobody finds out
+        it.talk.break_off(LOST, UNSENT)
+        assert (back, it.talk.offline) == ([], {2})
+
+
+@pytest.mark.parametrize(("pause_s", "early"), [(CLEAN_AFTER_S - 3.0, False), (CLEAN_AFTER_S + 1.0, True)])
+def test_on_a_line_that_erred_lately_three_fences_tell_of_a_silent_body(
+    it: Talk, pause_s: float, early: bool
+) -> None:
+    told = told_silent(it)
+    it.talk.noise("noise", it.now)
+    it.now += pause_s
+    it.ask(READ)
+    for _ in range(2):
+        it.next()
+        it.fall_silent()
+    assert (told == [2]) is early
+
+
+def test_a_witness_for_others_is_not_told_silent_by_a_single_question(it: Talk) -> None:
+    told = told_silent(it)
+    it.set_up(IdentifyControllers())
+    for _ in range(2):
+        it.next()
+        it.fall_silent()
+    assert told == []
 
 
 def test_whoever_makes_a_noise_is_not_silent(it: Talk) -> None:
@@ -1035,7 +1097,7 @@ def test_a_fence_that_is_wanted_goes_before_everything_but_stops(it: Talk) -> No
     it.ask(STOP)
     assert it.next() == "02 5IS"
     it.answer()
-    assert it.next() == "fence 02 3ND"  # who was heard last can best tell
+    assert it.next() == "fence 03 3ND"  # heard last when the doubt arose, it can best tell
     it.answer()
     assert it.next() == "02 6PD"
 
