@@ -13,6 +13,7 @@ from api.problems import DECLARED
 from api.requests import BodyId, RequestModel, age_ms_of, json_response, new_router, plant_of, utc_of
 from gateway.bodies import PULSES_RUNNING, Body
 from gateway.plant import Plant
+from gateway.power import Homed
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.position import GetPosition, SetPosition
 from protocols.rorze.row import RorzeCommand
@@ -39,8 +40,19 @@ class BodyInfo(BaseModel):
     line_id: str
     name: str
     online: bool = Field(description="Whether it can be asked now, as far as is known.")
+    last_heard_at: datetime | None = Field(description="When it last answered anything.")
+    known_age_s: float | None = Field(
+        description="Seconds since then: what is told of it may be as old; null if it never answered."
+    )
     moving: bool | None = Field(description="Null while out of reach, and until its status is read.")
     move_id: str | None = Field(description="The move that is not over yet.")
+    homed: Homed = Field(
+        description="yes: homed by the gateway, and its power was kept since; no: it has lost its power."
+    )
+    power_cycled: bool = Field(
+        description="It has lost its power; motions to places are refused until it is homed, its position is "
+        "set, or that is acknowledged."
+    )
     unit: str | None = Field(description="The unit of its scale; null without one.")
     pulses_per_unit: float | None
     groups: list[str]
@@ -210,6 +222,24 @@ async def get_body(request: Request, body_id: BodyId) -> Response:
     return json_response(_info(plant, plant.body(body_id)))
 
 
+@router.post(
+    "/bodies/{body_id}/power-cycle/acknowledge",
+    name="acknowledge_body_power_cycle",
+    response_model=BodyInfo,
+    responses=DECLARED,
+)
+async def acknowledge_body_power_cycle(request: Request, body_id: BodyId) -> Response:
+    """Allow motions to places again after a loss of power: its position counts from where it was switched on.
+
+    The controller is asked whether it has kept its power since. Its settings and its position table are those
+    of its flash memory. Homing does the same as this, and so does setting its position.
+    """
+    plant = plant_of(request)
+    body = plant.body(body_id)
+    await body.acknowledge_power_cycle()
+    return json_response(_info(plant, body))
+
+
 def _position(body: Body, pulses: int, at: float) -> Position:
     scale = body.scale
     return Position(
@@ -227,13 +257,18 @@ def _flags(bits: int, names: tuple[str, ...]) -> dict[str, bool]:
 
 
 def _info(plant: Plant, body: Body) -> BodyInfo:
+    heard_at = body.last_heard_at
     return BodyInfo(
         body_id=body.address,
         line_id=body.line.id,
         name=body.name,
         online=body.online,
+        last_heard_at=None if heard_at is None else utc_of(heard_at),
+        known_age_s=None if heard_at is None else round(age_ms_of(heard_at) / 1000, 3),
         moving=body.moving if body.online else None,
         move_id=body.move.id if body.move else None,
+        homed=body.power.homed,
+        power_cycled=body.power.cycled,
         unit=body.scale.unit if body.scale else None,
         pulses_per_unit=body.scale.pulses_per_unit if body.scale else None,
         groups=[group.address for group in plant.groups_of(body)],

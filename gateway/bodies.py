@@ -7,19 +7,27 @@ from functools import cached_property
 from typing import Any, NamedTuple, TypeVar, cast
 
 from gateway.errors import BodyBusy, GatewayError, NoReply, refused
-from gateway.exchange import Answered, Lane, Outcome
+from gateway.exchange import Answered, Exchange, Lane, Outcome
 from gateway.line import Line, lane_of
+from gateway.mark import Mark
 from gateway.move_record import Move
+from gateway.power import POWER_ON_POSITION, RENAMING, Power
+from gateway.readings import believed, errs
 from gateway.units import Scale
 from gateway.waiting import happens
 from protocols.rorze.commands import COMMANDS
-from protocols.rorze.encoder import SetEncoderRatio
 from protocols.rorze.link import Refusal
-from protocols.rorze.modes import SetOperatingMode
-from protocols.rorze.position import GetPosition, SetEncoderCount, SetPosition, SignedPulses
+from protocols.rorze.origin import GetHomingDistance
+from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
 from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.status import CONTROLLER_STATUS_BITS, ControllerStatus, GetControllerStatus, names_of
+from protocols.rorze.status import (
+    CONTROLLER_STATUS_BITS,
+    ControllerStatus,
+    GetControllerStatus,
+    SetUserComment,
+    names_of,
+)
 from protocols.table import Reply, Retry
 
 R = TypeVar("R", bound=Reply)
@@ -58,6 +66,8 @@ class Body:
     """While it has a move, its state is asked for this often."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
     """Told of what it is seen to do by itself: the kind of event, and its data."""
+    power: Power = field(default_factory=Power)
+    mark: Mark = field(init=False)
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
     look_due: asyncio.Event = field(default_factory=asyncio.Event)
@@ -74,10 +84,19 @@ class Body:
     """The move that is not over yet."""
     move_ended: asyncio.Event = field(default_factory=asyncio.Event)
     """The link master has announced the end of a move."""
+    end_due: asyncio.Event = field(default_factory=asyncio.Event)
+    """The move seems to be over: the link master has announced it, or a stop is confirmed."""
+    stopped_at: int | None = None
+    """Where it stood when a stop was confirmed since its last move was sent."""
     free: asyncio.Event = field(default_factory=asyncio.Event)
     """The last move is over and recorded: the next one may begin."""
     went_silent: bool = False
     """Whether it has been offline since its last move was sent: it may have lost its power meanwhile."""
+    _heard_at: float | None = None
+
+    def __post_init__(self) -> None:
+        self.power.on_news = self._power_news
+        self.mark = Mark(self)
 
     @cached_property
     def short(self) -> str:
@@ -92,7 +111,13 @@ class Body:
     @property
     def online(self) -> bool:
         """Whether it can be asked now, as far as is known."""
-        return self.line.state != "down" and self.number not in self.line.offline
+        return self.line.state != "down" and self.number not in self.line.silent
+
+    @property
+    def last_heard_at(self) -> float | None:
+        """When it last answered anything, in the event loop's time."""
+        times = (self._heard_at, self.line.heard_at(self.number))
+        return max((at for at in times if at is not None), default=None)
 
     # asking
 
@@ -114,6 +139,8 @@ class Body:
         self.was_told(command)
         outcome = await future
         self.was_told(command)
+        if isinstance(outcome, NoReply):
+            self.power.note_done(command)
         answered = answer_or_raise(self.address, command, outcome)
         reply = reply_of(self.number, command, answered, self.address)
         self.heard(command, reply, answered.at)
@@ -130,22 +157,89 @@ class Body:
         state = MotorState(status.bits or 0, position.pulses)
         self.rest = None if state.runs or self.told != told else state
         self.rest_at = answer.at
+        if self.rest is not None:
+            await self._weigh(state, lane, answer.at)
         return state
 
     async def where_it_rests(self) -> MotorState:
         """Give the state it was seen at rest in a moment ago; otherwise look: it may run.
 
+        While the line errs a single look is not believed.
+
         :raises GatewayError: it did not tell.
         """
-        believed = asyncio.get_running_loop().time() - self.rest_at <= BELIEVED_S
-        return self.rest if self.rest is not None and believed else await self.look(Lane.PROOF)
+        fresh = asyncio.get_running_loop().time() - self.rest_at <= BELIEVED_S
+        if self.rest is not None and fresh and not errs(self.line):
+            return self.rest
+        return await believed(self.line, lambda: self.look(Lane.PROOF), self._both_may_be_true)
+
+    def _both_may_be_true(self, one: MotorState, other: MotorState) -> bool:
+        if one.runs or other.runs:
+            return one.runs and other.runs
+        return abs(one.position - other.position) <= self.position_tolerance and one.bits == other.bits
+
+    # its power
+
+    async def _weigh(self, state: MotorState, lane: Lane, at: float) -> None:
+        """What it says at rest may tell of a loss of power: then find out."""
+        tolerance = self.position_tolerance
+        if self.power.contradicts(state.position, state.bits, tolerance) and not await self._is_explained(
+            state, lane
+        ):
+            self.power.lost(certain=False)
+        if self.rest is state:  # it was told nothing meanwhile
+            self.power.note_rest(state.position, state.bits, at)
+
+    async def _is_explained(self, state: MotorState, lane: Lane) -> bool:
+        """Whether it has kept its power, or its loss is known now: its mark tells, or else its signs."""
+        if await self.mark.stands(lane) is not None or not self.power.looks_switched_on(
+            state.position, state.bits
+        ):
+            return True
+        status, _ = await self.ask(GetControllerStatus(), lane=lane)
+        position, _ = await self.ask(GetPosition(), lane=lane)
+        if not self.power.looks_switched_on(position.pulses, status.bits or 0):
+            return True
+        return await self.remembers_homing(lane)
+
+    async def remembers_homing(self, lane: Lane) -> bool:
+        """Whether it knows how far its last homing went (0PD), which a loss of power would have taken.
+
+        Asked twice: one garbled digit must not prove anything.
+
+        :raises GatewayError: it did not tell.
+        """
+        first, _ = await self.ask(GetHomingDistance(), lane=lane)
+        second, _ = await self.ask(GetHomingDistance(), lane=lane)
+        return first == second and first.pulses != POWER_ON_POSITION
+
+    async def acknowledge_power_cycle(self) -> None:
+        """Let it go to places again; a loss of power from now on will be seen.
+
+        :raises PowerCycled: it has lost its power once more.
+        :raises GatewayError: it did not tell.
+        """
+        if not self.power.cycled:
+            return
+        if await self.mark.stands(Lane.PROOF) is False:
+            raise self.power.lost_again(self.address)
+        await self.mark.ensure(Lane.PROOF)
+        self.power.acknowledge("request")
+
+    def drop(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
+        """Take commands out of its queue."""
+        self.line.cancel(lambda it: it.body == self.number and unwanted(it), reason)
+
+    def _power_news(self, kind: str, facts: dict[str, object]) -> None:
+        self.look_due.set()
+        self.on_news(kind, facts)
 
     def forbid_renaming(self, command: RorzeCommand[Any]) -> None:
         """A move's end is judged by its position: that is not called otherwise before.
 
         :raises BodyBusy: it has a move that is not over.
         """
-        if self.move is not None and isinstance(command, _RENAMING):
+        if self.move is not None and isinstance(command, RENAMING):
             raise BodyBusy(
                 f"{self.address} still has the move {self.move.id}; {command.code} was not sent.",
                 "Wait for its end or stop it.",
@@ -158,11 +252,12 @@ class Body:
 
         What was read before it was written is heard in between, and is undone by the second time.
         """
-        if command.retry is Retry.READ:
+        if command.retry is Retry.READ or isinstance(command, SetUserComment):
             return
         self.told += 1
         self.rest = None
-        if isinstance(command, _RENAMING):
+        self.power.note_told(command)
+        if isinstance(command, RENAMING):
             self.position = self.position_at = None
             self.look_due.set()
         if isinstance(command, RunProgram | StepProgram) or command.code not in COMMANDS:
@@ -173,13 +268,22 @@ class Body:
 
         While it has a move, not a single reading but the judgement of the move says whether it moves.
         """
+        self._heard_at = at
+        self.power.note_done(command)
+        if isinstance(command, SetPosition):
+            self.power.note_position_set(command)
         if isinstance(command, GetPosition) and isinstance(reply, SignedPulses):
-            self.position, self.position_at = reply.pulses, at
+            self._saw_position(reply.pulses, at)
         elif isinstance(reply, ControllerStatus) and reply.bits is not None:
             self._saw_status(reply.bits)
             self._saw_motion(bool(reply.bits & PULSES_RUNNING))
         elif isinstance(reply, ControllerStatus) and command == _RUNS:
             self._saw_motion(bool(reply.on))
+
+    def _saw_position(self, pulses: int, at: float) -> None:
+        self.position, self.position_at = pulses, at
+        if self.power.contradicts(pulses, 0xFF, self.position_tolerance):
+            self.look_due.set()
 
     def _saw_status(self, bits: int) -> None:
         """Announce what has changed; that a move of ours makes pulses run is no news."""
@@ -193,16 +297,35 @@ class Body:
             return
         if runs and not self.moving:
             self.on_news("body.motion.foreign", {})
+        if runs:
+            self.power.note_motion()
         self.moving = runs
 
     def was_set_going(self) -> None:
         """A motion command is on the wire."""
-        self.moving, self.went_silent = True, False
+        self.moving, self.went_silent, self.stopped_at = True, False, None
         self.move_ended.clear()
+        self.end_due.clear()
+
+    def announced(self) -> None:
+        """The link master has announced the end of its move: only a reason to look now, never a proof."""
+        self.move_ended.set()
+        self.end_due.set()
+
+    def moved_unseen(self) -> None:
+        """A motion has ended that is no move of this gateway, or not any more."""
+        self.power.note_motion()
+        self.look_due.set()
 
     def stands(self) -> None:
         """Its move is judged to have come to rest."""
         self.moving = False
+
+    def was_stopped(self, position: int | None) -> None:
+        """A stop is confirmed by its standstill."""
+        self.stands()
+        self.stopped_at = position
+        self.end_due.set()
 
     def refused(self) -> None:
         """It did not take a motion command: what it does is what it did before, whatever that was."""
@@ -218,11 +341,13 @@ class Body:
         """What was moving counts as moving, what stood still may move, and nobody can look."""
         self.moving = self.moving or None
         self.rest = None
+        self.power.mark_due = True
 
     def fell_silent(self) -> None:
         """It does not answer any more, and may have lost its power."""
         self.out_of_sight()
         self.went_silent = True
+        self.power.note_silence()
 
     # what is waited for
 
@@ -230,14 +355,16 @@ class Body:
         """Whether the link master announces the end of a move in time."""
         return await happens(self.move_ended, within_s)
 
+    async def end_seems_due(self, within_s: float) -> None:
+        """Wait until the move seems to be over, at the latest when the time is up."""
+        await happens(self.end_due, within_s)
+
     async def look_wanted(self, within_s: float) -> None:
         """Wait until its state is to be read, at the latest when the time is up."""
         await happens(self.look_due, within_s)
 
 
 _RUNS = GetControllerStatus(bit=0)
-_RENAMING = SetPosition, SetEncoderCount, SetEncoderRatio, SetOperatingMode
-"""After these the same place has another number."""
 
 
 @dataclass(eq=False)
@@ -295,7 +422,7 @@ class Group:
         self._were_told(command)
         outcome = await future
         self._were_told(command)
-        answered = answer_or_raise(self.address, command, outcome)
+        answered = answer_or_raise(self.address, command, self._perhaps_done(command, outcome))
         strangers = answered.replies.keys() - {member.number for member in self.members}
         if strangers:
             self.on_strangers(strangers)
@@ -303,11 +430,20 @@ class Group:
         for member, result in results.items():
             if isinstance(result, Reply):
                 member.heard(command, result, answered.at)
+            elif isinstance(result, NoReply):
+                member.power.note_done(command)
         return results
 
     def _were_told(self, command: RorzeCommand[Any]) -> None:
         for member in self.members:
             member.was_told(command)
+
+    def _perhaps_done(self, command: RorzeCommand[Any], outcome: Outcome) -> Outcome:
+        """Note what may have been done without a reply."""
+        if isinstance(outcome, NoReply):
+            for member in self.members:
+                member.power.note_done(command)
+        return outcome
 
 
 def _member_result(member: Body, command: RorzeCommand[Any], answered: Answered) -> Reply | GatewayError:

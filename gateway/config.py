@@ -119,6 +119,9 @@ def _check_printable(text: str) -> str:
     return text
 
 
+LAST_COMMENT = 7
+"""User comments of a controller (RC-420 manual 14, 9VS)."""
+
 T = TypeVar("T")
 Array = Annotated[tuple[T, ...], Field(strict=False)]
 """A TOML array; its elements stay strict."""
@@ -131,6 +134,14 @@ class Units(_Table, Scale):
     """How pulses of a body relate to a physical unit."""
 
 
+def _check_comment(number: object) -> int:
+    if number is False:
+        return 0
+    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= LAST_COMMENT:
+        raise ValueError(f"must be from 1 to {LAST_COMMENT}, or 0 or false for none")
+    return number
+
+
 class Body(_Table):
     """A controller on a line."""
 
@@ -141,6 +152,11 @@ class Body(_Table):
     position_tolerance: int = Field(0, ge=0, le=1_000_000)
     """Pulses by which a move may miss its target in encoder mode, where the motor need not stop exactly at it
     (RC-420 manual 13.7.5)."""
+
+    power_comment: Annotated[int, PlainValidator(_check_comment)] = 7
+    """User comment (9VS), 1-7, in which a mark tells that the power was kept; 0 or false: none."""
+    needs_origin: bool = True
+    """After a loss of power it refuses motions to places until it is homed, or somebody agrees."""
 
     @property
     def number(self) -> int:

@@ -151,6 +151,14 @@ Overtaking = type[StoppedFirst] | type[HeldUp] | type[ShuttingDown]
 OVERTAKEN = StoppedFirst, HeldUp, ShuttingDown
 
 
+class PowerCycled(NotSent):
+    """A controller has been switched off and on: what it knew of places is gone, and somebody has to know."""
+
+    kind = "power-cycled"
+    title = "The controller has lost its power"
+    retryable = False
+
+
 class NoReply(GatewayError):
     """The command was written, and no reply could be credited to it.
 

@@ -8,9 +8,10 @@ from typing import Any
 
 from gateway.bodies import Body, Group
 from gateway.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
-from gateway.evidence import MISSING_END_FRAME_S, Case, Verdict, gone
+from gateway.evidence import MISSING_END_FRAME_S, Case, Verdict
 from gateway.move_log import MoveLog, new_id
 from gateway.move_record import Move, MoveError, MoveKind, MoveStatus
+from gateway.power import ProofTooOld
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.origin import CentreStallDog, OriginSearch
@@ -52,12 +53,14 @@ class Moves:
         One move comes back for a body, one for each member for a group.
 
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
+        :raises PowerCycled: a body has lost its power, and would go to another place; nothing was sent.
         :raises ControllerRefused: the body refused; nothing moved.
         :raises NotSent: the line is down, the body offline, the time was up, or the gateway ends or was held
             up; nothing was sent.
         """
         target.line.admission.require()
         bodies = _idle_bodies_of(target)
+        _require_power(bodies, command)
         epoch = target.line.gate.epoch(target.number)
         flight = _Flight(
             target, command, [Case(body, self._new(body, target, command)) for body in bodies], epoch
@@ -140,9 +143,15 @@ class Moves:
 
     async def _send(self, flight: "_Flight", start_within_s: float) -> "_Results":
         expires_at = asyncio.get_running_loop().time() + start_within_s
-        for case in flight.cases:
-            await case.know_the_start(flight.command)
+        while True:
+            for case in flight.cases:
+                await case.know_the_start(flight.command)
+            try:
+                return await self._write(flight, expires_at)
+            except ProofTooOld:  # nothing was written
+                continue
 
+    async def _write(self, flight: "_Flight", expires_at: float) -> "_Results":
         def written(_: float) -> None:
             for case in flight.cases:
                 case.body.was_set_going()
@@ -183,19 +192,21 @@ class Moves:
         """Ask the controller until the pulses have ended, and why they have."""
         body, move = case.body, case.move
         while True:
-            announced = body.move_ended.is_set()
+            announced, due = body.move_ended.is_set(), body.end_due.is_set()
             state = await case.running()
             if state is None:
-                self._end(case, gone(body))
+                self._end(case, case.given_up())
                 return
             move.position = state.position
             if not state.runs:
                 break
             if announced:  # an earlier move's end
                 body.move_ended.clear()
+            if due:
+                body.end_due.clear()
             if move.status is MoveStatus.SENT:
                 self._advance(body, move, MoveStatus.MOVING)
-            await body.end_announced(body.poll_interval_s)
+            await body.end_seems_due(body.poll_interval_s)
         move.completion = "frame" if body.move_ended.is_set() else "polling"
         body.stands()
         self._end(case, await case.at_rest(state))
@@ -209,8 +220,10 @@ class Moves:
 
     def ended(self, body: Body, frame: MoveEnded) -> None:
         """The link master announces an end: only a reason to look now, never a proof."""
+        if body.move is None:
+            body.moved_unseen()
         if body.move is None or body.move.command == frame.code:
-            body.move_ended.set()
+            body.announced()
 
 
 _Results = dict[Body, "Reply | GatewayError"]
@@ -252,6 +265,14 @@ def _idle_bodies_of(target: Body | Group) -> list[Body]:
                 "Wait for it or stop it.",
             )
     return bodies
+
+
+def _require_power(bodies: list[Body], command: RorzeCommand[Any]) -> None:
+    """Refuse a motion to a place that a body has lost with its power."""
+    for body in bodies:
+        refusal = body.power.refusal(body.address, command)
+        if refusal is not None:
+            raise refusal
 
 
 def kind_of(command: RorzeCommand[Any]) -> MoveKind:

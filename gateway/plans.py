@@ -54,6 +54,10 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     planned = PlannedMove(
         body_id=body.address, frame=frame, distance=None, target_position=target, duration_s=None
     )
+    refusal = body.power.refusal(body.address, command)
+    if refusal is not None:
+        planned.note = f"It would be refused: {refusal.detail}"
+        return planned
     if target is None or not isinstance(command, RelativeMove | AbsoluteMove):
         planned.note = "How far it goes is only known when it is done."
         return planned

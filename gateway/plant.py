@@ -11,6 +11,8 @@ from gateway import config as settings
 from gateway.addresses import numbered_address
 from gateway.admission import Admission
 from gateway.bodies import Body, Group
+from gateway.body_watch import HEALTH_POLL_S as HEALTH_POLL_S
+from gateway.body_watch import BodyWatch
 from gateway.config import Config
 from gateway.errors import (
     Ambiguous,
@@ -34,6 +36,7 @@ from gateway.line import Line
 from gateway.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.move_record import Move
 from gateway.moves import Moves
+from gateway.power import Power, needs_place
 from gateway.scans import Scans
 from gateway.stops import Stops
 from gateway.wind_down import SUBJECT, WindDown
@@ -46,9 +49,6 @@ from transports.recorder import Recorded, Recorder
 from transports.trace_file import TraceFile
 
 log = logging.getLogger(__name__)
-
-HEALTH_POLL_S = 5.0
-"""A body without a move is asked for its status this often."""
 
 
 class Plant:
@@ -95,7 +95,10 @@ class Plant:
             port.start()
         self._polls = [
             *(asyncio.create_task(watch(robot), name=f"watch {robot.id}") for robot in self.robots()),
-            *(asyncio.create_task(self._watch(body), name=f"watch {body.address}") for body in self.bodies()),
+            *(
+                asyncio.create_task(BodyWatch(body, self.stops.on_line).run(), name=f"watch {body.address}")
+                for body in self.bodies()
+            ),
             *(
                 asyncio.create_task(self._watch_groups(line), name=f"watch the groups of {line.id}")
                 for line in self.lines.values()
@@ -173,6 +176,7 @@ class Plant:
         )
         built.gate.add(lambda exchange, _: self._flash_while_moving(built, exchange))
         built.gate.add(lambda exchange, _: self._motion_while_stopping(built, exchange))
+        built.gate.add(lambda exchange, now: self._motion_to_a_lost_place(built, exchange, now))
         built.on_message = lambda frame: self._on_message(built, frame)
         built.on_change = lambda what, facts: self._on_change(built, what, facts)
         self.lines[line.id] = built
@@ -184,6 +188,7 @@ class Plant:
                 it.units,
                 position_tolerance=it.position_tolerance,
                 poll_interval_s=line.poll_interval_s,
+                power=Power(it.power_comment, it.needs_origin),
             )
             body.on_news = partial(self._on_news, body)
             self._bodies[body.address] = body
@@ -426,6 +431,18 @@ class Plant:
             "Wait for standstill.",
         )
 
+    def _motion_to_a_lost_place(self, line: Line, exchange: Exchange, now: float) -> GatewayError | None:
+        """A motion to a place is written only where the place is what it was when it was asked for."""
+        if not needs_place(exchange.command):
+            return None
+        numbers = line.groups.get(exchange.body, [exchange.body])
+        for body in self.bodies_of(line):
+            if body.number in numbers:
+                refusal = body.power.refuses_write(body.address, exchange.command, now)
+                if refusal is not None:
+                    return refusal
+        return None
+
     async def _watch_groups(self, line: Line) -> None:
         """Notice that the link master has restarted by the groups it has forgotten."""
         while True:
@@ -440,19 +457,6 @@ class Plant:
                     break
                 except GatewayError:
                     continue
-
-    async def _watch(self, body: Body) -> None:
-        """Notice what happens to a body without us: status bits, motion that nobody here asked for."""
-        while True:
-            body.look_due.clear()
-            if body.line.state == "ready" and body.online and body.move is None:
-                try:
-                    await body.look()
-                except GatewayError as error:
-                    self.events.publish(
-                        "body.unreadable", f"/bodies/{body.address}", {"detail": error.detail}
-                    )
-            await body.look_wanted(HEALTH_POLL_S)
 
 
 def _group_number(address: str, line: Line) -> int:

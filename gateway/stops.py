@@ -11,6 +11,7 @@ from gateway.bodies import Body, Group
 from gateway.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.events import EventHub
 from gateway.exchange import Answered, Lane, Outcome
+from gateway.line import Line
 from gateway.records import Record
 from gateway.stopping import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState
 from gateway.stopping import StopMode as StopMode
@@ -70,6 +71,10 @@ class Stops:
     def under_way(self, body: Body) -> bool:
         """Whether a stop of the body is not confirmed yet."""
         return any(stop.body is body for stop in self._tasks)
+
+    def on_line(self, line: Line) -> bool:
+        """Whether a stop of any body of a line is not confirmed yet."""
+        return any(stop.body.line is line for stop in self._tasks)
 
     def in_reach_again(self, body: Body) -> None:
         """A body that was silent answers again, or its line is up again: the next stop will be heard."""
@@ -143,7 +148,7 @@ class Stops:
         await stop.see_through()
         stop.withdraw()
         self._forget(stop)
-        stop.body.stands()
+        stop.body.was_stopped(stop.report.position)
         stop.publish("confirmed")
         await _move_recorded(stop.body)
 

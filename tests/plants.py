@@ -145,9 +145,10 @@ def configuration(
     bodies: Sequence[int] = BODIES,
     groups: Mapping[str, Sequence[str]] = GROUPS,
     options: str = "",
+    body_options: str = "",
 ) -> str:
     """The TOML of a plant whose lines are all alike."""
-    body_tables = ", ".join(f'{{id = "{body:02X}"}}' for body in bodies)
+    body_tables = ", ".join(f'{{id = "{body:02X}"{body_options and ", "}{body_options}}}' for body in bodies)
     group_tables = ", ".join(
         f'{{id = "{group}", members = {list(members)}}}' for group, members in groups.items()
     )
@@ -168,10 +169,11 @@ async def rig(
     baud: int | None = None,
     settings: LinkSettings | None = None,
     options: str = "",
+    body_options: str = "",
     seed: int = 0,
 ) -> AsyncIterator[Rig]:
     """Start a plant and wait until its lines are ready; `present` bodies answer, by default all."""
-    config = parse(configuration(lines, bodies, groups, options), "test.toml")
+    config = parse(configuration(lines, bodies, groups, options, body_options), "test.toml")
     there = bodies if present is None else present
     wires = {
         line.address: Wire(build_line(there, 0.0, settings=settings, seed=seed), baud)
@@ -182,12 +184,18 @@ async def rig(
     await plant.start()
     try:
         await asyncio.sleep(SET_UP_S)
-        while any(body.moving is None and body.online for body in plant.bodies()):  # noqa: ASYNC110  # no event
+        while any(body.online and not is_known(body) for body in plant.bodies()):  # noqa: ASYNC110  # no event
             await asyncio.sleep(SET_UP_S)
         assert all(line.state == "ready" for line in plant.lines.values())
         yield running
     finally:
         await plant.close()
+
+
+def is_known(body: Body) -> bool:
+    """Whether the gateway knows what the body does, and will notice a loss of its power."""
+    power = body.power
+    return body.position is not None and (power.mark is not None or power.taken or not power.comment)
 
 
 # moves

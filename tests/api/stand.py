@@ -16,6 +16,7 @@ from api.app import create_app
 from gateway.config import Config
 from gateway.plant import Plant
 from simulator.rorze.line import build_line
+from tests.plants import is_known
 from tests.simulated_line import SimulatedLine
 from tests.virtual_time import run_virtual
 
@@ -89,7 +90,7 @@ async def build_stand(lines: Mapping[str, Bodies], server: Mapping[str, object])
     await plant.start()
     for _ in lines:
         await anext(ups)
-    while any(body.position is None and body.online for body in plant.bodies()):  # noqa: ASYNC110  # no event tells it
+    while any(body.online and not is_known(body) for body in plant.bodies()):  # noqa: ASYNC110  # no event tells it
         await asyncio.sleep(0.01)
     app = create_app(plant)
     transport = ASGITransport(app, raise_app_exceptions=False)

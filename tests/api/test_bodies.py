@@ -177,3 +177,76 @@ def test_what_moves_nothing_is_not_said_to_have_moved_when_its_reply_is_lost(
         assert tuple(answer.json()[key] for key in ("moved", "retryable", "remedy")) == told
 
     story()
+
+
+def brown_out(stand: Stand) -> None:
+    """Take the power of 3F away for 50 ms."""
+    stand.port.machine.brown_out(0x3F, 0.05, asyncio.get_running_loop().time())
+    stand.port._turn()
+
+
+ABSOLUTE = {"kind": "absolute", "position": {"value": 700, "unit": "pulse"}}
+
+
+@pytest.mark.parametrize(
+    ("path", "request_body"),
+    [
+        ("/bodies/3F/moves", ABSOLUTE),
+        ("/bodies/3F/commands/move-to", {"position": 700}),
+        ("/bodies/3F/raw", {"text": "1AM700"}),
+        ("/groups/80/moves", ABSOLUTE),
+        ("/groups/80/commands/move-to", {"position": 700}),
+    ],
+)
+def test_a_body_that_lost_its_power_is_not_sent_to_a_place_until_somebody_knows(
+    path: str, request_body: dict[str, object]
+) -> None:
+    @on_stand(raw_commands=True)
+    async def story(stand: Stand) -> None:
+        await stand.client.put("/groups/80", json={"members": ["00", "3F"]})
+        for body in ("00", "3F"):
+            await stand.teach_speeds(body)
+            moved = await stand.post(f"/bodies/{body}/moves?wait=10", RELATIVE)
+            assert moved.json()["status"] == "succeeded"
+        await asyncio.sleep(1.0)
+        brown_out(stand)
+        await asyncio.sleep(0.1)
+        refused = await stand.post(path, request_body)
+        assert (refused.status_code, refused.json()["type"]) == (
+            409,
+            "urn:motion-gateway:problem:power-cycled",
+        )
+        assert (refused.json()["moved"], refused.json()["retryable"]) == ("no", False)
+        assert not [frame for frame in stand.frames() if "1AM" in frame]
+        body = (await stand.get("/bodies/3F")).json()
+        assert (body["homed"], body["power_cycled"]) == ("no", True)
+        plan = await stand.post("/bodies/3F/moves", {**ABSOLUTE, "validate_only": True})
+        assert "would be refused" in plan.json()["note"]
+
+        known = await stand.post("/bodies/3F/power-cycle/acknowledge")
+        assert (known.status_code, known.json()["homed"], known.json()["power_cycled"]) == (200, "no", False)
+        await stand.teach_speeds("3F")
+        assert (await stand.post(path, request_body)).status_code == 202
+
+    story()
+
+
+@on_stand()
+async def test_every_view_of_a_body_tells_how_old_it_is(stand: Stand) -> None:
+    await stand.get("/bodies/3F/position")
+    stand.port.unplug()
+    await asyncio.sleep(3.0)
+    alone = (await stand.get("/bodies/3F")).json()
+    [*_, listed] = (await stand.get("/bodies")).json()["bodies"]
+    for body in (alone, listed):
+        assert 3.0 <= body["known_age_s"] < 4.0
+        assert body["last_heard_at"][:22] == body["position_read_at"][:22]
+
+
+@on_stand({"arm": [{"id": "3F"}]})
+async def test_a_body_that_never_answered_has_no_age(stand: Stand) -> None:
+    body = stand.plant.body("3F")
+    body._heard_at = None
+    body.line._talk._heard_at.clear()
+    told = (await stand.get("/bodies/3F")).json()
+    assert (told["last_heard_at"], told["known_age_s"], told["homed"]) == (None, None, "unknown")

@@ -20,6 +20,7 @@ from tests.plants import Rig, ended, finished, finished_losing, in_virtual_time,
 LONG = MoveClockwise(distance=50_000)
 SHORT = MoveClockwise(distance=5_000)
 TO_5000 = MoveTo(position=5_000)
+WITHOUT_MARK = "power_comment = 0"
 
 
 # no reply
@@ -107,7 +108,7 @@ async def test_a_lost_command_to_where_the_motor_stands_is_done_whatever_ended_t
 
 @in_virtual_time
 async def test_a_motor_that_stood_at_0_and_stands_there_again_may_have_moved_and_lost_its_power() -> None:
-    async with rig(baud=9600) as it:
+    async with rig(baud=9600, body_options=WITHOUT_MARK) as it:
         starting = asyncio.create_task(start(it, LONG))
         await it.wire.begun("&3F1+M50000")
         lose(it, Direction.REPLIES)
@@ -122,7 +123,7 @@ async def test_a_motor_that_stood_at_0_and_stands_there_again_may_have_moved_and
 
 @in_virtual_time
 async def test_a_lost_command_at_0_is_found_not_executed_where_the_controller_remembers_its_homing() -> None:
-    async with rig(baud=9600) as it:
+    async with rig(baud=9600, body_options=WITHOUT_MARK) as it:
         it.touch(0x3F, far_from_home)
         await finished(it, HOME)
         assert it.axis().position(asyncio.get_running_loop().time()) == 0
@@ -305,7 +306,7 @@ BACK_TO_0 = MoveCounterclockwise(distance=50_000)
 async def test_a_move_to_0_in_which_the_power_was_lost_for_a_moment_is_not_taken_for_done(
     command: RorzeCommand[Ack],
 ) -> None:
-    async with rig() as it:
+    async with rig(body_options=WITHOUT_MARK) as it:
         it.touch(0x3F, far_from_home)
         await finished(it, LONG)
         move = await start(it, command)
@@ -321,7 +322,7 @@ async def test_a_move_to_0_in_which_the_power_was_lost_for_a_moment_is_not_taken
 
 @in_virtual_time
 async def test_a_search_after_a_search_in_which_the_power_was_lost_is_not_taken_for_done() -> None:
-    async with rig() as it:
+    async with rig(body_options=WITHOUT_MARK) as it:
         it.touch(0x3F, far_from_home)
         await finished(it, HOME)
         await finished(it, LONG)
@@ -330,6 +331,42 @@ async def test_a_search_after_a_search_in_which_the_power_was_lost_is_not_taken_
         await brown_out(it)
         await ended(it, move)
         assert move.status is MoveStatus.UNKNOWN
+
+
+@pytest.mark.parametrize("command", [HOME, TO_0, BACK_TO_0])
+@in_virtual_time
+async def test_a_move_to_0_in_which_the_power_was_lost_for_a_moment_is_lost_where_the_mark_is_gone(
+    command: RorzeCommand[Ack],
+) -> None:
+    async with rig() as it:
+        it.touch(0x3F, far_from_home)
+        await finished(it, LONG)
+        move = await start(it, command)
+        await asyncio.sleep(0.5)
+        await brown_out(it)
+        await ended(it, move)
+        assert (move.status, move.position) == (MoveStatus.LOST, 0)
+        assert move.error is not None
+        assert "has lost its power" in move.error.detail
+
+
+@in_virtual_time
+async def test_a_motor_that_stood_at_0_and_stands_there_again_without_its_mark_has_lost_its_power() -> None:
+    async with rig(baud=9600) as it:
+        starting = asyncio.create_task(start(it, LONG))
+        await it.wire.begun("&3F1+M50000")
+        lose(it, Direction.REPLIES)
+        await asyncio.sleep(0.4)
+        await brown_out(it)
+        move = await ended(it, await starting)
+        assert (move.status, move.position) == (MoveStatus.LOST, 0)
+
+
+@in_virtual_time
+async def test_a_lost_command_at_0_is_found_not_executed_where_the_mark_stands() -> None:
+    async with rig(baud=9600) as it:
+        move = await finished_losing(it, LONG, Direction.REQUESTS)
+        assert (move.status, move.end_cause) == (MoveStatus.FAILED, "not_executed")
 
 
 @pytest.mark.parametrize("command", [HOME, TO_0, BACK_TO_0])
@@ -353,7 +390,7 @@ def forget_set_up(rig: Rig) -> None:
 async def test_an_end_at_0_that_nobody_announces_proves_nothing_to_who_was_never_homed(
     command: RorzeCommand[Ack],
 ) -> None:
-    async with rig() as it:
+    async with rig(body_options=WITHOUT_MARK) as it:
         await finished(it, LONG)
         forget_set_up(it)
         move = await finished(it, command)
@@ -366,7 +403,7 @@ async def test_an_end_at_0_that_nobody_announces_proves_nothing_to_who_was_never
 async def test_an_end_at_0_that_nobody_announces_is_proved_by_a_homing_that_is_remembered(
     command: RorzeCommand[Ack],
 ) -> None:
-    async with rig() as it:
+    async with rig(body_options=WITHOUT_MARK) as it:
         it.touch(0x3F, far_from_home)
         await finished(it, HOME)
         await finished(it, LONG)
@@ -376,9 +413,19 @@ async def test_an_end_at_0_that_nobody_announces_is_proved_by_a_homing_that_is_r
         assert "has kept its power" in move.evidence[-1]
 
 
+@pytest.mark.parametrize("command", [HOME, TO_0, BACK_TO_0])
+@in_virtual_time
+async def test_an_end_at_0_that_nobody_announces_is_proved_by_the_mark(command: RorzeCommand[Ack]) -> None:
+    async with rig() as it:
+        await finished(it, LONG)
+        forget_set_up(it)
+        move = await finished(it, command)
+        assert (move.status, move.completion, move.position) == (MoveStatus.SUCCEEDED, "polling", 0)
+
+
 @in_virtual_time
 async def test_an_end_that_is_announced_late_is_waited_for_at_0() -> None:
-    async with rig() as it:
+    async with rig(body_options=WITHOUT_MARK) as it:
         await finished(it, LONG)
         forget_set_up(it)
         move = await start(it, TO_0)
@@ -403,13 +450,13 @@ async def test_a_move_after_a_loss_of_power_at_rest_starts_where_the_controller_
 
 @in_virtual_time
 async def test_a_loss_of_power_just_before_a_move_is_named_as_a_cause_of_its_wrong_end() -> None:
-    async with rig() as it:
+    async with rig(body_options=WITHOUT_MARK) as it:
         await finished(it, SHORT)
         await brown_out(it)
         move = await finished(it, SHORT)
-        assert (move.status, move.end_cause) == (MoveStatus.FAILED, "position_mismatch")
+        assert move.status is MoveStatus.LOST
         assert move.error is not None
-        assert "lost its power" in move.error.remedy
+        assert "seems to have lost its power" in move.error.detail
 
 
 @in_virtual_time

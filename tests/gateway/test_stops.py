@@ -228,8 +228,10 @@ async def test_a_link_master_that_drops_interjected_stops_gets_them_again() -> N
         await moving(it, "3F")
         reading = asyncio.create_task(it.body("00").ask(GetPosition()))
         await asyncio.sleep(0.01)
-        [report] = await it.plant.stops.stop([it.body()], "immediate")
-        assert report.state == "confirmed"
+        await it.plant.stops.stop([it.body()], "immediate")
+        await asyncio.sleep(1.0)  # questions are dropped, too
+        assert it.types("body.stop")[-1] == "body.stop.confirmed"
+        assert hold_still_by_truth(it, now())
         assert it.wire.frames().count("&3F5IS") > 1
         await reading
 
