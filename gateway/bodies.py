@@ -269,9 +269,8 @@ class Body:
         While it has a move, not a single reading but the judgement of the move says whether it moves.
         """
         self._heard_at = at
-        self.power.note_done(command)
-        if isinstance(command, SetPosition):
-            self.power.note_position_set(command)
+        if command.retry is not Retry.READ:
+            self._was_done(command)
         if isinstance(command, GetPosition) and isinstance(reply, SignedPulses):
             self._saw_position(reply.pulses, at)
         elif isinstance(reply, ControllerStatus) and reply.bits is not None:
@@ -279,6 +278,11 @@ class Body:
             self._saw_motion(bool(reply.bits & PULSES_RUNNING))
         elif isinstance(reply, ControllerStatus) and command == _RUNS:
             self._saw_motion(bool(reply.on))
+
+    def _was_done(self, command: RorzeCommand[Any]) -> None:
+        self.power.note_done(command)
+        if isinstance(command, SetPosition):
+            self.power.note_position_set(command)
 
     def _saw_position(self, pulses: int, at: float) -> None:
         self.position, self.position_at = pulses, at

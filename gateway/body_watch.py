@@ -21,6 +21,8 @@ TURNAROUND_S = 0.003
 """From a question to its reply, besides the bytes: an assumption."""
 SLOWEST_BYTE_S = 10 / 9600
 """A port that does not tell its speed, such as a terminal server, may lead to a line of 9600 baud."""
+CLOCK_S = 0.001
+"""A timer may be early by so much."""
 MARK_POLL_S = 30.0
 """The mark of its power is looked at this often."""
 
@@ -43,13 +45,13 @@ class BodyWatch:
         self._body = body
         self._stopping = stopping
         """Whether a line has a stop that is not confirmed: its time belongs to that."""
-        self._looked_at = self._mark_at = -inf
+        self._woke_at = self._looked_at = self._mark_at = -inf
 
     async def run(self) -> None:
         """Watch until cancelled."""
         body = self._body
         while True:
-            wanted = body.look_due.is_set()
+            self._woke_at, wanted = _now(), body.look_due.is_set()
             body.look_due.clear()
             if body.line.state == "ready" and body.online:
                 try:
@@ -60,9 +62,9 @@ class BodyWatch:
 
     def _pause_s(self) -> float:
         """Until the next question, if it is not heard before."""
-        idle_s = idle_poll_s(self._body.line)
-        heard_at = self._body.last_heard_at
-        return idle_s if heard_at is None else max(idle_s - (_now() - heard_at), idle_s / 10)
+        idle_s, now = idle_poll_s(self._body.line), _now()
+        due_in_s = (self._body.last_heard_at or -inf) + idle_s - now
+        return due_in_s if due_in_s > 0 else max(self._woke_at + idle_s - now, 0.0)
 
     async def _attend(self, *, wanted: bool) -> None:
         body, now = self._body, _now()
@@ -70,13 +72,15 @@ class BodyWatch:
             if wanted or now - self._looked_at >= HEALTH_POLL_S:
                 self._looked_at = now
                 await body.look()
-            elif now - (body.last_heard_at or -inf) >= idle_poll_s(body.line) and not self._stopping(
-                body.line
-            ):
+            elif self._is_unheard(now) and not self._stopping(body.line):
                 await body.ask(GetControllerStatus())
         if self._mark_wanted(now):
             self._mark_at = now
             await body.mark.tend()
+
+    def _is_unheard(self, now: float) -> bool:
+        idle_s = now - (self._body.last_heard_at or -inf)
+        return idle_s >= idle_poll_s(self._body.line) - CLOCK_S
 
     def _mark_wanted(self, now: float) -> bool:
         power = self._body.power
