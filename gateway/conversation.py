@@ -90,7 +90,7 @@ class Conversation:
         self._awaiting: Exchange | None = None
         self._stops: list[Exchange] = []
         self._passed_over: dict[Lane, float] = {}
-        """Since when a lane that people wait for has had no turn."""
+        """Since when a lane has had no turn, where people wait for it or a fence has gone ahead."""
         self._suspect: Exchange | None = None
         self._fence: Exchange | None = None
         self._fence_for = self._fence_body = 0
@@ -207,11 +207,8 @@ class Conversation:
         return LANES
 
     def _note_turn(self, taken: Lane, now: float) -> None:
-        for lane in IMPATIENT:
-            if lane is taken or not self.scheduler.has(lane):
-                self._passed_over.pop(lane, None)
-            else:
-                self._passed_over.setdefault(lane, now)
+        waiting = [lane for lane in IMPATIENT if lane is not taken and self.scheduler.has(lane)]
+        self._passed_over = {lane: self._passed_over.get(lane, now) for lane in waiting}
 
     def _interposed(
         self, exchange: Exchange | None, now: float, put_back: Callable[[Exchange], None]
@@ -220,6 +217,7 @@ class Conversation:
         if exchange is None or not self._wants_fence(exchange, now) or self.gate.refuses(exchange, now):
             return exchange
         put_back(exchange)
+        self._passed_over[exchange.lane] = -inf  # what others are told meanwhile could ask for another fence
         self._lose_step(exchange.body)
         return self._new_fence()
 

@@ -22,12 +22,12 @@ class _Turns(OrderedDict[int, deque[Exchange]]):
     def exchanges(self) -> Iterator[Exchange]:
         return chain.from_iterable(self.values())
 
-    def add(self, exchange: Exchange, *, first: bool = False) -> None:
-        queue = self.setdefault(exchange.body, deque())
-        if first:
-            queue.appendleft(exchange)
-        else:
-            queue.append(exchange)
+    def add(self, exchange: Exchange) -> None:
+        self.setdefault(exchange.body, deque()).append(exchange)
+
+    def add_first(self, exchange: Exchange) -> None:
+        self.setdefault(exchange.body, deque()).appendleft(exchange)
+        self.move_to_end(exchange.body, last=False)
 
     def take(self, may_go: Callable[[Exchange], bool] | None) -> Exchange | None:
         """The first exchange of the first body whose turn it can be; the body then goes to the end."""
@@ -90,8 +90,8 @@ class Scheduler:
         return exchange
 
     def put_back(self, exchange: Exchange) -> None:
-        """Queue an exchange again before everything else of its body and lane."""
-        self._lanes[exchange.lane].add(exchange, first=True)
+        """Queue an exchange again before everything else of its lane: it has had its turn already."""
+        self._lanes[exchange.lane].add_first(exchange)
 
     def next(
         self, lanes: tuple[Lane, ...], may_go: Callable[[Exchange], bool] | None = None

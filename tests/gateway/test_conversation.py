@@ -690,6 +690,26 @@ def test_a_group_is_kept_from_copies_like_a_body(it: Talk) -> None:
     assert not running.done()
 
 
+def test_what_a_fence_has_gone_ahead_of_is_not_overtaken_but_by_stops(it: Talk) -> None:
+    def wonder() -> None:
+        it.ask(GetControllerStatus(bit=0), lane=Lane.PROOF)
+        it.ask(GetControllerStatus(bit=0), 3, lane=Lane.PROOF)
+
+    wonder()
+    for _ in range(2):
+        it.next()
+        it.hear(Answer(it.last.body, "9CD", "0"))
+    it.ask(GetControllerStatus(bit=1))
+    assert it.next() == "fence 02 3ND"
+    wonder()
+    it.ask(STOP)
+    assert it.hear(answer_to(it.last))
+    assert it.next() == "02 5IS"
+    it.answer()
+    assert it.next() == "02 9CD"
+    assert it.last.command == GetControllerStatus(bit=1)
+
+
 def test_two_groups_are_defined_with_a_fence_between(it: Talk) -> None:
     first, second = (it.set_up(SetGroup(group=group, members=["02", "03"])) for group in ("80", "81"))
     assert it.next(ready=False) == "7F XVS"
