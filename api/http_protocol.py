@@ -6,6 +6,7 @@ the order.
 """
 
 import asyncio
+import logging
 import re
 from collections import deque
 from dataclasses import dataclass
@@ -23,6 +24,8 @@ from api.admission import Admission, Admitted
 from api.drain import Drain
 from api.problems import MEDIA_TYPE, RETRY_AFTER_S, plain_problem
 from api.stop_paths import is_stop
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,16 @@ LINGER_BYTES = 262_144
 """So much of what its client still sends is taken, and passed over."""
 NOT_HTTP: Final = "The request cannot be read as HTTP/1.1."
 FULL: Final = "All connections of the gateway are in use, and only stops are served beyond them."
+
+
+def refusal_in(error: httptools.HttpParserError) -> Refused:
+    """What was raised while the parser called us, or what it found itself."""
+    reason = error.__context__
+    if isinstance(reason, Refused):
+        return reason
+    if not isinstance(reason, httptools.HttpParserError | ValueError | None):
+        log.error("A request could not be taken in.", exc_info=reason)
+    return Refused(400, NOT_HTTP)
 
 
 class InTurn:
@@ -243,8 +256,7 @@ class HttpProtocol(HttpToolsProtocol):
         except httptools.HttpParserUpgrade as upgrade:
             self._upgrade(piece[upgrade.args[0] :])
         except httptools.HttpParserError as error:
-            reason = error.__context__
-            self._refuse(reason if isinstance(reason, Refused) else Refused(400, NOT_HTTP))
+            self._refuse(refusal_in(error))
         else:
             self._parse_on()
 
@@ -323,12 +335,7 @@ class HttpProtocol(HttpToolsProtocol):
     def _require_good_head(self) -> None:
         method = self.parser.get_method().decode("ascii")
         path = unquote(self.url.partition(b"?")[0].decode("latin-1"))
-        if self._admitted is Admitted.STOPS and not is_stop(method, path):
-            raise Refused(503, FULL)
-        if len(self._under_way) >= self.limits.requests_ahead:
-            raise Refused(
-                503, f"More than {self.limits.requests_ahead} requests were sent ahead of an answer."
-            )
+        self._require_room(stops=is_stop(method, path))
         if not path.startswith("/"):
             raise Refused(400, "The target of the request is not a path of this gateway, such as /bodies.")
         hosts = sum(name == b"host" for name, _ in self.headers)
@@ -336,6 +343,13 @@ class HttpProtocol(HttpToolsProtocol):
             raise Refused(400, f"The request has {hosts or 'no'} Host headers; it takes one.")
         if self.parser.should_upgrade() and self._should_upgrade():
             self._require_good_handshake(method)
+
+    def _require_room(self, *, stops: bool) -> None:
+        if self._admitted is Admitted.STOPS and not stops:
+            raise Refused(503, FULL)
+        most = self.limits.requests_ahead
+        if len(self._under_way) >= (2 * most if stops else most):
+            raise Refused(503, f"More than {most} requests were sent ahead of an answer.")
 
     def _require_good_handshake(self, method: str) -> None:
         """Refuse a WebSocket that cannot be opened (RFC 6455 4.2.1)."""
@@ -411,6 +425,8 @@ class HttpProtocol(HttpToolsProtocol):
 
     def _too_slow(self) -> None:
         self._deadline = None
+        if self.transport.is_closing():
+            return
         last = self._under_way[-1] if self._under_way else None
         if last is None or (len(self._under_way) == 1 and self._in_body and last.undone):
             self._refuse(Refused(408, f"The request did not come as a whole in {self.limits.receive_s:g} s."))

@@ -5,7 +5,9 @@ import json
 import time
 
 import pytest
+from httptools import HttpParserCallbackError
 
+from api.http_protocol import refusal_in
 from tests.api.front_stand import HOST, SOON_S, Client, Front, on_front
 
 KIB = 1024
@@ -253,6 +255,14 @@ async def test_too_many_requests_ahead_end_the_connection_after_the_first(front:
     assert front.app.begun == ["/wait"]
 
 
+@on_front(requests_ahead=2)
+async def test_a_stop_still_goes_where_no_more_requests_do(front: Front) -> None:
+    client = await front.client()
+    for name in ("/wait", "/b", "/stop"):
+        client.ask(name)
+    await front.until(lambda: [name for name, _ in front.app.done] == ["/stop"])
+
+
 @on_front()
 async def test_rubbish_behind_a_request_is_not_its_answer(front: Front) -> None:
     client = await front.client()
@@ -362,6 +372,14 @@ async def test_an_offer_of_another_protocol_takes_no_body_away(front: Front) -> 
     assert await client.answer() == (200, b'/bodies/3F/stop {"mode":"immediate"}')
     client.ask("/b")
     assert (await client.answer())[0] == 200
+
+
+def test_a_fault_of_the_gateway_is_not_taken_for_the_clients(caplog: pytest.LogCaptureFixture) -> None:
+    error = HttpParserCallbackError("a callback failed")
+    error.__context__ = ZeroDivisionError("ours")
+    assert refusal_in(error).status == 400
+    (record,) = caplog.records
+    assert record.exc_info
 
 
 # the limit of connections
