@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import random
 import time
 
 import pytest
@@ -380,6 +381,59 @@ def test_a_fault_of_the_gateway_is_not_taken_for_the_clients(caplog: pytest.LogC
     assert refusal_in(error).status == 400
     (record,) = caplog.records
     assert record.exc_info
+
+
+WHOLE = (
+    b"GET /a HTTP/1.1\r\n" + HOST + b"\r\n",
+    b"POST /wait HTTP/1.1\r\n" + HOST + b"content-length: 3\r\n\r\nabc",
+    b"POST /bodies/3F/stop HTTP/1.1\r\n" + HOST + b"transfer-encoding: chunked\r\n\r\n3\r\nabc\r\n0\r\n\r\n",
+    b"POST /b HTTP/1.1\r\n" + HOST + b"connection: upgrade\r\nupgrade: h2c\r\ncontent-length: 3\r\n\r\nabc",
+)
+FRAGMENTS = (
+    *WHOLE * 4,
+    b"GET /a HTTP/1.1\r\n",
+    b"POST /wait HTTP/1.1\r\n",
+    b"POST /bodies/3F/stop HTTP/1.1\r\n",
+    HOST,
+    HOST,
+    b"\r\n",
+    b"\r\n",
+    b"content-length: 3\r\n",
+    b"transfer-encoding: chunked\r\n",
+    b"expect: 100-continue\r\n",
+    b"connection: upgrade\r\nupgrade: h2c\r\n",
+    b"connection: upgrade\r\nupgrade: websocket\r\nsec-websocket-version: 13\r\n"
+    b"sec-websocket-key: AAAAAAAAAAAAAAAAAAAAAA==\r\n",
+    b"connection: close\r\n",
+    b"3\r\nabc\r\n",
+    b"0\r\n\r\n",
+    b"abc",
+    b"x: " + b"y" * 9000 + b"\r\n",
+    b"\x00\xff",
+    b"\x81\x81\x01\x02\x03\x04\xfe",
+)
+
+
+@on_front(connections=8, receive_s=0.05, stall_s=0.05)
+async def test_no_bytes_in_no_pieces_are_a_fault_of_the_gateway(front: Front) -> None:
+    """The stand fails where anything was logged with a traceback, or a connection or a task is left."""
+    chance = random.Random(8)
+    for _ in range(150):
+        client = await front.client()
+        data = b"".join(chance.choices(FRAGMENTS, k=chance.randint(1, 14)))
+        while data and not client.writer.is_closing():
+            cut = chance.choice((1, 7, 100, 20_000))
+            client.say(data[:cut])
+            data = data[cut:]
+            if chance.random() < 0.2:
+                await asyncio.sleep(0)
+        if chance.random() < 0.5:
+            client.leave()
+        if chance.random() < 0.1:
+            front.app.go.set()
+    client = await front.client()
+    client.ask("/stop")
+    assert (await client.answer())[0] == 200
 
 
 # the limit of connections
