@@ -303,7 +303,7 @@ class Conversation:
         silent = self._is_silent(command)
         if exchange.proves is not None:
             exchange.proves.note_asked(exchange.number, deadline)
-        self._copies.note_written(command, now, silent=silent)
+        self._copies.note_written(command, exchange.number, now, silent=silent)
         if silent:
             self._said_silently += 1
         exchange.unheard = self.unheard
@@ -337,7 +337,7 @@ class Conversation:
         for exchange in self._under_way():
             outcome = exchange.take(frame)
             if outcome is not None:
-                self._copies.note(exchange.command, frame, now)
+                self._copies.note(exchange.command, exchange.number, frame, now)
             if isinstance(outcome, Reply):
                 exchange.deadline = now + exchange.timeout_s
                 return None

@@ -22,10 +22,10 @@ class _Told:
 
     command: FicsCommand[Any]
     frame: Frame
+    number: int
+    """The place of the command's frame among all that were written."""
     until: float
     """A copy may come before this, on the event loop's clock."""
-    outdated: bool = False
-    """Something was done since: a copy tells what is no longer true."""
 
 
 class Copies:
@@ -35,24 +35,24 @@ class Copies:
         self._late_reply_s = late_reply_s
         self._told: dict[str, dict[tuple[str, type[Frame]], _Told]] = {}
         """By the name of the answer, then by the text of the command and the kind of answer."""
+        self._last_deed = 0
+        """The number of the last frame that was no mere read: what was asked before may be outdated."""
 
     def rule_out(self) -> None:
         """A fence has passed: what has not come by now never will."""
         self._told.clear()
 
-    def note_written(self, command: FicsCommand[Any], now: float, *, silent: bool) -> None:
-        """A command was written: its answer may come at any time. A deed outdates what was told before."""
+    def note_written(self, command: FicsCommand[Any], number: int, now: float, *, silent: bool) -> None:
+        """A command was written: the answer to a deed may come at any time."""
         if command.may_repeat():
             return
-        for answers in self._told.values():
-            for told in answers.values():
-                told.outdated = True
+        self._last_deed = number
         if not silent and not command.is_query():
-            self._keep(_Told(command, Completion(command.wire_name()), inf), now)
+            self._keep(_Told(command, Completion(command.wire_name()), number, inf), now)
 
-    def note(self, command: FicsCommand[Any], frame: Frame, now: float) -> None:
+    def note(self, command: FicsCommand[Any], number: int, frame: Frame, now: float) -> None:
         """A command was answered."""
-        self._keep(_Told(command, frame, now + self._late_reply_s), now)
+        self._keep(_Told(command, frame, number, now + self._late_reply_s), now)
 
     def _keep(self, told: _Told, now: float) -> None:
         if isinstance(told.frame, Garbage):
@@ -71,22 +71,21 @@ class Copies:
         for name in {command.wire_name(), command.answered_as or command.wire_name(), command.ends_with}:
             answers = self._told.get(name, {})
             _drop_the_late(answers, now)
-            if any(_could_answer(told, command, fresh=fresh) for told in answers.values()):
+            if any(self._could_answer(told, command, fresh=fresh) for told in answers.values()):
                 return True
         return False
+
+    def _could_answer(self, told: _Told, command: FicsCommand[Any], *, fresh: bool) -> bool:
+        same_text = told.command.text() == command.text()
+        if isinstance(told.frame, Refusal | Failure):
+            return credit(command, told.frame) is not None
+        if same_text and command.may_repeat() and not (fresh or told.number < self._last_deed):
+            return False
+        if not same_text and type(told.command) is type(command) and command.is_told_apart():
+            return False
+        return credit(command, told.frame) is not None
 
 
 def _drop_the_late(answers: dict[tuple[str, type[Frame]], _Told], now: float) -> None:
     for key in [key for key, told in answers.items() if told.until <= now]:
         del answers[key]
-
-
-def _could_answer(told: _Told, command: FicsCommand[Any], *, fresh: bool) -> bool:
-    same_text = told.command.text() == command.text()
-    if isinstance(told.frame, Refusal | Failure):
-        return credit(command, told.frame) is not None
-    if same_text and command.may_repeat() and not (told.outdated or fresh):
-        return False
-    if not same_text and type(told.command) is type(command) and command.is_told_apart():
-        return False
-    return credit(command, told.frame) is not None

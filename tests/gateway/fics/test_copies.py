@@ -13,6 +13,7 @@ from protocols.fics.positions import DownloadPositions, UploadPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetAccelerationTimes, GetSpeedPercent, SetAccelerationTimes, SetSpeedPercent
 from protocols.fics.status import GetAxisStatus
+from protocols.fics.stops import StopAllImmediately
 from protocols.fics.system import GetUnit, SelectUnit
 from protocols.fics.variables import GetVariable, SetVariable
 from protocols.table import Reply
@@ -27,8 +28,8 @@ Command = FicsCommand[Reply]
 
 def told(command: Command, frame: Frame, at: float = 0.0) -> Copies:
     copies = Copies(LATE_S)
-    copies.note_written(command, at, silent=False)
-    copies.note(command, frame, at)
+    copies.note_written(command, 1, at, silent=False)
+    copies.note(command, 1, frame, at)
     return copies
 
 
@@ -86,14 +87,14 @@ def test_no_copy_comes_after_a_fence_or_later_than_any_reply() -> None:
 def test_every_name_is_remembered_not_just_the_last() -> None:
     copies = told(SwitchOutput(channel=1, bit=0, on=True), Completion("IOT"))
     between = SetSpeedPercent(percents=[1.0])
-    copies.note_written(between, 0.1, silent=False)
-    copies.note(between, Completion("VAO"), 0.1)
+    copies.note_written(between, 2, 0.1, silent=False)
+    copies.note(between, 2, Completion("VAO"), 0.1)
     assert copies.may_answer(SwitchOutput(channel=1, bit=1, on=True), 0.2)
 
 
 def test_an_answer_that_has_not_come_may_come_at_any_time() -> None:
     copies = Copies(LATE_S)
-    copies.note_written(StopJog(axis="X"), 0.0, silent=False)
+    copies.note_written(StopJog(axis="X"), 1, 0.0, silent=False)
     assert copies.may_answer(StartJog(axis="Y", direction="+"), 1000.0)
 
 
@@ -101,14 +102,22 @@ def test_a_reading_is_outdated_by_a_deed_and_copies_of_what_has_to_be_fresh_are_
     copies = told(GetAxisStatus(), AT_REST)
     assert not copies.may_answer(GetAxisStatus(), 0.0)
     assert copies.may_answer(GetAxisStatus(), 0.0, fresh=True)
-    copies.note_written(SwitchOutput(channel=1, bit=0, on=True), 0.0, silent=True)
+    copies.note_written(SwitchOutput(channel=1, bit=0, on=True), 2, 0.0, silent=True)
     assert copies.may_answer(GetAxisStatus(), 0.0)
+
+
+def test_a_reading_that_was_asked_for_before_a_deed_is_outdated_though_it_came_after_it() -> None:
+    copies = Copies(LATE_S)
+    copies.note_written(GetAxisStatus(), 1, 0.0, silent=False)
+    copies.note_written(StopAllImmediately(), 2, 0.1, silent=False)
+    copies.note(GetAxisStatus(), 1, AT_REST, 0.2)
+    assert copies.may_answer(GetAxisStatus(), 0.3)
 
 
 def test_answers_that_can_come_no_more_take_no_room() -> None:
     copies = Copies(LATE_S)
     for number in range(10 * MOST_OF_A_NAME):
-        copies.note(UploadPosition(coordinates=[float(number)]), Completion("POS"), 0.01 * number)
+        copies.note(UploadPosition(coordinates=[float(number)]), number, Completion("POS"), 0.01 * number)
     assert len(copies._told["POS"]) <= MOST_OF_A_NAME
 
 
