@@ -104,10 +104,14 @@ class Power:
             self._refuse()
 
     def signs(self, command: FicsCommand[Any], unit: "RobotUnit") -> list[FicsCommand[Any]]:
-        """The questions that `see` and `verify` may put before a motion."""
+        """The questions that may prove before a motion that the power was kept."""
+        if self._robot.motion is not None:
+            return [GetAxisStatus()]
+        if self._robot.mode != HostMode.VER_2:
+            return [GetCommunicationMode()]
         coordinates = coordinates_of(unit, command)
         _, speeds = _ROWS[coordinates]
-        return [GetCommunicationMode(), GetAxisStatus(), _POSITIONS[coordinates](), speeds()]
+        return [speeds(), GetAxisStatus(), _POSITIONS[coordinates]()]
 
     async def see_jogging(self, unit: "RobotUnit", proof: "Proof") -> None:
         """See that an axis of a unit jogs, which another is to join: MOD and UNT are refused meanwhile.
