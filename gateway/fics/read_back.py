@@ -48,7 +48,7 @@ async def read_back(robot: "Robot", command: FicsCommand[Any], said: Outcome, ep
     if robot.line.stop_epoch != epoch:
         return said if isinstance(said, NoReply) else NotReadBack(_sent(robot, command), _stop_came())
     try:
-        answer = robot.dialogue.answered(query, await robot.dialogue.say(query, epoch))
+        answer = robot.dialogue.answered(query, await robot.dialogue.say(query, epoch, fresh=True))
     except GatewayError as unread:
         return said if isinstance(said, NoReply) else NotReadBack(_sent(robot, command), unread)
     (reply,) = answer.replies
