@@ -2,12 +2,12 @@
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 
 import pytest
 
 from gateway.bodies import Body, MotorState
-from gateway.errors import LineDown
+from gateway.errors import Expired, LineDown
 from gateway.exchange import Lane
 from gateway.move_record import LOST_AFTER_S, MoveStatus
 from gateway.silence import OUT_OF_REACH_S
@@ -32,10 +32,11 @@ def forget_set_up(rig: Rig) -> None:
 
 
 async def read_on(body: Body, entry: int, answers: list[float]) -> None:
-    """Read without a pause, as a client does."""
+    """Read without a pause, as a client does, and again where the line was not free in time."""
     while True:
-        await body.ask(GetPositionEntry(entry=PositionReference(position=entry)))
-        answers.append(now())
+        with suppress(Expired):
+            await body.ask(GetPositionEntry(entry=PositionReference(position=entry)))
+            answers.append(now())
 
 
 @asynccontextmanager
@@ -76,7 +77,7 @@ async def test_thirty_followed_moves_leave_clients_most_of_a_crowded_line() -> N
         async with crowd(it, readers=3) as answers:
             answers.clear()
             await asyncio.sleep(20.0)
-            assert len(answers) > 20 * 11, "alone they get 22 a second"
+            assert len(answers) > 20 * 5, "alone they get 11 a second, a fence before each"
         for move in moves:
             assert (await ended(it, move)).status is MoveStatus.SUCCEEDED
 

@@ -254,6 +254,7 @@ def test_a_move_of_a_robot_that_runs_is_followed_and_not_taken_for_stopped(mode:
     async def story() -> None:
         async with fics_rig(mode=mode) as it:
             lid = Lid(it.plant)
+            await it.move(HomeRobot())
             await it.robot.ask(SLOW, 1)
             move = await it.plant.robot_moves.start(it.robot, 1, UP)
             lid.close_for()
