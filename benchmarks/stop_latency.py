@@ -29,6 +29,7 @@ MOVERS = BODIES[:6]
 """They are moved and stopped; the others are read."""
 HOSTILE = ("documents", "commands", "metrics", "giant-heads", "slow-heads")
 FILL_S = 60.0
+"""What has not happened by then never will."""
 LOOK_AGAIN_S = 0.1
 QUIET_SHARE = 0.25
 """The part of the seconds in which nobody else asks."""
@@ -50,9 +51,12 @@ _EVENTS = re.compile(rb"^motion_gateway_events_total (\S+)", re.MULTILINE)
 class Line(Overheard):
     """A machine that notes when the immediate stop of each body begins to arrive for the first time."""
 
+    _begun = b""
+
     def receive(self, data: bytes, now: float) -> None:
         """Note the time, and let the machine work."""
-        for frame in data.split(CR):
+        *frames, self._begun = (self._begun + data).split(CR)
+        for frame in frames:
             if frame.endswith(STOP_CODE):
                 self.heard.setdefault(frame, monotonic())
         self._machine.receive(data, now)
@@ -132,6 +136,9 @@ async def _stop_one(line: Line, port: int, body: int, ends_at: float) -> list[fl
                 await asyncio.to_thread(ask, sock, move)
             line.heard.pop(frame, None)
             sent_at = await asyncio.to_thread(_ask, sock, stop)
+            async with asyncio.timeout(FILL_S):
+                while frame not in line.heard:  # noqa: ASYNC110  # answered before it was sent
+                    await asyncio.sleep(0.001)
             taken.append(1000 * (line.heard[frame] - sent_at))
     return taken
 
