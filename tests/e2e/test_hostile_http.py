@@ -17,8 +17,8 @@ from websockets.sync.client import connect
 
 from tests.e2e.processes import PATIENCE_S, Gateway, SimulatedLine
 
-HOUSEKEEPING = {"9CD", "6PD"}
-"""What the gateway itself asks its bodies from time to time."""
+HOUSEKEEPING = {"9CD", "6PD", "9VD", "9VS"}
+"""What the gateway itself says to its bodies from time to time."""
 MOVE = '{"kind":"relative","direction":"cw","distance":{"value":VALUE,"unit":"pulse"}MORE}'
 
 
