@@ -6,11 +6,21 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from typing import Any
 
-from gateway.errors import GatewayError, MoveFailed, NoReply, NotExecuted, NotSent
+from gateway.errors import (
+    Expired,
+    GarbledReply,
+    GatewayError,
+    MoveFailed,
+    NoReply,
+    NotExecuted,
+    NotSent,
+    QueueFull,
+)
 from gateway.exchange import Lane
 from gateway.fics.dialogue import in_time
 from gateway.fics.errors import PowerCycled, RobotFailed, RobotRefused, refused
 from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.line import FicsLine
 from gateway.fics.move_record import RobotMove
 from gateway.fics.pace import PATIENCE, PATIENCE_S, longest_s, paces_of
 from gateway.fics.proofs import Finding
@@ -18,7 +28,9 @@ from gateway.fics.robot import Accepted, Robot
 from gateway.fics.stops import OF_THE_END_BEFORE
 from gateway.fics.targets import require_known, target_of
 from gateway.fics.units import RobotUnit, at_rest, in_trouble
-from gateway.move_record import LOST_AFTER_S, MoveStatus
+from gateway.move_record import MoveStatus
+from gateway.port import LineState
+from gateway.silence import Silence
 from protocols.fics.homing import HomeRobot
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.moves import MoveToPosition
@@ -179,21 +191,27 @@ class Journey:
         return axes is not None and at_rest(axes) and not accepted.outcome.done()
 
     async def _status(self) -> list[AxisStatus] | None:
-        """What the axes do; None when the move is lost."""
-        loop = asyncio.get_running_loop()
-        give_up_at = loop.time() + LOST_AFTER_S
-        while loop.time() < give_up_at:
+        """What the axes do; None when the move is lost, or nobody could ask for too long."""
+        loop, line = asyncio.get_running_loop(), self.robot.line
+        silence = Silence(loop.time(), line.reply_timeout_s + line.late_reply_s + self.robot.poll_interval_s)
+        while not silence.too_long:
             axes = None
-            with suppress(GatewayError):
+            try:
                 axes = list((await self.unit.status(PROOF)).values())
+            except GatewayError as error:
+                silence.unanswered(loop.time(), silent=_is_silence(error, line))
             if self.robot.power_cycled:
                 self._lost("power_cycled", _without_power(self.robot))
                 return None
             if axes is not None:
                 return axes
-            self._tell(None)  # whoever began it need not wait for what nobody knows
+            self._tell(None)  # its client need not wait for what nobody knows
             await asyncio.sleep(self.robot.poll_interval_s)
-        self._lost(None, _gone(self.robot))
+        if silence.of_body:
+            self._lost(None, _gone(self.robot))
+        elif not self.move.status.final:
+            self.move.position = None
+            self._advance(MoveStatus.UNKNOWN, _out_of_reach(self.robot, silence))
         return None
 
     async def _come_to_rest(self) -> bool:
@@ -349,6 +367,21 @@ class Journey:
             await self._lost_power()
             return self._power_kept
         return self._power_kept or finding.shows_power()
+
+
+def _is_silence(error: GatewayError, line: FicsLine) -> bool:
+    """Whether an error tells of a robot that does not answer, on a port that is open."""
+    if line.state is LineState.DOWN or isinstance(error, GarbledReply | QueueFull | Expired):
+        return False
+    return isinstance(error, NoReply | NotSent)
+
+
+def _out_of_reach(robot: Robot, silence: Silence) -> NoReply:
+    return NoReply(
+        f"{robot.id} could not be asked for {silence.out_of_reach_s:.0f} s; the move may have ended, or the "
+        "axes may still be moving.",
+        "See that its line works, then read its status and position.",
+    )
 
 
 def _gone(robot: Robot) -> MoveFailed:

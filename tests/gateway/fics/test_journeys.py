@@ -8,8 +8,9 @@ import pytest
 from gateway.errors import Expired, GatewayError, QueueFull
 from gateway.fics import journeys
 from gateway.fics.robot import Robot
-from gateway.move_record import MoveStatus
+from gateway.move_record import LOST_AFTER_S, MoveStatus
 from gateway.scheduler import QUEUE_LIMIT
+from gateway.silence import OUT_OF_REACH_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro
 from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
@@ -392,3 +393,42 @@ async def test_where_a_refusal_might_outlast_the_power_it_proves_nothing() -> No
             sent = len(rig.cable.written)
             assert (await rig.move(FAR_DOWN)).status is MoveStatus.UNKNOWN
         assert "POF 2" not in rig.cable.frames(sent)
+
+
+@in_virtual_time
+async def test_a_port_that_is_gone_for_longer_than_a_silence_loses_no_move() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        await rig.robot.ask(SetSpeedPercent(percents=[1.0, 1.0, 1.0]), 1)
+        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, 20.0]))
+        await asyncio.sleep(0.5)
+        rig.cable.unplug()
+        await asyncio.sleep(2 * LOST_AFTER_S)
+        assert not move.status.final
+        rig.cable.plugged_in = True
+        await rig.plant.robot_moves.wait(move.id, 600.0)
+        assert move.status is MoveStatus.SUCCEEDED
+
+
+@in_virtual_time
+async def test_a_port_that_stays_away_leaves_the_end_of_a_move_unknown() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, 20.0]))
+        rig.cable.unplug()
+        await rig.plant.robot_moves.wait(move.id, 2 * OUT_OF_REACH_S)
+        assert move.status is MoveStatus.UNKNOWN
+        assert move.error is not None
+        assert "could not be asked for 300 s" in move.error.detail
+
+
+@in_virtual_time
+async def test_a_robot_that_falls_silent_loses_its_move_within_half_a_minute() -> None:
+    async with fics_rig() as rig:
+        await rig.move(HomeRobot())
+        move = await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, 20.0]))
+        began_at = asyncio.get_running_loop().time()
+        rig.lose_replies(100_000)
+        await rig.plant.robot_moves.wait(move.id, 2 * OUT_OF_REACH_S)
+        assert move.status is MoveStatus.LOST
+        assert asyncio.get_running_loop().time() - began_at < LOST_AFTER_S + 10.0
