@@ -24,8 +24,8 @@ ROUNDS = 5
 PAUSE_S = 0.001
 """Between two requests, so that the line is idle."""
 READS_BETWEEN = 20
-"""Between two commands: when the turn of a body comes again, no copy of its last reply can come any more and no
-fence goes first; and the computer has not fallen asleep."""
+"""Between two commands. When the turn of a body comes again, no copy of its last reply can come any more, so
+no fence goes first; and the computer has not fallen asleep."""
 TARGET = Target("figure", "<=", 1.0)
 READS = [get(f"/bodies/{body:02X}/position") for body in BODIES]
 _COMMANDS = [post(f"/bodies/{body:02X}/commands/set-homing-retries", {"retries": 1}) for body in BODIES]
