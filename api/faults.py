@@ -1,6 +1,7 @@
 """What is wrong with a request: each fault with its place, what is expected there and what was given."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from inspect import isclass
 from types import UnionType
 from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin
@@ -20,11 +21,18 @@ _NO_KEYS: Final = "is not known here"
 
 
 def faults_of(errors: Sequence[ErrorDetails], body: object, shape: object) -> dict[str, str]:
-    """Say what is expected at each place of a request; `shape` is the annotation of its body."""
+    """Say what is expected at each place of a request; `shape` is the annotation of its body.
+
+    What nobody knows comes first: it is what was meant by something that seems to be missing.
+    """
     found: dict[str, list[ErrorDetails]] = {}
-    for error in errors[:MOST_ERRORS]:
+    for error in sorted(errors[:MOST_ERRORS], key=_is_known):
         found.setdefault(_place(error, body), []).append(error)
     return {place: _said(found[place], shape) for place in _deepest(found)[:MOST_FAULTS]}
+
+
+def _is_known(error: ErrorDetails) -> bool:
+    return error["type"] != "extra_forbidden"
 
 
 def _deepest(places: Mapping[str, object]) -> list[str]:
@@ -39,7 +47,7 @@ def _said(errors: list[ErrorDetails], shape: object) -> str:
     if errors[0]["type"] == "extra_forbidden":
         return _unknown_key(errors[0], shape)
     if errors[0]["type"] == "union_tag_not_found":
-        return f"is required: {_tags_at(errors[0], shape)}"
+        return f"is required: {_tags_at(errors[0], shape)}{_meant_by(errors[0])}"
     forms = dict.fromkeys([expectation(it) for it in others] + [sentence(last)])
     first, *more = forms
     return " or ".join([first, *(form.removeprefix(_MUST_BE) for form in more)])
@@ -56,6 +64,13 @@ def _tags_at(error: ErrorDetails, shape: object) -> str:
     fields = (model.model_fields.get(name) for model in _models_at(shape, error["loc"][1:]))
     tags = dict.fromkeys(repr(tag) for field in fields if field for tag in _literals(field.annotation))
     return ", ".join(tags)
+
+
+def _meant_by(error: ErrorDetails) -> str:
+    """Name a key that was given and may be the one that is missing."""
+    given = error["input"] if isinstance(error["input"], Mapping) else {}
+    similar = get_close_matches(_discriminator(error), map(str, given), n=1)
+    return f"; {similar[0]!a} is not known here" if similar else ""
 
 
 def _discriminator(error: ErrorDetails) -> str:

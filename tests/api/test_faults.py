@@ -71,6 +71,30 @@ def test_a_fault_is_told_with_its_place_and_the_culprit(
     story()
 
 
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (
+            {"kind": "absolute", "positon": {"value": 5, "unit": "pulse"}},
+            "positon: is not known here; did you mean position?",
+        ),
+        (
+            {"kid": "absolute", "position": {"value": 5, "unit": "pulse"}},
+            "kind: is required: 'relative', 'absolute', 'home', 'continuous'; 'kid' is not known here",
+        ),
+    ],
+)
+def test_a_name_that_was_mistyped_is_told_rather_than_the_one_that_is_missing(
+    content: object, said: str
+) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        answer = await stand.post("/bodies/3F/moves", content)
+        assert answer.json()["detail"] == f"{said}; nothing was sent."
+
+    story()
+
+
 @on_stand()
 async def test_what_is_given_is_repeated_shortly_and_printably(stand: Stand) -> None:
     answer = await stand.post("/bodies/3F/moves", RELATIVE | {"direction": "\x1b[2J" + "x" * 5000})
