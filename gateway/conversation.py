@@ -281,7 +281,12 @@ class Conversation:
         return self._stops[:] if self._awaiting is None else [self._awaiting, *self._stops]
 
     def _is_late(self, frame: ReplyFrame, now: float) -> bool:
-        """A reply that comes before the fence can only belong to the exchange in doubt."""
+        """A reply that comes before the fence can only belong to the exchange in doubt.
+
+        A refusal with the fence's code may be that of the fence: it has no number.
+        """
+        if isinstance(frame, Refusal) and frame.code == GetNumberedPositionEntry.code:
+            return False
         suspect = self._suspect
         outcome = suspect.credit(frame, now) if suspect else None
         if suspect is None or outcome is None:

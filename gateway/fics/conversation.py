@@ -39,6 +39,8 @@ from protocols.fics.variables import GetVariable
 from protocols.table import Reply, Retry
 
 FENCE_TRIES = 3
+FENCES = GetVariable.code, GetSystemVersion.code
+"""The names of the queries that are fences."""
 VARIABLES = 100
 """Variables a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 STANDSTILL_S = 10.0
@@ -385,8 +387,13 @@ class Conversation:
             self._doubt(exchange, _unusable(GarbledReply, exchange, f"{what} came back"))
 
     def _is_late(self, frame: Frame) -> bool:
-        """An answer that comes before the fence can only belong to the exchange in doubt."""
+        """An answer that comes before the fence can only belong to the exchange in doubt.
+
+        A refusal of the fence's name may be that of a fence that was given up, for it has no number.
+        """
         suspect = self._suspect
+        if isinstance(frame, Refusal) and frame.name in FENCES:
+            return False
         outcome = suspect.take(frame) if suspect and suspect.late_answer is None else None
         if suspect is None or outcome is None:
             return False

@@ -1130,3 +1130,14 @@ def test_a_fence_that_is_wanted_waits_for_the_reply_under_way(it: Talk) -> None:
     it.answer()
     assert isinstance(move.result(), Answered)
     assert it.next() == "fence 02 3ND"
+
+
+def test_a_late_refusal_with_the_fences_code_is_not_credited_to_the_read_in_doubt(it: Talk) -> None:
+    asked = it.ask(GetNumberedPositionEntry(entry=PositionReference(position=5)))
+    assert it.next() == "02 3ND"
+    it.fall_silent()
+    assert it.next() == "fence 02 3ND"
+    assert not it.hear(Refusal(2, "3ND", 0x4A))  # of which of both nobody knows
+    it.answer()
+    assert not asked.done()  # it is asked again
+    assert it.next() == "02 3ND"

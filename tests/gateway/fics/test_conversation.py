@@ -484,3 +484,17 @@ def test_a_fence_that_is_wanted_goes_first() -> None:
     it.talk.fence()
     it.pass_fence()
     assert it.write() == "ACD"
+
+
+def test_a_late_refusal_of_a_fence_is_not_credited_to_the_query_in_doubt() -> None:
+    it = Talk()
+    asked = it.submit(GetVariable(number=16), Lane.READ)
+    assert it.write() == "VAR V16"
+    it.talk.pass_deadlines(1.0, None)
+    assert it.write(1.0).startswith("VAR V")
+    it.talk.pass_deadlines(2.0, None)
+    assert it.write(2.0).startswith("VAR V")
+    it.talk.pass_deadlines(3.0, None)
+    assert it.write(3.0) == "VER"
+    it.hear(Refusal("VAR", "E06"))  # to one of three
+    assert asked.late_answer is None
