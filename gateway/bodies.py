@@ -192,15 +192,22 @@ class Body:
 
     async def _is_explained(self, state: MotorState, lane: Lane) -> bool:
         """Whether it has kept its power, or its loss is known now: its mark tells, or else its signs."""
-        if await self.mark.stands(lane) is not None or not self.power.looks_switched_on(
-            state.position, state.bits
-        ):
+        if await self.mark.stands(lane) is not None:
+            return True
+        if self.power.changed is not None and await self._has_changed(self.power.changed, lane):
+            return False
+        if not self.power.looks_switched_on(state.position, state.bits):
             return True
         status, _ = await self.ask(GetControllerStatus(), lane=lane)
         position, _ = await self.ask(GetPosition(), lane=lane)
         if not self.power.looks_switched_on(position.pulses, status.bits or 0):
             return True
         return await self.remembers_homing(lane)
+
+    async def _has_changed(self, setting: RorzeCommand[Any], lane: Lane) -> bool:
+        """Ask for a setting once more: one garbled digit must not prove anything."""
+        reply, _ = await self.ask(setting, lane=lane)
+        return self.power.differs(setting, reply)
 
     async def remembers_homing(self, lane: Lane) -> bool:
         """Whether it knows how far its last homing went (0PD), which a loss of power would have taken.
@@ -271,6 +278,7 @@ class Body:
         self._heard_at = at
         if command.retry is not Retry.READ:
             self._was_done(command)
+        self._saw_setting(command, reply)
         if isinstance(command, GetPosition) and isinstance(reply, SignedPulses):
             self._saw_position(reply.pulses, at)
         elif isinstance(reply, ControllerStatus) and reply.bits is not None:
@@ -283,6 +291,11 @@ class Body:
         self.power.note_done(command)
         if isinstance(command, SetPosition):
             self.power.note_position_set(command)
+
+    def _saw_setting(self, question: RorzeCommand[Any], reply: Reply) -> None:
+        self.power.note_read(question, reply)
+        if self.power.changed is not None:
+            self.look_due.set()
 
     def _saw_position(self, pulses: int, at: float) -> None:
         self.position, self.position_at = pulses, at

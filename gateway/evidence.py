@@ -376,7 +376,9 @@ class Case:
             return None
         if not at_power_on or await self._end_announced():
             if self._needs_proof:
-                self._note("No mark proves that it has kept its power: only position and status tell.")
+                self._note(
+                    "No mark proves that it has kept its power: only position, status and settings tell."
+                )
             return True
         self._note(
             f"The motor stands at {POWER_ON_POSITION}, as after a loss of power, and no end was announced."

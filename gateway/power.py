@@ -8,7 +8,7 @@ comment, in RAM only: where it still stands, the power was kept.
 import re
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Final, Literal
 
@@ -24,7 +24,7 @@ from protocols.rorze.position import SetEncoderCount, SetPosition
 from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import SetUserComment
-from protocols.table import Retry
+from protocols.table import Reply, Retry
 
 POWER_ON_POSITION = 0
 """An assumption: what a controller calls its position, and the distance of its last homing (0PD), when it
@@ -37,6 +37,9 @@ EMS, initialisation, movement range, STALL."""
 ACKNOWLEDGE = (
     "Home it; or see where it stands and that its settings are right, and acknowledge the power cycle."
 )
+
+NO_SETTINGS: Final = ("UDD", "9VD")
+"""Data memories change while a user program runs, and a comment may hold the mark."""
 
 Homed = Literal["yes", "no", "unknown"]
 Acknowledgement = Literal["homing", "set_position", "request"]
@@ -63,6 +66,13 @@ def needs_place(command: RorzeCommand[Any]) -> bool:
     if isinstance(command, OriginSearch | CentreStallDog):
         return False
     return command.starts_motion() or isinstance(command, RunProgram | StepProgram)
+
+
+def is_setting(question: RorzeCommand[Any]) -> bool:
+    """Whether it asks for what only a host can change, and no user program."""
+    setter = COMMANDS.get(f"{question.code[:-1]}S")
+    asks = question.retry is Retry.READ and question.code[-1:] == "D" and question.code not in NO_SETTINGS
+    return asks and setter is not None and setter.retry is Retry.SETTING and not setter.program
 
 
 def new_mark() -> str:
@@ -101,6 +111,10 @@ class Power:
     """The comment holds somebody's own text, or there is none."""
     proved_at: float = -inf
     """When it was last known to have kept its power."""
+    changed: RorzeCommand[Any] | None = None
+    """A question for a setting that was answered otherwise than before, though nobody here has changed it."""
+    _settings: dict[str, str] = field(default_factory=dict)
+    """What settings were when they were last read, by the texts of their questions."""
     _position: int | None = None
     _errors: int = 0
     _seen: bool = False
@@ -116,6 +130,7 @@ class Power:
     def note_told(self, command: RorzeCommand[Any]) -> None:
         """A command that is no mere read was queued, or its outcome is known."""
         self._errors = 0
+        self._settings.clear()
         unknown = command.code not in COMMANDS
         if command.starts_motion() or unknown or isinstance(command, (RunProgram, StepProgram, *RENAMING)):
             self._position = None
@@ -141,6 +156,16 @@ class Power:
             self.homed = "unknown"
         self.acknowledge("set_position")
 
+    def note_read(self, question: RorzeCommand[Any], reply: Reply) -> None:
+        """A question was answered: a setting that has changed by itself is a sign."""
+        if is_setting(question) and self.differs(question, reply):
+            self.changed, self.mark_due = question, True
+
+    def differs(self, question: RorzeCommand[Any], reply: Reply) -> bool:
+        """Whether a setting is not what it was when it was first read."""
+        told = reply.written()
+        return self._settings.setdefault(question.code + question.written(), told) != told
+
     def note_motion(self) -> None:
         """It moves, or has moved, by no command of this gateway."""
         self._position = None
@@ -155,7 +180,8 @@ class Power:
         """Whether what a body at rest says does not follow from what it said before."""
         elsewhere = self._position is not None and abs(position - self._position) > tolerance
         back_from_silence = self._silent and self._seen and self._position is None
-        return elsewhere or back_from_silence or bool(self._errors & ~bits)
+        signs = elsewhere or back_from_silence or bool(self._errors & ~bits)
+        return signs or self.changed is not None
 
     def looks_switched_on(self, position: int, bits: int) -> bool:
         """Whether a contradiction looks like a loss of power, as far as position and status can tell."""
@@ -166,6 +192,7 @@ class Power:
         """It stands there, and that is believed."""
         self._position, self._errors = position, bits & LASTING_ERRORS
         self._seen, self._silent = True, False
+        self._forget_settings()
         if self.mark is None:
             self.proved_at = at
 
@@ -175,6 +202,12 @@ class Power:
         """A mark was written and read back."""
         self.mark, self.candidate, self.mark_due = mark, None, False
         self.note_kept(at)
+
+    def _forget_settings(self) -> None:
+        """What is told from now on counts, where it was not as before."""
+        if self.changed is not None:
+            self.changed = None
+            self._settings.clear()
 
     def note_kept(self, at: float) -> None:
         """Its mark stands."""
@@ -187,6 +220,8 @@ class Power:
         self.homed, self.cycled, self.certain = "no", self.needs_origin, certain
         self._forget_mark()
         self._position, self._errors, self._silent = None, 0, False
+        self.changed = None
+        self._settings.clear()
         self.on_news("body.power_cycled", {"certain": certain})
 
     def found_origin(self) -> None:

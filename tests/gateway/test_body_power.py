@@ -11,6 +11,7 @@ from gateway.move_record import MoveStatus
 from gateway.power import PROOF_HOLDS_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.interpolation import StartInterpolation
+from protocols.rorze.modes import GetSoftLimits, SetSoftLimits
 from protocols.rorze.moves import MoveClockwise, MoveTo, MoveToSlowly
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.origin import Home
@@ -494,3 +495,44 @@ async def test_a_table_entry_that_went_back_to_flash_is_not_driven_to() -> None:
         with pytest.raises(PowerCycled):
             await start(it, MoveTo(position=ENTRY))
         assert place(it) == 5_000
+
+
+LIMITS = SetSoftLimits(lower=-500, upper=9000)
+
+
+@in_virtual_time
+async def test_a_setting_that_went_back_to_flash_is_a_sign_of_a_loss_of_power() -> None:
+    async with rig(body_options=WITHOUT_MARK) as it:
+        body = it.body()
+        await body.ask(LIMITS)
+        await body.ask(GetSoftLimits())
+        await asyncio.sleep(NOTICED_S)
+        assert news(it) == []
+        it.axis().keeps_position = True
+        brown_out(it)
+        await asyncio.sleep(0.2)
+        await body.ask(GetSoftLimits())
+        await asyncio.sleep(NOTICED_S)
+        assert news(it) == [PERHAPS]
+
+
+@in_virtual_time
+async def test_a_setting_that_a_command_of_ours_changed_is_no_sign() -> None:
+    async with rig(body_options=WITHOUT_MARK) as it:
+        body = it.body()
+        await body.ask(GetSoftLimits())
+        await body.ask(LIMITS)
+        await body.ask(GetSoftLimits())
+        await asyncio.sleep(NOTICED_S)
+        assert news(it) == []
+
+
+@in_virtual_time
+async def test_one_garbled_reading_of_a_setting_is_no_loss_of_power() -> None:
+    async with rig(body_options=WITHOUT_MARK) as it:
+        body = it.body()
+        await body.ask(LIMITS)
+        reply, _ = await body.ask(GetSoftLimits())
+        body.heard(GetSoftLimits(), reply.model_copy(update={"upper": 9001}), now())
+        await asyncio.sleep(NOTICED_S)
+        assert news(it) == []
