@@ -100,7 +100,7 @@ async def test_a_heartbeat_that_nobody_hears_is_not_answered_as_one_that_keeps_t
 
 
 @in_cell()
-async def test_d20_a_stop_whose_standstill_was_not_seen_is_202_and_the_state_says_so(cell: Cell) -> None:
+async def test_a_stop_whose_standstill_was_not_seen_is_202_and_the_state_says_so(cell: Cell) -> None:
     place = (await cell.post("/robots/r1/jogs", JOG)).headers["location"]
     cell.rig.cable.lost_answer = "ACD"
     unseen = await cell.post(f"{place}/stop")
@@ -116,7 +116,7 @@ async def test_d20_a_stop_whose_standstill_was_not_seen_is_202_and_the_state_say
 
 
 @in_cell()
-async def test_d20_the_command_that_stops_a_jog_is_200_only_where_standstill_was_seen(cell: Cell) -> None:
+async def test_the_command_that_stops_a_jog_is_200_only_where_standstill_was_seen(cell: Cell) -> None:
     await cell.post("/robots/r1/jogs", JOG)
     cell.rig.cable.lost_answer = "ACD"
     unseen = await cell.post("/robots/r1/units/2/commands/stop-jog", {"axis": "X"})

@@ -167,7 +167,7 @@ async def test_soft_limits_are_kept_apart(cell: Cell) -> None:
         ("clear-positions", {}, "PCL"),
     ],
 )
-def test_d17_in_mode_2_a_command_whose_line_is_lost_is_409_not_done(
+def test_in_mode_2_a_command_whose_line_is_lost_is_409_not_done(
     name: str, content: dict[str, object], lost: str
 ) -> None:
     @in_cell(units=1, mode=2)

@@ -130,7 +130,7 @@ async def test_a_range_or_number_outside_the_table_is_refused(cell: Cell) -> Non
 
 @pytest.mark.parametrize("csv", [False, True])
 @pytest.mark.parametrize("mode", [2, 3])
-def test_d17_an_upload_that_lost_a_line_is_409_with_what_the_robot_holds(mode: int, csv: bool) -> None:
+def test_an_upload_that_lost_a_line_is_409_with_what_the_robot_holds(mode: int, csv: bool) -> None:
     @in_cell(units=1, mode=mode)
     async def story(cell: Cell) -> None:
         positions = [{"number": number, "axes": mm(X=number, Y=0, Z=0)} for number in range(1, 4)]

@@ -391,7 +391,7 @@ async def jogging_that_brakes_slowly(mode: int) -> AsyncIterator[tuple[FicsRig, 
 
 
 @pytest.mark.parametrize("mode", [2, 3])
-def test_d20_a_jog_is_not_over_while_its_axis_moves(mode: int) -> None:
+def test_a_jog_is_not_over_while_its_axis_moves(mode: int) -> None:
     @in_virtual_time
     async def story() -> None:
         async with jogging_that_brakes_slowly(mode) as (rig, session):
@@ -409,7 +409,7 @@ def test_d20_a_jog_is_not_over_while_its_axis_moves(mode: int) -> None:
 
 
 @pytest.mark.parametrize("mode", [2, 3])
-def test_d20_a_jog_that_is_stopped_with_the_robot_is_over_when_that_stands_still(mode: int) -> None:
+def test_a_jog_that_is_stopped_with_the_robot_is_over_when_that_stands_still(mode: int) -> None:
     @in_virtual_time
     async def story() -> None:
         async with jogging_that_brakes_slowly(mode) as (rig, session):
@@ -424,7 +424,7 @@ def test_d20_a_jog_that_is_stopped_with_the_robot_is_over_when_that_stands_still
 
 
 @pytest.mark.parametrize("mode", [2, 3])
-def test_d20_a_jog_without_heartbeat_is_lost_when_its_axis_stands_still(mode: int) -> None:
+def test_a_jog_without_heartbeat_is_lost_when_its_axis_stands_still(mode: int) -> None:
     @in_virtual_time
     async def story() -> None:
         async with jogging_that_brakes_slowly(mode) as (rig, session):

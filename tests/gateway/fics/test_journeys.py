@@ -282,7 +282,7 @@ async def test_in_mode_2_a_move_whose_error_is_not_told_expires_in_time() -> Non
 
 
 @in_virtual_time
-async def test_d18_in_mode_2_a_move_unhomed_that_lost_its_power_is_not_called_done() -> None:
+async def test_in_mode_2_a_move_unhomed_that_lost_its_power_is_not_called_done() -> None:
     async with fics_rig(mode=2) as rig:
         move = await rig.plant.robot_moves.start(rig.robot, 1, FAR_DOWN)
         await asyncio.sleep(0.5)
@@ -325,7 +325,7 @@ def test_in_mode_2_a_refusal_that_somebody_has_read_or_left_since_proves_nothing
 
 
 @pytest.mark.parametrize("command", [HomeRobot(), RunMacro(macro="PCK", arguments=[150, 140, -5])])
-def test_d18_a_copy_of_an_earlier_answer_ends_nothing_that_never_ran(command: FicsCommand[Ack]) -> None:
+def test_a_copy_of_an_earlier_answer_ends_nothing_that_never_ran(command: FicsCommand[Ack]) -> None:
     @in_virtual_time
     async def story() -> None:
         async with fics_rig() as rig:

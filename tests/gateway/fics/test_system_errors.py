@@ -159,7 +159,7 @@ async def test_in_mode_2_an_error_in_the_middle_of_an_upload_is_kept_and_nothing
 
 
 @in_virtual_time
-async def test_d19_in_mode_2_a_refusal_that_the_error_has_hidden_is_not_that_of_its_reset() -> None:
+async def test_in_mode_2_a_refusal_that_the_error_has_hidden_is_not_that_of_its_reset() -> None:
     async with fics_rig(mode=2) as rig:
         fall_ill(rig)
         rig.cable._arrive(b"POF 2\r")  # as a fence leaves it: refused with E08, which the error hides

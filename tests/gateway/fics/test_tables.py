@@ -31,7 +31,7 @@ async def upload_without(rig: FicsRig, lost: str) -> PositionsDiffer:
 
 
 @BOTH_MODES
-def test_d17_an_upload_that_has_lost_a_line_is_not_called_stored(mode: int) -> None:
+def test_an_upload_that_has_lost_a_line_is_not_called_stored(mode: int) -> None:
     @in_virtual_time
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
@@ -142,7 +142,7 @@ async def test_two_uploads_at_once_are_each_read_back_before_the_next() -> None:
 
 
 @in_virtual_time
-async def test_d17_in_mode_2_a_lost_clear_is_not_called_done() -> None:
+async def test_in_mode_2_a_lost_clear_is_not_called_done() -> None:
     async with fics_rig(mode=2) as rig:
         await rig.robot.upload_positions(ROW)
         rig.cable.lost_once = "PCL"
