@@ -4,23 +4,13 @@ from fastapi import FastAPI
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
 
-from api import (
-    bodies,
-    catalogue,
-    documents,
-    groups,
-    health,
-    lines,
-    mirror,
-    moves,
-    problems,
-    raw,
-    stops,
-    streams,
-)
+from api import catalogue, health, lines, stops, streams
+from api.bodies import command_routes, groups, info, moves, text_commands
+from api.common import problems
+from api.common.security import SameSite
+from api.common.version import VERSION
+from api.front import documents
 from api.robots import routes as robots
-from api.security import SameSite
-from api.version import VERSION
 from gateway.plant import Plant
 
 DESCRIPTION = """\
@@ -51,8 +41,8 @@ def create_app(plant: Plant) -> FastAPI:
     app.state.plant = plant
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
-    modules = (bodies, moves, stops, groups, lines, streams, catalogue, raw, health)
-    routers = [bodies.reads, *(module.router for module in modules), *mirror.routers()]
+    modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health)
+    routers = [info.reads, *(module.router for module in modules), *command_routes.routers()]
     routers += robots.routers()
     # Side by side instead of included, which would search them twice for every request; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]

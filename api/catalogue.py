@@ -7,9 +7,9 @@ from typing import Annotated, Any, Final, Literal
 from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.documents import JSON, Document
-from api.problems import DECLARED
-from api.requests import new_router
+from api.common.problems import DECLARED
+from api.common.requests import new_router
+from api.front.documents import JSON, Document
 from protocols.fics.commands import ROWS as FICS_ROWS
 from protocols.fics.commands import of_the_robot
 from protocols.fics.row import Block, FicsCommand, WhenAnswered

@@ -9,11 +9,11 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metri
 from prometheus_client.registry import Collector
 from pydantic import BaseModel, Field
 
-from api.problems import DECLARED
-from api.requests import json_response, new_router, plant_of
-from api.version import VERSION
-from gateway.line import LineState
+from api.common.problems import DECLARED
+from api.common.requests import json_response, new_router, plant_of
+from api.common.version import VERSION
 from gateway.plant import Plant
+from gateway.rorze.line import LineState
 
 router = new_router("health")
 

@@ -8,13 +8,13 @@ from typing import Annotated, Literal
 from fastapi import Query, Request, Response
 from pydantic import AwareDatetime, BaseModel, Field
 
-from api.problems import DECLARED
-from api.requests import LineId, Wait, json_response, new_router, plant_of, wait_headers, wait_s
-from gateway.errors import NotFound
+from api.common.problems import DECLARED
+from api.common.requests import LineId, Wait, json_response, new_router, plant_of, wait_headers, wait_s
+from gateway.core.errors import NotFound
 from gateway.fics.line import FicsLine
-from gateway.line import Line, LineState
 from gateway.plant import Plant
-from gateway.scans import Scan
+from gateway.rorze.line import Line, LineState
+from gateway.rorze.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
 

@@ -6,12 +6,13 @@ from typing import Annotated
 from fastapi import Body, Request, Response
 from pydantic import BaseModel, Field
 
-from api.problems import DECLARED
-from api.requests import BodyId, GroupId, RequestModel, json_response, new_router, plant_of
-from gateway.bodies import Body as PlantBody
+from api.common.problems import DECLARED
+from api.common.requests import BodyId, GroupId, RequestModel, json_response, new_router, plant_of
+from gateway.core.stops import StopMode
 from gateway.fics.robot import Robot
 from gateway.fics.stops import RobotStopReport
-from gateway.stops import StopMode, StopReport
+from gateway.rorze.bodies import Body as PlantBody
+from gateway.rorze.stops import StopReport
 
 router = new_router("stops")
 

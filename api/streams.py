@@ -9,14 +9,14 @@ from pydantic import BaseModel
 from starlette.responses import StreamingResponse
 from starlette.websockets import WebSocketDisconnect
 
-from api.problems import DECLARED
-from api.queries import require_known
-from api.requests import new_router, plant_of
-from gateway.addresses import canonical_address
-from gateway.bodies import Body, Group
-from gateway.errors import InvalidRequest
-from gateway.events import CloudEvent, Event, SlowConsumer, Subscription
+from api.common.problems import DECLARED
+from api.common.query_params import require_known
+from api.common.requests import new_router, plant_of
+from gateway.core.addresses import canonical_address
+from gateway.core.errors import InvalidRequest
+from gateway.core.events import CloudEvent, Event, SlowConsumer, Subscription
 from gateway.plant import Plant
+from gateway.rorze.bodies import Body, Group
 
 router = new_router("events")
 

@@ -7,9 +7,9 @@ from unittest.mock import patch
 
 import uvloop
 
+from app.server import serve
 from gateway.config import load
-from gateway.events import RETAINED_EVENTS, EventHub
-from gateway.server import serve
+from gateway.core.events import RETAINED_EVENTS, EventHub
 
 BATCH = 500
 PAUSE_S = 0.002

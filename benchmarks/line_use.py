@@ -16,9 +16,9 @@ from time import monotonic
 
 from benchmarks.figures import Figure, Target
 from benchmarks.processes import simulated_line
-from gateway.bodies import answer_or_raise
-from gateway.exchange import Lane
-from gateway.line import Line
+from gateway.core.lanes import Lane
+from gateway.rorze.bodies import answer_or_raise
+from gateway.rorze.line import Line
 from protocols.rorze.link import CR, encode
 from protocols.rorze.position import GetPosition, SignedPulses
 from transports import create

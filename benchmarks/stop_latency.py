@@ -18,7 +18,7 @@ from benchmarks.first_byte import Overheard
 from benchmarks.http_client import ask, connect, get, post
 from benchmarks.http_read import write_config
 from benchmarks.processes import announced, free_port, module, set_apart
-from gateway.events import RETAINED_EVENTS
+from gateway.core.events import RETAINED_EVENTS
 from protocols.rorze.link import CR
 from protocols.rorze.stops import StopImmediately
 from simulator.ports import serve_tcp

@@ -19,8 +19,8 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails
 
-from gateway.toml_lines import KeyPath, LineIndex
-from gateway.units import Scale
+from gateway.core.toml_lines import KeyPath, LineIndex
+from gateway.rorze.units import Scale
 from protocols.fics.link import Terminator
 from protocols.fics.notation import LAST_UNIT, MOST_AXES, AxisName, AxisSystem
 from protocols.rorze.link import frame

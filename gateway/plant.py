@@ -8,13 +8,10 @@ from functools import partial
 from typing import Any, TypeVar
 
 from gateway import config as settings
-from gateway.addresses import numbered_address
-from gateway.admission import Admission
-from gateway.bodies import Body, Group
-from gateway.body_watch import HEALTH_POLL_S as HEALTH_POLL_S
-from gateway.body_watch import BodyWatch
 from gateway.config import Config
-from gateway.errors import (
+from gateway.core.addresses import numbered_address
+from gateway.core.admission import Admission
+from gateway.core.errors import (
     Ambiguous,
     BodyBusy,
     Cancelled,
@@ -25,20 +22,24 @@ from gateway.errors import (
     NoReply,
     NotFound,
 )
-from gateway.events import EventHub
-from gateway.exchange import Exchange, Lane
+from gateway.core.events import EventHub
+from gateway.core.lanes import Lane
+from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
+from gateway.core.move_record import Move
 from gateway.fics.line import FicsLine
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
 from gateway.fics.watch import watch
-from gateway.line import Line
-from gateway.loop_watch import SUSPENDED_S, LoopWatch
-from gateway.move_record import Move
-from gateway.moves import Moves
-from gateway.power import Power, needs_place
-from gateway.scans import Scans
-from gateway.stops import Stops
+from gateway.rorze.bodies import Body, Group
+from gateway.rorze.body_watch import HEALTH_POLL_S as HEALTH_POLL_S
+from gateway.rorze.body_watch import BodyWatch
+from gateway.rorze.exchange import Exchange
+from gateway.rorze.line import Line
+from gateway.rorze.moves import Moves
+from gateway.rorze.power import Power, needs_place
+from gateway.rorze.scans import Scans
+from gateway.rorze.stops import Stops
 from gateway.wind_down import SUBJECT, WindDown
 from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP

@@ -5,12 +5,12 @@ import logging
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from gateway.bodies import Body
-from gateway.errors import ShuttingDown
-from gateway.exchange import Lane
+from gateway.core.errors import ShuttingDown
+from gateway.core.lanes import Lane
+from gateway.core.move_record import MoveStatus
+from gateway.core.stops import UNCONFIRMED
 from gateway.fics.robot import Robot
-from gateway.move_record import MoveStatus
-from gateway.stopping import UNCONFIRMED
+from gateway.rorze.bodies import Body
 
 if TYPE_CHECKING:
     from gateway.plant import Plant

@@ -344,6 +344,10 @@ class Command(Spoken, Generic[R_co]):
         japanese, _, english = (getdoc(cls) or "").partition("\n")[0].partition(": ")
         return japanese, english.rstrip(".")
 
+    def may_repeat(self) -> bool:
+        """Whether it may be sent again by itself."""
+        return self.retry is Retry.READ
+
     def read_reply(self, text: str) -> R_co:
         """Decode the payload of the reply to this very command.
 

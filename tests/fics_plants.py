@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from random import Random
 
 from gateway.config import parse
-from gateway.events import Event
+from gateway.core.events import Event
 from gateway.fics.move_record import RobotMove
 from gateway.fics.robot import Robot
 from gateway.plant import Plant

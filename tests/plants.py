@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any, NamedTuple, ParamSpec
 
-from gateway.bodies import Body
 from gateway.config import parse
-from gateway.events import Event
-from gateway.move_record import Move
+from gateway.core.events import Event
+from gateway.core.move_record import Move
 from gateway.plant import Plant
+from gateway.rorze.bodies import Body
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack
 from simulator.faults import Direction, Fault, Switch

@@ -6,14 +6,14 @@ from typing import Literal
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.problems import DECLARED
-from api.requests import age_ms_of, json_response, new_router, plant_of, utc_of
+from api.common.problems import DECLARED
+from api.common.requests import age_ms_of, json_response, new_router, plant_of, utc_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.stops import StopBody, StopResult, perform_stop
+from gateway.core.port import LineState
 from gateway.fics.robot import Robot
 from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import Coordinates, RobotUnit, UnknownReason, at_rest
-from gateway.port import LineState
 from protocols.fics.notation import Quantity
 from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, MotionMode, SensorStates
 

@@ -5,8 +5,8 @@ from typing import Literal
 from fastapi import Request, Response
 from pydantic import Field
 
-from api.problems import DECLARED
-from api.requests import RequestModel, json_response, new_router, plant_of
+from api.common.problems import DECLARED
+from api.common.requests import RequestModel, json_response, new_router, plant_of
 from api.robots.paths import RobotId
 from gateway.fics.jogs import JogSession
 from gateway.fics.units import RobotUnit

@@ -5,8 +5,8 @@ from typing import Annotated, Any, Final, Literal
 from fastapi import Body, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.problems import DECLARED
-from api.requests import (
+from api.common.problems import DECLARED
+from api.common.requests import (
     RequestModel,
     Wait,
     json_response,
@@ -18,7 +18,7 @@ from api.requests import (
 from api.robots.axes import Amounts, build, numbers
 from api.robots.fit import require_fit
 from api.robots.paths import RobotId, UnitNumber, unit_of
-from gateway.errors import InvalidRequest, NotFound
+from gateway.core.errors import InvalidRequest, NotFound
 from gateway.fics.move_record import RobotMove
 from gateway.fics.plans import PlannedRobotMove, plan_of
 from gateway.fics.units import Coordinates, RobotUnit

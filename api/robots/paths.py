@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import Path, Request
 
-from api.requests import plant_of
+from api.common.requests import plant_of
 from gateway.fics.units import RobotUnit
 from protocols.fics.notation import Unit
 

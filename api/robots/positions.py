@@ -8,12 +8,12 @@ from typing import Annotated
 from fastapi import HTTPException, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.problems import DECLARED
-from api.requests import RequestModel, json_response, new_router
+from api.common.problems import DECLARED
+from api.common.requests import RequestModel, json_response, new_router
+from api.common.strict_json import read_body
 from api.robots.axes import Amounts, AxisValue, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
-from api.strict_json import read_body
-from gateway.errors import InvalidRequest
+from gateway.core.errors import InvalidRequest
 from gateway.fics.units import RobotUnit
 from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity
 from protocols.fics.positions import LAST_POSITION

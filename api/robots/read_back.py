@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from gateway.errors import GatewayError
+from gateway.core.errors import GatewayError
 from gateway.fics.errors import NotReadBack
 
 

@@ -5,12 +5,12 @@ from typing import Annotated, Any, Final, NamedTuple
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.problems import DECLARED
-from api.requests import RequestModel, json_response, new_router
+from api.common.problems import DECLARED
+from api.common.requests import RequestModel, json_response, new_router
 from api.robots.axes import Amounts, AxisSpeeds, AxisValue, build, in_order, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.robots.read_back import reading_back
-from gateway.errors import ControllerRefused, GatewayError, InvalidRequest
+from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
 from gateway.fics.errors import PartlyChanged, RobotFailed
 from gateway.fics.soft_limits import uncrossed
 from gateway.fics.units import Coordinates, RobotUnit

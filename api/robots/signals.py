@@ -5,10 +5,10 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.problems import DECLARED
-from api.requests import RequestModel, json_response, new_router, plant_of
+from api.common.problems import DECLARED
+from api.common.requests import RequestModel, json_response, new_router, plant_of
 from api.robots.paths import RobotId
-from gateway.errors import InvalidRequest
+from gateway.core.errors import InvalidRequest
 from gateway.fics.robot import Robot
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
 from protocols.fics.notation import LAST_CHANNEL, Bit, Number, Within

@@ -3,10 +3,10 @@
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from gateway.errors import GarbledReply
-from gateway.exchange import Lane
-from gateway.fics.errors import RobotBusy, RobotRefused
-from gateway.fics.queries import Heard, heard_now
+from gateway.core.errors import ControllerRefused, GarbledReply
+from gateway.core.lanes import Lane
+from gateway.fics.errors import RobotBusy
+from gateway.fics.shared_reads import Heard, heard_now
 from protocols.fics.positions import LAST_POSITION, DownloadPositions
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ async def _ends_after(unit: "RobotUnit", first: int, found: int, lane: Lane) -> 
 async def _ask(unit: "RobotUnit", first: int, count: int, lane: Lane) -> Heard:
     try:
         return await unit.robot.converse(DownloadPositions(first=first, count=count), unit.number, lane)
-    except RobotRefused as refused:
-        if refused.fics_error != NOT_SET:
+    except ControllerRefused as refused:
+        if refused.error_code != NOT_SET:
             raise
         return heard_now()

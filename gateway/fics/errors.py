@@ -2,10 +2,11 @@
 
 from typing import Any
 
-from gateway.errors import (
+from gateway.core.errors import (
     OVERTAKEN,
     BodyBusy,
     CommandGarbled,
+    ControllerError,
     ControllerRefused,
     GatewayError,
     Moved,
@@ -17,47 +18,30 @@ from protocols.fics.errors import lookup
 from protocols.fics.row import FicsCommand
 from protocols.table import Retry
 
-
-class RobotRefused(ControllerRefused):
-    """The robot has answered `Enn`: the command was not carried out (C-HOST manual 2-12)."""
-
-    def __init__(self, robot_id: str, code: str, fics_error: str) -> None:
-        row = lookup(fics_error)
-        GatewayError.__init__(
-            self, f"{robot_id} refused {code}: {row.en} Nothing moved because of it.", row.remedy_en
-        )
-        self.address = robot_id
-        self.error = None
-        self.command_code = code
-        self.fics_error = fics_error
+LASTING = frozenset({"E05", "E06", "E07", "E08", "E09", "E11", "E12"})
+"""Refusals that the same request meets again until it, or a setting, is changed (C-HOST manual 2-12)."""
 
 
-class RobotCommandGarbled(RobotRefused, CommandGarbled):
-    """A refusal of something else than what was sent: the line has damaged the command."""
-
-    def __init__(self, robot_id: str, code: str, fics_error: str) -> None:
-        super().__init__(robot_id, code, fics_error)
-        self._tell(lookup(fics_error).en)
-
-
-def refused(robot_id: str, command: FicsCommand[Any], fics_error: str) -> RobotRefused:
-    """The error of a command that a robot has refused."""
-    kind = RobotCommandGarbled if command.rules_out(fics_error) else RobotRefused
-    return kind(robot_id, command.wire_name(), fics_error)
+def refused(robot_id: str, command: FicsCommand[Any], error: str) -> ControllerRefused:
+    """The error of a command that a robot has answered with `Enn` (C-HOST manual 2-12)."""
+    if command.rules_out(error):
+        return CommandGarbled(robot_id, command.wire_name(), error, lookup(error))
+    return ControllerRefused(robot_id, command.wire_name(), error, lookup(error), lasting=error in LASTING)
 
 
-class RobotFailed(GatewayError):
+class RobotFailed(ControllerError):
     """A command ended with an error of the system, `nnn`, which stands until DRT (C-HOST manual 2)."""
 
     kind = "robot-failed"
     title = "The robot reports an error"
+    title_ja = "ロボットがエラーを報告しました"
     moved: Moved = "unknown"
 
-    def __init__(self, robot_id: str, code: str, fics_error: str) -> None:
-        row = lookup(fics_error)
-        super().__init__(f"{code} of {robot_id} ended with error {fics_error}: {row.en}", row.remedy_en)
-        self.command_code = code
-        self.fics_error = fics_error
+    def __init__(self, robot_id: str, command_code: str, error: str) -> None:
+        text = lookup(error)
+        detail = f"{command_code} of {robot_id} ended with error {error}: {text.en}"
+        super().__init__(detail, command_code, error, text)
+        self.error = error
 
 
 class ErrorRemains(RobotFailed):

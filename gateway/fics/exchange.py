@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from gateway.errors import GatewayError, NoReply
-from gateway.exchange import Lane
+from gateway.core.errors import GatewayError, NoReply
+from gateway.core.lanes import Lane
 from protocols.fics.link import Completion, Failure, Frame, Refusal, credit
 from protocols.fics.row import FicsCommand
 from protocols.table import Reply

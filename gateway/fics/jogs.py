@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from gateway.errors import GatewayError, NotFound
-from gateway.exchange import Lane
-from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, RobotRefused, UnitNotSelected
-from gateway.records import Record
+from gateway.core.errors import ControllerRefused, GatewayError, NotFound
+from gateway.core.lanes import Lane
+from gateway.core.records import Record
+from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.system import HostMode
 
@@ -82,7 +82,7 @@ class Jogs:
 
         :raises InvalidRequest: the unit has no such axis; nothing was sent.
         :raises RobotBusy: the axis was not seen to stand still since its last JOG; nothing was sent.
-        :raises RobotRefused: the robot refused; nothing moved.
+        :raises ControllerRefused: the robot refused; nothing moved.
         :raises NotSent: it was not sent; the error says why.
         :raises JogOver: it was stopped before it was answered.
         """
@@ -235,7 +235,7 @@ class Jogs:
     async def _select(self, unit: int, axis: str) -> None:
         try:
             await self._robot.selection.make(unit, afresh=False)  # in motion it does not tell
-        except (RobotBusy, RobotRefused, UnitNotSelected) as error:
+        except (RobotBusy, ControllerRefused, UnitNotSelected) as error:
             raise UnitNotSelected(
                 f"Axis {axis} of unit {unit} was not stopped, for JOG {axis} might stop another unit's: "
                 f"{error.detail}",

@@ -6,12 +6,13 @@ import random
 from collections.abc import Callable
 from typing import Any
 
-from gateway.carrier import Carrier
-from gateway.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
-from gateway.exchange import Lane
-from gateway.fics.conversation import Conversation, offline_error
+from gateway.core.carrier import Carrier
+from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, NotSent, QueueFull
+from gateway.core.lanes import Lane
+from gateway.core.port import LineState
 from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
-from gateway.fics.floor import Floor
+from gateway.fics.sequence_lock import Floor
+from gateway.fics.session import Conversation, offline_error
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Frame, Refusal, Terminator, Ver2Reader, Ver3Reader
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand
@@ -279,6 +280,12 @@ class FicsLine(Carrier[Exchange, Frame]):
     def exchange(self, command: FicsCommand[Any], lane: Lane) -> Exchange:
         """Build an exchange of this line, admitted now."""
         return self._talk.exchange(command, lane)
+
+    def shows_silence(self, error: GatewayError) -> bool:
+        """Whether an error shows that the robot does not answer, on a port that is open."""
+        if self.state is LineState.DOWN or isinstance(error, GarbledReply | QueueFull | Expired):
+            return False
+        return isinstance(error, NoReply | NotSent)
 
     def begin_proof(self, *commands: FicsCommand[Any]) -> Proof:
         """Begin to prove what a motion depends on.

@@ -4,10 +4,8 @@ from typing import Any, Final, Literal
 
 from pydantic import Field
 
-from gateway.errors import GatewayError
-from gateway.fics.errors import RobotFailed, RobotRefused
+from gateway.core.move_record import MoveRecord
 from gateway.fics.units import Coordinates
-from gateway.move_record import MoveError, MoveRecord
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis
 from protocols.fics.macros import RunMacro
@@ -58,9 +56,3 @@ class RobotMove(MoveRecord):
     completion: Literal["reply", "inferred"] | None = Field(
         default=None, description="Whether the robot has answered the move or was seen to have come to rest."
     )
-
-
-def describe(error: GatewayError) -> MoveError:
-    """An error as it stands in a move."""
-    code = error.fics_error if isinstance(error, RobotRefused | RobotFailed) else None
-    return MoveError.of(error, code)

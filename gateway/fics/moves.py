@@ -4,14 +4,14 @@ import asyncio
 from datetime import UTC, datetime
 from typing import Any
 
-from gateway.errors import GatewayError, InvalidRequest
+from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.move_log import MoveLog, new_id
+from gateway.core.move_record import MoveError, MoveStatus
 from gateway.fics.errors import RobotBusy
-from gateway.fics.journeys import Journey
-from gateway.fics.move_record import KINDS, RobotMove, describe
+from gateway.fics.move_record import KINDS, RobotMove
+from gateway.fics.move_runs import Journey
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit, coordinates_of
-from gateway.move_log import MoveLog, new_id
-from gateway.move_record import MoveStatus
 from protocols.fics.jog import StepAxis
 from protocols.fics.moves import AxesMove
 from protocols.fics.notation import Quantity
@@ -50,7 +50,7 @@ class RobotMoves:
         """Send a motion command, and give its move when the robot has not refused it.
 
         :raises RobotBusy: the robot still moves; nothing was sent.
-        :raises RobotRefused: the robot refused; nothing moved.
+        :raises ControllerRefused: the robot refused; nothing moved.
         :raises NotSent: power was lost, an error stands, the line or the robot is away, or the gateway ends
             or was held up; nothing was sent.
         """
@@ -114,7 +114,7 @@ class RobotMoves:
         """The only place where a move changes its status."""
         move.status = status
         if error is not None:
-            move.error = describe(error)
+            move.error = MoveError.of(error)
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
         if status.final:

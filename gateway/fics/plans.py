@@ -5,13 +5,13 @@ from typing import Any
 
 from pydantic import Field
 
-from gateway.errors import GatewayError
+from gateway.core.errors import GatewayError
+from gateway.core.records import Record
+from gateway.fics.durations import PER_SECOND, ROWS
 from gateway.fics.errors import NotHomed, PositionUnknown
 from gateway.fics.moves import check
-from gateway.fics.pace import PER_SECOND, ROWS
 from gateway.fics.targets import require_known, target_of
 from gateway.fics.units import Coordinates, RobotUnit, coordinates_of
-from gateway.records import Record
 from protocols.fics import speeds
 from protocols.fics.motor_axes import MoveMotorsRelative
 from protocols.fics.moves import MoveRelative, MoveToPosition

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING, Any, Final
 
-from gateway.errors import NoReply, NotSent
-from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused, SpeedsNotRestored
+from gateway.core.errors import ControllerRefused, NoReply, NotSent
+from gateway.fics.errors import PowerCycled, RobotBusy, SpeedsNotRestored
 from gateway.fics.exchange import Answered
 from gateway.fics.units import coordinates_of
 from protocols.fics.axis_settings import SpeedPercents
@@ -97,7 +97,7 @@ class Power:
             return
         try:
             reply = await self._ask(GetCommunicationMode(), robot.id, proof)
-        except RobotRefused:
+        except ControllerRefused:
             return  # only Ver.3 refuses
         if isinstance(reply, CommunicationMode) and reply.mode != robot.mode:
             robot.line.power_was_lost(f"the robot is in mode {reply.mode}")
@@ -133,7 +133,7 @@ class Power:
         """Ask what tells of a loss of power.
 
         :raises NotSent: there was no answer.
-        :raises RobotRefused: it was refused.
+        :raises ControllerRefused: it was refused.
         """
         unanswered = NotSent(
             f"{whom} did not answer {query.wire_name()}, so nobody knows whether it has lost its power; "

@@ -4,7 +4,7 @@ from itertools import zip_longest
 from math import isclose
 from typing import TYPE_CHECKING, Any, Final
 
-from gateway.errors import GatewayError, NoReply
+from gateway.core.errors import GatewayError, NoReply
 from gateway.fics.errors import NotDone, NotReadBack
 from gateway.fics.exchange import Outcome
 from gateway.fics.targets import DISPLAYED

@@ -4,24 +4,24 @@ import asyncio
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from gateway.errors import Expired, InvalidRequest, NotFound
-from gateway.exchange import Lane
-from gateway.fics.dialogue import Dialogue, in_time
+from gateway.core.errors import Expired, InvalidRequest, NotFound
+from gateway.core.lanes import Lane
+from gateway.core.stops import StopMode
+from gateway.fics.commander import Dialogue, in_time
 from gateway.fics.downloads import download
 from gateway.fics.errors import ErrorStands, NotProved, RobotBusy
 from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.power import Power
-from gateway.fics.queries import Heard, Queries, deadline_of, heard_now
 from gateway.fics.read_back import read_back
 from gateway.fics.selection import Selection
+from gateway.fics.shared_reads import Heard, Queries, deadline_of, heard_now
 from gateway.fics.stops import RobotStopReport, RobotStops
 from gateway.fics.system_errors import RobotErrorRecord, SystemErrors
 from gateway.fics.tables import clear, store
 from gateway.fics.units import RobotUnit, coordinates_of
 from gateway.fics.uploads import UPLOAD
-from gateway.stops import StopMode
 from protocols.fics.alarms import CurrentError, ResetErrors, TakeCurrentError
 from protocols.fics.axis_settings import AxisSetting
 from protocols.fics.commands import of_the_robot
@@ -171,7 +171,7 @@ class Robot:
     async def ask(self, command: FicsCommand[Any], unit: int | None = None) -> Reply | Completion:
         """Send a command and give its reply, the first where there are several.
 
-        :raises RobotRefused: the robot answered `Enn`.
+        :raises ControllerRefused: the robot answered `Enn`.
         :raises RobotFailed: it ended with an error of the system.
         :raises GatewayError: it was not sent, or not answered; the error says which.
         """
@@ -262,7 +262,7 @@ class Robot:
         """Write a motion command at most once, and give what will become of it; it ends with `end_motion`.
 
         :raises NotSent: it was not written; the error says why.
-        :raises RobotRefused: the mode, the speeds or the unit could not be made sure of.
+        :raises ControllerRefused: the mode, the speeds or the unit could not be made sure of.
         """
         axes = self.unit(unit)
 
@@ -294,7 +294,7 @@ class Robot:
         """See to everything a motion depends on: the speeds, the unit, and last that the power is not lost.
 
         :raises NotSent: nobody knows, or something forbids the motion.
-        :raises RobotRefused: as of `begin`.
+        :raises ControllerRefused: as of `begin`.
         """
         if self.line.stop_epoch != epoch:
             raise self.line.overtaken()

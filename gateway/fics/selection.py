@@ -3,8 +3,8 @@
 import asyncio
 from typing import TYPE_CHECKING
 
-from gateway.errors import GatewayError, NoReply
-from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused, UnitNotSelected
+from gateway.core.errors import ControllerRefused, GatewayError, NoReply
+from gateway.fics.errors import PowerCycled, RobotBusy, UnitNotSelected
 from protocols.fics.link import Refusal
 from protocols.fics.macros import RunMacro
 from protocols.fics.system import GetUnit, SelectUnit, UnitNumbers
@@ -52,7 +52,7 @@ class Selection:
 
         :raises RobotBusy: the robot moves, and while it does no other unit can be selected.
         :raises UnitNotSelected: the robot did not answer, or acts on another unit nevertheless.
-        :raises RobotRefused: the teaching terminal keeps the robot from it.
+        :raises ControllerRefused: the teaching terminal keeps the robot from it.
         """
         robot = self._robot
         known = self.unit == number or self.only(number)
@@ -93,7 +93,7 @@ class Selection:
         )
         try:
             reply = await robot.dialogue.prepare(query, unanswered, fresh=True)
-        except RobotRefused:
+        except ControllerRefused:
             self.unit = before
             raise
         self.unit = reply.host_unit if isinstance(reply, UnitNumbers) else None

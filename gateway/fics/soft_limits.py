@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
-from gateway.errors import InvalidRequest
+from gateway.core.errors import InvalidRequest
 from gateway.fics.units import Coordinates, RobotUnit
 from protocols.fics.axis_settings import CoordinateSetting
 from protocols.fics.motor_axes import (

@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
-from gateway.errors import GatewayError, NotSent
-from gateway.exchange import Lane
-from gateway.fics.conversation import NO_UPLOAD
+from gateway.core.errors import GatewayError, NotSent
+from gateway.core.lanes import Lane
+from gateway.core.records import Record
+from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
+from gateway.core.waiting import happens
 from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.session import NO_UPLOAD
 from gateway.fics.units import RobotUnit, at_rest
-from gateway.records import Record
-from gateway.stopping import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
-from gateway.waiting import happens
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from gateway.errors import GatewayError, NoReply
-from gateway.exchange import Lane
+from gateway.core.errors import GatewayError, NoReply
+from gateway.core.lanes import Lane
+from gateway.core.records import Record
 from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed
-from gateway.records import Record
 from protocols.fics.alarms import DetailKind, ErrorDetail, ResetErrors
 from protocols.fics.errors import ErrorKind, lookup
 
@@ -89,7 +89,7 @@ class SystemErrors:
         try:
             await self._robot.converse(ResetErrors())
         except RobotFailed as failed:
-            raise ErrorRemains(self._robot.id, ResetErrors.code, failed.fics_error) from None
+            raise ErrorRemains(self._robot.id, ResetErrors.code, failed.error) from None
         try:
             error = await self.take(reset_by="gateway")
         except GatewayError as unread:

@@ -3,12 +3,12 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from gateway.errors import GatewayError, NoReply
-from gateway.exchange import Lane
+from gateway.core.errors import GatewayError, NoReply
+from gateway.core.lanes import Lane
 from gateway.fics.downloads import download
 from gateway.fics.errors import NotDone, NotReadBack, PositionsDiffer
-from gateway.fics.queries import Heard, deadline_of, heard_now
 from gateway.fics.read_back import same_number
+from gateway.fics.shared_reads import Heard, deadline_of, heard_now
 from gateway.fics.targets import DISPLAYED
 from gateway.fics.uploads import UPLOAD, Run, runs_of, upload
 from protocols.fics.positions import (

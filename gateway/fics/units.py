@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from gateway.errors import GatewayError, InvalidRequest
-from gateway.exchange import Lane
+from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.lanes import Lane
 from gateway.fics.downloads import download
-from gateway.fics.pace import Paces
+from gateway.fics.durations import Paces
 from protocols.fics.jog import StepAxis
 from protocols.fics.macros import RunMacro
 from protocols.fics.motor_axes import GetMotorPosition, MoveMotorsAbsolute, MoveMotorsRelative

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from gateway.errors import OVERTAKEN, GatewayError, InvalidRequest
+from gateway.core.errors import OVERTAKEN, GatewayError, InvalidRequest
 from gateway.fics.errors import UploadBrokenOff
 from protocols.fics.positions import LAST_POSITION, BeginPositionUpload, EndPositionUpload, UploadPosition
 from protocols.wording import sentence

@@ -3,11 +3,11 @@
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from gateway.errors import Expired, GatewayError
-from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused
+from gateway.core.errors import ControllerRefused, Expired, GatewayError
+from gateway.core.port import LineState
+from gateway.core.waiting import happens
+from gateway.fics.errors import PowerCycled, RobotBusy
 from gateway.fics.units import at_rest
-from gateway.port import LineState
-from gateway.waiting import happens
 from protocols.fics.system import GetUnit
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ async def _look(robot: "Robot") -> None:
     if robot.motion is not None:
         return
     robot.see_motion(moves=moves)
-    with suppress(RobotRefused):  # the terminal is at work; before the next motion it is done at the latest
+    with suppress(ControllerRefused):  # the terminal is at work; before the next motion it is done
         await robot.restore_speeds()
 
 
@@ -54,8 +54,8 @@ async def _moves(robot: "Robot") -> bool | None:
     """
     try:
         axes = (await (await _present_unit(robot)).status()).values()
-    except RobotRefused as refused:
-        return True if refused.fics_error == BUSY else None
+    except ControllerRefused as refused:
+        return True if refused.error_code == BUSY else None
     return not at_rest(axes)
 
 

@@ -127,10 +127,6 @@ class FicsCommand(Command[R_co], args=""):
         out_of_range = error == OUT_OF_RANGE and (self.ranged or not self.model_fields_set)
         return error == WRONG_FORM or no_such_macro or out_of_range
 
-    def may_repeat(self) -> bool:
-        """Whether it may be sent again by itself."""
-        return self.retry is Retry.READ
-
     @classmethod
     def starts_motion(cls) -> bool:
         """Whether axes move until its end is reported or seen."""

@@ -12,8 +12,8 @@ import uvicorn
 import uvloop
 from starlette.types import Receive, Scope, Send
 
-from api.front import protocols
-from api.http_protocol import Limits
+from api.front.http_protocol import Limits
+from api.front.protocols import protocols
 
 HOST = b"host: 127.0.0.1\r\n"
 SOON_S = 0.05

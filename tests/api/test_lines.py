@@ -2,9 +2,9 @@
 
 from gateway.config import Config
 from gateway.plant import Plant
+from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import UNIT, Cell, in_cell
 from tests.api.stand import BODIES, Stand, on_stand
-from tests.api.test_moves import refused
 
 
 @on_stand({"arm": BODIES, "rail": [{"id": "10"}]})

@@ -4,10 +4,10 @@ import asyncio
 import json
 from urllib.parse import quote
 
-from gateway.events import MAX_BACKLOG
+from gateway.core.events import MAX_BACKLOG
+from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell
 from tests.api.stand import RELATIVE, Served, Stand, on_stand, socket
-from tests.api.test_moves import refused
 
 
 async def move(stand: Stand) -> dict[str, object]:

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from gateway.bodies import MotorState
 from gateway.config import Units, parse
-from gateway.errors import (
+from gateway.core.errors import (
     Ambiguous,
     BodyBusy,
     ControllerRefused,
@@ -16,9 +15,12 @@ from gateway.errors import (
     NoReply,
     NotFound,
 )
-from gateway.move_record import Move
+from gateway.core.move_record import Move
 from gateway.plant import HEALTH_POLL_S, Plant
+from gateway.rorze.bodies import MotorState
+from gateway.rorze.errors import refused as refusal_of
 from protocols.rorze.flash import SaveSettings
+from protocols.rorze.link_master import SetGroup
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.programs import RunProgram, StepProgram
@@ -205,7 +207,7 @@ async def test_a_definition_that_is_refused_leaves_the_old_group_in_force(
         line = it.plant.line("line1")
 
         async def refused(_group: int, _members: list[int]) -> None:
-            raise ControllerRefused("line1.7F", "XVS", 0x4A)
+            raise refusal_of("line1.7F", SetGroup(group="80", members=["02", "03"]), 0x50)
 
         with monkeypatch.context() as patch:
             patch.setattr(line, "define_group", refused)

@@ -5,12 +5,12 @@ from typing import Literal
 
 import pytest
 
-from gateway.errors import GatewayError, ShuttingDown
+from gateway.core.errors import GatewayError, ShuttingDown
+from gateway.core.move_record import MoveStatus
+from gateway.core.silence import OUT_OF_REACH_S
+from gateway.core.stops import UNCONFIRMED
 from gateway.fics.errors import JogOver, UploadBrokenOff
-from gateway.move_record import MoveStatus
 from gateway.plant import Plant
-from gateway.silence import OUT_OF_REACH_S
-from gateway.stopping import UNCONFIRMED
 from gateway.wind_down import ENDS_ITSELF, HURRY_S, NOT_OURS, WIND_DOWN_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro

@@ -10,10 +10,10 @@ from random import Random
 
 import pytest
 
-from gateway.errors import GatewayError
+from gateway.core.errors import GatewayError
+from gateway.core.move_record import MoveStatus
+from gateway.core.port import LineState
 from gateway.fics.move_record import RobotMove
-from gateway.move_record import MoveStatus
-from gateway.port import LineState
 from protocols.fics.homing import HomeRobot
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StepAxis

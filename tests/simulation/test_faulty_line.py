@@ -14,11 +14,11 @@ from typing import Any
 
 import pytest
 
-from gateway.conversation import Conversation
-from gateway.copies import Copies, ReplyFrame
-from gateway.errors import NotSent
-from gateway.exchange import Answered, Exchange, Outcome
-from gateway.line import Line, LineState, lane_of
+from gateway.core.errors import NotSent
+from gateway.rorze.copies import Copies, ReplyFrame
+from gateway.rorze.exchange import Answered, Exchange, Outcome
+from gateway.rorze.line import Line, LineState, lane_of
+from gateway.rorze.session import Conversation
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import POISON, Refusal
 from protocols.rorze.moves import MoveClockwiseSlowly, MoveCounterclockwiseSlowly

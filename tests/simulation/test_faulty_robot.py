@@ -12,15 +12,15 @@ from typing import Any
 
 import pytest
 
-from gateway.errors import GatewayError
-from gateway.exchange import Lane
-from gateway.fics.conversation import Conversation
+from gateway.core.errors import GatewayError
+from gateway.core.lanes import Lane
+from gateway.core.move_record import MoveStatus
+from gateway.core.port import LineState
 from gateway.fics.copies import Copies
 from gateway.fics.exchange import Exchange, Outcome
 from gateway.fics.move_record import RobotMove
+from gateway.fics.session import Conversation
 from gateway.fics.units import RobotUnit
-from gateway.move_record import MoveStatus
-from gateway.port import LineState
 from protocols.fics.homing import HomeRobot
 from protocols.fics.link import Frame, Refusal
 from protocols.fics.moves import MoveRelative

@@ -11,12 +11,13 @@ from random import Random
 
 import pytest
 
-from gateway.bodies import Body
-from gateway.errors import GatewayError
-from gateway.stops import StopMode, StopReport
+from gateway.core.errors import GatewayError
+from gateway.core.stops import StopMode
+from gateway.rorze.bodies import Body
+from gateway.rorze.stops import StopReport
 from protocols.rorze.moves import MoveClockwiseSlowly
 from simulator.faults import Direction, Fault, Switch
-from tests.gateway.far_end import until
+from tests.gateway.rorze.far_end import until
 from tests.plants import Rig, rig
 from tests.virtual_time import run_virtual
 

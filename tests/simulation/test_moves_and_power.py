@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
-from gateway.bodies import Body
-from gateway.errors import GatewayError, PowerCycled
-from gateway.move_record import Move, MoveStatus
+from gateway.core.errors import GatewayError, PowerCycled
+from gateway.core.move_record import Move, MoveStatus
+from gateway.rorze.bodies import Body
 from protocols.rorze.moves import AbsoluteMove, MoveClockwise, MoveCounterclockwise, MoveTo, RelativeMove
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.origin import HomeFastThenStop

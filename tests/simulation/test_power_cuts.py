@@ -12,10 +12,10 @@ from typing import Any
 
 import pytest
 
-from gateway.errors import GatewayError
+from gateway.core.errors import GatewayError
+from gateway.core.move_record import MoveStatus
 from gateway.fics.errors import PowerCycled
 from gateway.fics.watch import HEALTH_POLL_S
-from gateway.move_record import MoveStatus
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis
 from protocols.fics.macros import RunMacro

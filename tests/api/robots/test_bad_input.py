@@ -9,8 +9,8 @@ import pytest
 
 from protocols.fics.commands import ROWS, Row, of_the_robot, read
 from protocols.fics.row import NAME_LENGTH
+from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import UNIT, Cell, in_cell
-from tests.api.test_moves import refused
 
 Parameters = dict[str, Any]
 

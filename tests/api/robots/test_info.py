@@ -3,9 +3,9 @@
 import asyncio
 
 from protocols.fics.status import MotionMode
+from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
 from tests.api.stand import BODIES, Stand, on_stand
-from tests.api.test_moves import refused
 
 
 @in_cell()

@@ -2,8 +2,8 @@
 
 import asyncio
 
+from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import HOME, Cell, in_cell
-from tests.api.test_moves import refused
 
 JOG = {"unit": 2, "axis": "X", "direction": "+"}
 

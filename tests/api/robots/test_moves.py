@@ -2,8 +2,8 @@
 
 import pytest
 
+from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
-from tests.api.test_moves import refused
 
 ABSOLUTE = {"kind": "absolute", "axes": mm(X=100, Z=-5.5)}
 

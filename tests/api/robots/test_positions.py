@@ -5,8 +5,8 @@ import asyncio
 import pytest
 from httpx2 import Response
 
+from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import UNIT, Cell, in_cell, mm
-from tests.api.test_moves import refused
 
 TABLE = "number,X mm,Y mm,Z mm\r\n1,10,20.5,-3\r\n2,-0.125,,7\r\n"
 

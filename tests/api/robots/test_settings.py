@@ -8,8 +8,8 @@ import pytest
 from api.robots.settings import SETTINGS, SMOOTH, SettingsChange, UnitSettings
 from protocols.fics.commands import ROWS
 from protocols.table import Retry
+from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
-from tests.api.test_moves import refused
 
 
 def test_every_setting_of_the_table_that_can_be_read_back_is_one() -> None:

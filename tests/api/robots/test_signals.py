@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
+from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import Cell, in_cell
-from tests.api.test_moves import refused
 
 
 @in_cell()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gateway.errors import NoReply
+from gateway.core.errors import NoReply
 from gateway.fics.copies import MOST_OF_A_NAME, Copies
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.commands import ROWS

@@ -6,7 +6,7 @@ from contextlib import contextmanager, suppress
 
 import pytest
 
-from gateway.errors import GarbledReply, GatewayError
+from gateway.core.errors import GarbledReply, GatewayError
 from gateway.fics.downloads import PART
 from gateway.fics.errors import RobotBusy
 from protocols.fics.positions import LAST_POSITION

@@ -10,12 +10,12 @@ from random import Random
 import pytest
 
 from gateway.config import parse
-from gateway.errors import NoReply, NotSent
+from gateway.core.errors import NoReply, NotSent
+from gateway.core.move_record import MoveStatus
+from gateway.core.port import LineState
 from gateway.fics.errors import RobotBusy
 from gateway.fics.robot import Robot
-from gateway.move_record import MoveStatus
 from gateway.plant import Plant
-from gateway.port import LineState
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.variables import GetVariable, VariableValue

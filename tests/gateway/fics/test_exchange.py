@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from gateway.errors import NoReply
-from gateway.exchange import Lane
+from gateway.core.errors import NoReply
+from gateway.core.lanes import Lane
 from gateway.fics.exchange import Answered, Exchange
 from protocols.fics.link import Answer, Completion, Failure, Frame, Garbage, Refusal, encode
 from protocols.fics.moves import MoveRelative
@@ -13,7 +13,7 @@ from protocols.fics.positions import DownloadPositions, StoredPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.variables import GetVariable, VariableValue
 from protocols.table import Reply
-from tests.gateway.far_end import virtual
+from tests.gateway.rorze.far_end import virtual
 
 MOVE = MoveRelative(coordinates=[1.0])
 QUERY = GetVariable(number=5)

@@ -5,10 +5,10 @@ from random import Random
 
 import pytest
 
-from gateway.errors import NoReply, NotSent, StoppedFirst
-from gateway.exchange import Lane
-from gateway.fics.errors import NotHomed, PowerCycled, RobotRefused, UnitNotSelected, UploadBrokenOff
-from gateway.move_record import MoveStatus
+from gateway.core.errors import ControllerRefused, NoReply, NotSent, StoppedFirst
+from gateway.core.lanes import Lane
+from gateway.core.move_record import MoveStatus
+from gateway.fics.errors import NotHomed, PowerCycled, UnitNotSelected, UploadBrokenOff
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.homing import HomeRobot
 from protocols.fics.inputs_outputs import SwitchOutput
@@ -367,7 +367,7 @@ async def _read_on_a_bad_line(mode: int, seed: int) -> None:
             number = dice.randrange(100)
             try:
                 reply = await rig.robot.ask(GetVariable(number=number))
-            except (NoReply, NotSent, RobotRefused):
+            except (NoReply, NotSent, ControllerRefused):
                 await asyncio.sleep(1)
                 continue
             assert reply == VariableValue(number=number, value=float(number))
@@ -395,7 +395,7 @@ async def _move_on_a_bad_line(mode: int, seed: int) -> None:
             heard = len(rig.heard("LMA"))
             try:
                 move = await rig.move(MoveAbsolute(coordinates=[None, None, depth]))
-            except (NotSent, RobotRefused):
+            except (NotSent, ControllerRefused):
                 await asyncio.sleep(2)
                 continue
             place = rig.fics.units[1].at_rest()[2] if rig.fics.job is None else None

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from gateway.errors import InvalidRequest, NoReply, NotFound, StoppedFirst
-from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, RobotRefused, UnitNotSelected
+from gateway.core.errors import ControllerRefused, InvalidRequest, NoReply, NotFound, StoppedFirst
+from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected
 from gateway.fics.jogs import JogSession
 from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot
@@ -114,7 +114,7 @@ def test_a_refused_jog_is_told_and_is_over(mode: int) -> None:
     @in_virtual_time
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
-            with pytest.raises(RobotRefused):
+            with pytest.raises(ControllerRefused):
                 await rig.robot.jogs.start(1, "X", "+")  # converted, and not homed
             assert not rig.robot.moving
             assert rig.types("robot.jog") == ["robot.jog.started", "robot.jog.ended"]

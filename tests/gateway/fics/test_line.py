@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from gateway.errors import Cancelled, Expired, InvalidRequest, LineDown, NoReply, NotSent
-from gateway.exchange import Lane
+from gateway.core.errors import Cancelled, Expired, InvalidRequest, LineDown, NoReply, NotSent
+from gateway.core.lanes import Lane
+from gateway.core.port import SILENCE_S, LineState
 from gateway.fics.errors import RobotOffline
 from gateway.fics.exchange import Answered, Exchange, Outcome
 from gateway.fics.line import ASK_AGAIN_S, CLEARING, READY_WITHIN_S, FicsLine
-from gateway.port import SILENCE_S, LineState
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.moves import MoveRelative
 from protocols.fics.row import FicsCommand
@@ -25,7 +25,7 @@ from simulator.faults import Direction, Fault, Switch
 from simulator.fics.layout import Layout
 from simulator.fics.line import SimulatedFics, build_line
 from tests.fics_plants import Cable
-from tests.gateway.far_end import until, virtual
+from tests.gateway.rorze.far_end import until, virtual
 from transports.base import TransportRefused
 
 OPENING = CLEARING.decode().rstrip("\r")

@@ -4,9 +4,9 @@ import asyncio
 
 import pytest
 
-from gateway.errors import InvalidRequest, NotFound, StoppedFirst
-from gateway.fics.errors import RobotBusy, RobotRefused
-from gateway.move_record import MoveStatus
+from gateway.core.errors import ControllerRefused, InvalidRequest, NotFound, StoppedFirst
+from gateway.core.move_record import MoveStatus
+from gateway.fics.errors import RobotBusy
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis
 from protocols.fics.moves import MoveAbsolute, MoveRelative
@@ -88,7 +88,7 @@ async def test_of_two_moves_asked_for_at_once_one_is_sent() -> None:
 async def test_a_refused_move_is_told_and_remembered_and_the_next_may_start() -> None:
     async with fics_rig() as rig:
         await rig.move(HomeRobot())
-        with pytest.raises(RobotRefused):
+        with pytest.raises(ControllerRefused):
             await rig.move(MoveAbsolute(coordinates=[None, None, 9999.0]))
         (rejected, _) = rig.plant.robot_moves.of(rig.robot.unit(1))
         assert rejected.status is MoveStatus.REJECTED

@@ -4,9 +4,9 @@ import asyncio
 
 import pytest
 
-from gateway.errors import NoReply, NotSent
-from gateway.fics.errors import NotProved, PowerCycled, RobotBusy, RobotRefused, SpeedsNotRestored
-from gateway.move_record import MoveStatus
+from gateway.core.errors import ControllerRefused, NoReply, NotSent
+from gateway.core.move_record import MoveStatus
+from gateway.fics.errors import NotProved, PowerCycled, RobotBusy, SpeedsNotRestored
 from protocols.fics.homing import HomeRobot
 from protocols.fics.motor_axes import GetMotorSpeedPercent, SetMotorSpeedPercent
 from protocols.fics.moves import MoveRelative
@@ -87,7 +87,7 @@ async def test_h01_without_its_speeds_nothing_moves() -> None:
         await rig.robot.ask(SetSpeedPercent(percents=[1.0]), 1)
         await cycle(rig)
         rig.edit(True)
-        with pytest.raises(RobotRefused):
+        with pytest.raises(ControllerRefused):
             await rig.move(DOWN)
         rig.edit(False)
         rig.cable.lost_command = "VAO"

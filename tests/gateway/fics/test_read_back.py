@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from gateway.errors import NoReply
+from gateway.core.errors import NoReply
 from gateway.fics.errors import NotDone, NotReadBack
 from gateway.fics.read_back import query_of, same_number, tells
 from protocols.fics.alarms import ResetErrors

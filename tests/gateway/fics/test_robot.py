@@ -4,9 +4,8 @@ import asyncio
 
 import pytest
 
-from gateway.errors import InvalidRequest, NotFound
-from gateway.fics.errors import RobotRefused
-from gateway.port import LineState
+from gateway.core.errors import ControllerRefused, InvalidRequest, NotFound
+from gateway.core.port import LineState
 from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StartJog, StopJog
@@ -41,10 +40,10 @@ def test_a_refusal_is_heard_in_either_mode(mode: int) -> None:
     @in_virtual_time
     async def story() -> None:
         async with fics_rig(mode=mode) as rig:
-            with pytest.raises(RobotRefused) as refused:
+            with pytest.raises(ControllerRefused) as refused:
                 await rig.robot.ask(SetSpeedPercent(percents=[10, 10, 10, 10]), 1)
             assert refused.value.command_code == "VAO"
-            assert refused.value.fics_error in ("E05", "E06")
+            assert refused.value.error_code in ("E05", "E06")
             assert refused.value.moved == "no"
 
     story()

@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from gateway.errors import NotSent
-from gateway.fics.errors import PowerCycled, RobotBusy, RobotRefused, UnitNotSelected
+from gateway.core.errors import ControllerRefused, NotSent
+from gateway.fics.errors import PowerCycled, RobotBusy, UnitNotSelected
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.status import GetAxisSensors, MotionMode
@@ -42,7 +42,7 @@ async def test_a_refusal_leaves_the_unit_as_it_was() -> None:
     async with fics_rig(units=2) as rig:
         await rig.robot.unit(1).position()
         rig.edit(True)
-        with pytest.raises(RobotRefused):
+        with pytest.raises(ControllerRefused):
             await rig.robot.unit(2).position()
         assert await rig.robot.unit(1).position() == {"X": None, "Y": None, "Z": None}
 
@@ -89,9 +89,9 @@ def test_in_mode_2_a_refusal_of_the_terminal_is_told_though_the_question_is_not_
         async with fics_rig(units=2, mode=2) as rig:
             await rig.robot.unit(1).position()
             rig.touch(lambda fics, _: setattr(fics, state, value))
-            with pytest.raises(RobotRefused, match="refused UNT") as refused:
+            with pytest.raises(ControllerRefused, match="refused UNT") as refused:
                 await rig.plant.robot_moves.start(rig.robot, 1, DOWN, start_within_s=20.0)
-            assert refused.value.fics_error == error
+            assert refused.value.error_code == error
             assert rig.heard("LMI") == []
 
     story()

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from gateway.errors import InvalidRequest
+from gateway.core.errors import InvalidRequest
 from gateway.fics.soft_limits import uncrossed
 from protocols.fics.motor_axes import SetMotorLowerSoftLimits, SetMotorUpperSoftLimits
 from protocols.fics.row import FicsCommand

@@ -4,9 +4,9 @@ import asyncio
 
 import pytest
 
+from gateway.core.move_record import MoveStatus
+from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, StopMode
 from gateway.fics.errors import RobotBusy
-from gateway.move_record import MoveStatus
-from gateway.stopping import CONFIRM_WITHIN_S, HURRY_S, StopMode
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
 from protocols.fics.speeds import SetMaximumSpeeds, SetSpeedPercent

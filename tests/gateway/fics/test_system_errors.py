@@ -4,7 +4,8 @@ import asyncio
 
 import pytest
 
-from gateway.fics.errors import ErrorRemains, ErrorStands, NotReadBack, RobotRefused
+from gateway.core.errors import ControllerRefused
+from gateway.fics.errors import ErrorRemains, ErrorStands, NotReadBack
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.moves import MoveRelative
 from protocols.fics.variables import SetVariable
@@ -111,9 +112,9 @@ async def test_in_mode_2_no_motion_is_sent_into_an_error_nobody_knew_of() -> Non
 async def test_a_motion_that_is_refused_because_of_an_alarm_leads_to_its_error() -> None:
     async with fics_rig() as rig:
         fall_ill(rig)
-        with pytest.raises(RobotRefused) as refused:
+        with pytest.raises(ControllerRefused) as refused:
             await rig.move(DOWN)
-        assert refused.value.fics_error == "E02"
+        assert refused.value.error_code == "E02"
         await asyncio.sleep(0.5)
         assert rig.robot.latched_error is not None
         assert rig.types("robot.error") == ["robot.error"]

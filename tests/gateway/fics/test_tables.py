@@ -4,10 +4,10 @@ import asyncio
 
 import pytest
 
-from gateway.errors import NoReply
+from gateway.core.errors import NoReply
+from gateway.core.move_record import MoveStatus
 from gateway.fics.errors import NotDone, NotReadBack, PositionsDiffer, RobotBusy
 from gateway.fics.tables import agrees
-from gateway.move_record import MoveStatus
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveToPosition
 from protocols.fics.positions import ClearPositions, StoredPosition, UploadPosition

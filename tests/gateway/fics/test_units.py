@@ -2,7 +2,7 @@
 
 import pytest
 
-from gateway.errors import InvalidRequest
+from gateway.core.errors import InvalidRequest
 from gateway.fics.units import RobotUnit
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro

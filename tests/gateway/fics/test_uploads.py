@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from gateway.errors import InvalidRequest, NoReply
-from gateway.fics.errors import RobotRefused, UploadBrokenOff
+from gateway.core.errors import ControllerRefused, InvalidRequest, NoReply
+from gateway.fics.errors import UploadBrokenOff
 from protocols.fics.notation import AxisSystem
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
@@ -45,9 +45,9 @@ def test_an_upload_that_is_refused_is_ended_nevertheless(mode: int) -> None:
         async with fics_rig(mode=mode) as rig:
             unit = rig.robot.unit(1)
             unit.axes, unit.systems = [*unit.axes, "W"], {**unit.systems, "W": AxisSystem.PULSE}
-            with pytest.raises(RobotRefused) as refused:
+            with pytest.raises(ControllerRefused) as refused:
                 await rig.robot.upload_positions([(1, [1.0, 2.0, 3.0, 4.0])])
-            assert refused.value.fics_error == "E11"
+            assert refused.value.error_code == "E11"
             assert rig.fics.upload is None
             assert not rig.robot.line.uploading
 
@@ -72,7 +72,7 @@ async def test_an_upload_that_cannot_begin_leaves_none_open() -> None:
     async with fics_rig() as rig:
         await rig.robot.unit(1).position()
         rig.edit(True)
-        with pytest.raises(RobotRefused):
+        with pytest.raises(ControllerRefused):
             await rig.robot.upload_positions([(1, [1.0])])
         assert await rig.robot.unit(1).status()  # which no upload would let through
         assert not rig.robot.line.uploading

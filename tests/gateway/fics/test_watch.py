@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from gateway.fics.errors import RobotRefused
+from gateway.core.errors import ControllerRefused
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
@@ -24,9 +24,9 @@ async def test_motion_nobody_here_asked_for_is_told() -> None:
         await asyncio.sleep(1)
         assert rig.types("robot.motion") == ["robot.motion.foreign"]
         assert rig.robot.moving
-        with pytest.raises(RobotRefused) as refused:
+        with pytest.raises(ControllerRefused) as refused:
             await rig.move(MoveRelative(coordinates=[None, None, 1.0]))
-        assert refused.value.fics_error == "E01"
+        assert refused.value.error_code == "E01"
 
 
 @in_virtual_time

@@ -1,0 +1,1 @@
+"""RC-420 bodies and their groups over HTTP."""

@@ -1,0 +1,70 @@
+"""Groups over HTTP: virtual bodies, by which one command reaches several bodies at once."""
+
+from typing import Annotated
+
+from fastapi import Request, Response
+from pydantic import BaseModel, Field
+
+from api.common.problems import DECLARED
+from api.common.requests import GroupId, RequestModel, json_response, new_router, plant_of
+from gateway.core.addresses import numbered_address
+from gateway.rorze.bodies import Group
+from protocols.rorze.link_master import MOST_MEMBERS
+
+router = new_router("groups")
+
+
+class GroupInfo(BaseModel):
+    """A group and its members."""
+
+    group_id: str = Field(description="Its unique address, such as arm.80.")
+    line_id: str
+    name: str
+    members: list[str] = Field(description="Addresses of the bodies, in the order of their replies.")
+
+
+class GroupList(BaseModel):
+    """All groups."""
+
+    groups: list[GroupInfo]
+
+
+class GroupDefinition(RequestModel):
+    """What a group shall be."""
+
+    members: Annotated[list[str], Field(min_length=2, max_length=MOST_MEMBERS)] = Field(
+        description="Addresses of bodies on one line, such as 02 or arm.02."
+    )
+    name: Annotated[str, Field(max_length=64)] = ""
+
+
+@router.get("/groups", name="list_groups", response_model=GroupList, responses=DECLARED)
+async def list_groups(request: Request) -> Response:
+    """List all groups."""
+    return json_response(GroupList(groups=[_info(group) for group in plant_of(request).groups()]))
+
+
+@router.get("/groups/{group_id}", name="get_group", response_model=GroupInfo, responses=DECLARED)
+async def get_group(request: Request, group_id: GroupId) -> Response:
+    """Tell who is in a group; nothing is sent."""
+    return json_response(_info(plant_of(request).group(group_id)))
+
+
+@router.put("/groups/{group_id}", name="define_group", response_model=GroupInfo, responses=DECLARED)
+async def define_group(request: Request, group_id: GroupId, definition: GroupDefinition) -> Response:
+    """Define a group at the link master (XVS), or define it anew; not while a member moves.
+
+    It lasts until the gateway ends; groups of the configuration are defined at every start.
+    """
+    address, members = numbered_address(group_id), [*definition.members]
+    group = await plant_of(request).define_group(address, members, definition.name)
+    return json_response(_info(group))
+
+
+def _info(group: Group) -> GroupInfo:
+    return GroupInfo(
+        group_id=group.address,
+        line_id=group.line.id,
+        name=group.name,
+        members=[member.address for member in group.members],
+    )

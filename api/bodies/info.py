@@ -1,0 +1,278 @@
+"""Bodies over HTTP: what they are, where they stand, in which state, and the speed of a running move."""
+
+import asyncio
+from datetime import datetime
+from typing import Annotated, Any, Literal
+
+from fastapi import Request, Response
+from pydantic import BaseModel, Field
+
+from api.bodies.moves import Length
+from api.common.fast_route import DirectRoute
+from api.common.problems import DECLARED
+from api.common.requests import BodyId, RequestModel, age_ms_of, json_response, new_router, plant_of, utc_of
+from gateway.plant import Plant
+from gateway.rorze.bodies import PULSES_RUNNING, Body
+from gateway.rorze.power import Homed
+from protocols.rorze.inputs_outputs import GetSensors
+from protocols.rorze.position import GetPosition, SetPosition
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import (
+    CONTROLLER_STATUS_BITS,
+    END_CAUSE_BITS,
+    SENSOR_BITS,
+    GetControllerStatus,
+    GetEndCause,
+    names_of,
+)
+from protocols.rorze.stops import Accelerate, ChangeSpeed, Decelerate
+
+WHERE = GetPosition()
+
+router = new_router("bodies")
+reads = new_router("bodies", DirectRoute)
+
+
+class BodyInfo(BaseModel):
+    """A body as the gateway knows it, without asking it."""
+
+    body_id: str = Field(description="Its unique address, such as arm.3F.")
+    line_id: str
+    name: str
+    online: bool = Field(description="Whether it can be asked now, as far as is known.")
+    last_heard_at: datetime | None = Field(description="When it last answered anything.")
+    known_age_s: float | None = Field(
+        description="Seconds since then: what is told of it may be as old; null if it never answered."
+    )
+    moving: bool | None = Field(description="Null while out of reach, and until its status is read.")
+    move_id: str | None = Field(description="The move that is not over yet.")
+    homed: Homed = Field(
+        description="yes: homed by the gateway, and its power was kept since; no: it has lost its power."
+    )
+    power_cycled: bool = Field(
+        description="It has lost its power; motions to places are refused until it is homed, its position is "
+        "set, or that is acknowledged."
+    )
+    unit: str | None = Field(description="The unit of its scale; null without one.")
+    pulses_per_unit: float | None
+    groups: list[str]
+    position: int | None = Field(
+        description="In pulses, as last read; null until it has been read since it was called otherwise."
+    )
+    position_read_at: datetime | None
+    status: list[str] | None = Field(description="The status bits that were set when last read.")
+
+
+class BodyList(BaseModel):
+    """All bodies of the configuration."""
+
+    bodies: list[BodyInfo]
+
+
+class Position(BaseModel):
+    """Where a motor stands."""
+
+    body_id: str
+    pulses: int
+    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    unit: str | None
+    read_at: datetime = Field(description="When the controller's answer came.")
+    age_ms: float = Field(description="How old the answer was when it was passed on.")
+
+
+class StatusBits(BaseModel):
+    """The bits of 9CD (RC-420 manual 13.8.1). The errors stay until they are cleared."""
+
+    pulses_running: bool
+    limit_error: bool
+    ems_error: bool
+    command_error: bool
+    initialisation_error: bool
+    range_error: bool
+    stall_error: bool
+    communication_error: bool
+
+
+class SensorBits(BaseModel):
+    """The sensors, bits of CLD (RC-420 manual 14)."""
+
+    stall: bool
+    origin: bool
+    cw_limit: bool
+    ccw_limit: bool
+    in_position: bool
+    ems: bool
+
+
+class BodyStatus(BaseModel):
+    """The state of a controller."""
+
+    body_id: str
+    moving: bool
+    status: StatusBits
+    sensors: SensorBits
+    end_causes: list[str] = Field(
+        description="Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; "
+        "empty after a normal end, and while the motor moves."
+    )
+    read_at: datetime = Field(description="When the first of the three answers came.")
+    age_ms: float
+
+
+class SpeedIncrease(RequestModel):
+    """Accelerate to the maximum speed: command 5AS."""
+
+    mode: Literal["accelerate"]
+
+    def command(self) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        return Accelerate()
+
+
+class SpeedDecrease(RequestModel):
+    """Decelerate to the start speed: command 5DS."""
+
+    mode: Literal["decelerate"]
+
+    def command(self) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        return Decelerate()
+
+
+class SpeedSetting(RequestModel):
+    """Change to a speed: command 5CS."""
+
+    mode: Literal["change"]
+    speed: int = Field(ge=1, le=1_000_000, description="In pulses per second.")
+
+    def command(self) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        return ChangeSpeed(speed=self.speed)
+
+
+SpeedRequest = Annotated[SpeedIncrease | SpeedDecrease | SpeedSetting, Field(discriminator="mode")]
+
+
+class SpeedAccepted(BaseModel):
+    """The controller has accepted a change of speed."""
+
+    body_id: str
+    command: str = Field(description="The three characters of the controller's command.")
+
+
+@reads.get("/bodies/{body_id}/position", name="read_position", response_model=Position, responses=DECLARED)
+async def read_position(request: Request, body_id: BodyId) -> Response:
+    """Ask the controller where the motor stands (6PD)."""
+    body = plant_of(request).body(body_id)
+    reply, answered = await body.ask(WHERE)
+    return json_response(_position(body, reply.pulses, answered.at))
+
+
+@router.put("/bodies/{body_id}/position", name="set_position", response_model=Position, responses=DECLARED)
+async def set_position(request: Request, body_id: BodyId, position: Length) -> Response:
+    """Call the present position by another number (6PS). Nothing moves; refused while the motor moves."""
+    body = plant_of(request).body(body_id)
+    pulses = position.pulses(body.scale)
+    _, answered = await body.ask(SetPosition(position=pulses))
+    return json_response(_position(body, pulses, answered.at))
+
+
+@reads.get("/bodies/{body_id}/status", name="read_status", response_model=BodyStatus, responses=DECLARED)
+async def read_status(request: Request, body_id: BodyId) -> Response:
+    """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD)."""
+    body = plant_of(request).body(body_id)
+    (status, first), (cause, _), (sensors, _) = await asyncio.gather(
+        body.ask(GetControllerStatus()), body.ask(GetEndCause()), body.ask(GetSensors())
+    )
+    return json_response(
+        BodyStatus(
+            body_id=body.address,
+            moving=bool((status.bits or 0) & PULSES_RUNNING),
+            status=StatusBits(**_flags(status.bits or 0, CONTROLLER_STATUS_BITS)),
+            sensors=SensorBits(**_flags(sensors.bits or 0, SENSOR_BITS)),
+            end_causes=names_of(cause.bits, END_CAUSE_BITS),
+            read_at=utc_of(first.at),
+            age_ms=age_ms_of(first.at),
+        )
+    )
+
+
+@router.post(
+    "/bodies/{body_id}/speed", name="change_speed_of_move", response_model=SpeedAccepted, responses=DECLARED
+)
+async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRequest) -> Response:
+    """Change the speed of the running move; refused at standstill, while homing and while interpolating."""
+    body = plant_of(request).body(body_id)
+    command = speed.command()
+    await body.ask(command)
+    return json_response(SpeedAccepted(body_id=body.address, command=command.code))
+
+
+@router.get("/bodies", name="list_bodies", response_model=BodyList, responses=DECLARED)
+async def list_bodies(request: Request) -> Response:
+    """List all bodies; nothing is sent."""
+    plant = plant_of(request)
+    return json_response(BodyList(bodies=[_info(plant, body) for body in plant.bodies()]))
+
+
+@router.get("/bodies/{body_id}", name="get_body", response_model=BodyInfo, responses=DECLARED)
+async def get_body(request: Request, body_id: BodyId) -> Response:
+    """Tell what is known of a body; nothing is sent."""
+    plant = plant_of(request)
+    return json_response(_info(plant, plant.body(body_id)))
+
+
+@router.post(
+    "/bodies/{body_id}/power-cycle/acknowledge",
+    name="acknowledge_body_power_cycle",
+    response_model=BodyInfo,
+    responses=DECLARED,
+)
+async def acknowledge_body_power_cycle(request: Request, body_id: BodyId) -> Response:
+    """Allow motions to places again after a loss of power: its position counts from where it was switched on.
+
+    The controller is asked whether it has kept its power since. Its settings and its position table are those
+    of its flash memory. Homing does the same as this, and so does setting its position.
+    """
+    plant = plant_of(request)
+    body = plant.body(body_id)
+    await body.acknowledge_power_cycle()
+    return json_response(_info(plant, body))
+
+
+def _position(body: Body, pulses: int, at: float) -> Position:
+    scale = body.scale
+    return Position(
+        body_id=body.address,
+        pulses=pulses,
+        value=scale.value(pulses) if scale else None,
+        unit=scale.unit if scale else None,
+        read_at=utc_of(at),
+        age_ms=age_ms_of(at),
+    )
+
+
+def _flags(bits: int, names: tuple[str, ...]) -> dict[str, bool]:
+    return {name: bool(bits >> position & 1) for position, name in enumerate(names)}
+
+
+def _info(plant: Plant, body: Body) -> BodyInfo:
+    heard_at = body.last_heard_at
+    return BodyInfo(
+        body_id=body.address,
+        line_id=body.line.id,
+        name=body.name,
+        online=body.online,
+        last_heard_at=None if heard_at is None else utc_of(heard_at),
+        known_age_s=None if heard_at is None else round(age_ms_of(heard_at) / 1000, 3),
+        moving=body.moving if body.online else None,
+        move_id=body.move.id if body.move else None,
+        homed=body.power.homed,
+        power_cycled=body.power.cycled,
+        unit=body.scale.unit if body.scale else None,
+        pulses_per_unit=body.scale.pulses_per_unit if body.scale else None,
+        groups=[group.address for group in plant.groups_of(body)],
+        position=body.position,
+        position_read_at=None if body.position_at is None else utc_of(body.position_at),
+        status=None if body.status_bits is None else names_of(body.status_bits, CONTROLLER_STATUS_BITS),
+    )

@@ -1,0 +1,1 @@
+"""What all routes share: problem details, strict requests, the ways a route reads and answers."""

@@ -1,0 +1,194 @@
+"""Every error as a problem detail (RFC 9457), and which HTTP status it has.
+
+Clients repeat 408, 425, 429, 500, 502, 503 and 504 by themselves: so 503 is sent only where nothing was
+written to the line and nothing will be. What may have reached a controller is 409, and `moved` says more.
+"""
+
+from collections.abc import Mapping
+from http import HTTPStatus
+from typing import Any, Final
+from urllib.parse import quote
+
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel, Field
+from starlette.exceptions import HTTPException
+
+from api.common.faults import faults_of
+from gateway.core.errors import (
+    Ambiguous,
+    ControllerError,
+    ControllerRefused,
+    GatewayError,
+    InvalidRequest,
+    Moved,
+    NotAllowed,
+    NotFound,
+    NotSent,
+)
+
+TYPE_PREFIX = "urn:motion-gateway:problem:"
+MEDIA_TYPE = "application/problem+json"
+RETRY_AFTER_S = 1
+
+_STATUS: Final[Mapping[type[GatewayError], int]] = {
+    NotFound: 404,
+    Ambiguous: 409,
+    InvalidRequest: 422,
+    NotAllowed: 403,
+    NotSent: 503,
+    GatewayError: 409,
+}
+
+
+class InvalidField(BaseModel):
+    """What is wrong with one part of the request."""
+
+    field: str = Field(description="Where: distance.value")
+    message: str
+
+
+class Problem(BaseModel):
+    """Why a request was not carried out, as RFC 9457 has it."""
+
+    type: str = Field(description=f"The kind of error, {TYPE_PREFIX}KIND; never changes.")
+    title: str = Field(description="The kind of error in words.")
+    status: int = Field(description="The HTTP status.")
+    detail: str = Field(description="What happened, and what was and was not done to the motor.")
+    instance: str = Field(description="The path that was asked for.")
+    moved: Moved = Field(description="Whether the motor did anything because of this request.")
+    remedy: str = Field(description="What to do next; may be empty.")
+    retryable: bool = Field(description="Whether the same request may succeed later.")
+    code: str | None = Field(default=None, description="The controller's error code, such as 0x51 or E05.")
+    errors: list[InvalidField] | None = Field(default=None, description="Every part that is not valid.")
+
+
+def _declared(meaning: str) -> dict[str, Any]:
+    schema = {"$ref": "#/components/schemas/Problem"}
+    return {"description": meaning, "content": {MEDIA_TYPE: {"schema": schema}}}
+
+
+DECLARED: Final[dict[int | str, dict[str, Any]]] = {
+    "4XX": _declared("Refused, not possible, or the outcome is not known: `moved` says what the motor did."),
+    503: _declared("Nothing was sent, and nothing will be: it may be asked again."),
+}
+"""The problems of every route, for its OpenAPI entry."""
+
+
+def problem_of(error: GatewayError, instance: str, *, japanese: bool = False) -> Problem:
+    """Describe an error; a controller's own in Japanese, if that is wanted."""
+    problem = Problem(
+        type=TYPE_PREFIX + error.kind,
+        title=error.title,
+        status=_status_of(error),
+        detail=error.detail,
+        instance=instance,
+        moved=error.moved,
+        remedy=error.remedy,
+        retryable=error.retryable,
+        code=error.error_code if isinstance(error, ControllerError) else None,
+    )
+    if japanese and isinstance(error, ControllerError):
+        _translate(problem, error)
+    return problem
+
+
+def _translate(problem: Problem, error: ControllerError) -> None:
+    problem.title, problem.detail, problem.remedy = error.title_ja, error.detail_ja, error.remedy_ja
+
+
+def _status_of(error: GatewayError) -> int:
+    if isinstance(error, ControllerRefused) and error.lasting:
+        return 422
+    if isinstance(error, NotSent) and not error.retryable:
+        # A client that repeats it by itself would move what somebody has stopped, or has to look after first.
+        return 409
+    return next(_STATUS[kind] for kind in type(error).__mro__ if kind in _STATUS)
+
+
+def response_to(problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
+    """Send a problem."""
+    return Response(
+        problem.model_dump_json(exclude_none=True), problem.status, headers, media_type=MEDIA_TYPE
+    )
+
+
+def wants_japanese(request: Request) -> bool:
+    """Whether Japanese is what Accept-Language asks for first."""
+    first = request.headers.get("accept-language", "").partition(",")[0]
+    return first.partition(";")[0].strip().lower().partition("-")[0] == "ja"
+
+
+def instance_of(request: Request) -> str:
+    """The path of a request, as it may stand in a URI."""
+    return quote(request.scope["path"])
+
+
+def install(app: FastAPI) -> None:
+    """Let every error of the app be told as a problem."""
+    app.exception_handler(GatewayError)(_tell_gateway_error)
+    app.exception_handler(RequestValidationError)(_tell_invalid)
+    app.exception_handler(HTTPException)(_tell_http_error)
+    app.exception_handler(Exception)(_tell_fault)
+
+
+async def _tell_gateway_error(request: Request, error: GatewayError) -> Response:
+    japanese = wants_japanese(request)
+    problem = problem_of(error, instance_of(request), japanese=japanese)
+    headers = {"Vary": "Accept-Language"}
+    if japanese and isinstance(error, ControllerError):
+        headers["Content-Language"] = "ja"
+    if problem.status == 503:
+        headers["Retry-After"] = str(RETRY_AFTER_S)
+    return response_to(problem, headers)
+
+
+async def _tell_invalid(request: Request, error: RequestValidationError) -> Response:
+    taken = getattr(request.scope.get("route"), "body_field", None)
+    shape = taken.field_info.annotation if taken is not None else None
+    faults = faults_of(error.errors(), error.body, shape)
+    place, said = next(iter(faults.items()))
+    problem = _plain(request, 422, f"{place or 'The request body'}: {said}; nothing was sent.")
+    problem.errors = [InvalidField(field=place, message=said) for place, said in faults.items()]
+    return response_to(problem)
+
+
+async def _tell_http_error(request: Request, error: HTTPException) -> Response:
+    details = {
+        404: f"There is nothing at {instance_of(request)}; nothing was sent.",
+        405: f"{request.method} is not possible at {instance_of(request)}; nothing was sent.",
+    }
+    detail = details.get(error.status_code, error.detail)
+    return response_to(_plain(request, error.status_code, detail), error.headers)
+
+
+async def _tell_fault(request: Request, _error: Exception) -> Response:
+    detail = "The gateway itself has failed; the line's trace tells what was sent."
+    problem = _plain(request, 500, detail)
+    problem.moved = "unknown"
+    problem.remedy = "Read the body's status and position, and report the fault."
+    return response_to(problem)
+
+
+PHRASES = {413: "Request Entity Too Large"}
+"""Where versions of Python differ."""
+
+
+def _plain(request: Request, status: int, detail: str) -> Problem:
+    return plain_problem(status, detail, instance_of(request))
+
+
+def plain_problem(status: int, detail: str, instance: str) -> Problem:
+    """Describe an error that HTTP itself has a name for; nothing was sent to a controller."""
+    title = InvalidRequest.title if status == 422 else PHRASES.get(status) or HTTPStatus(status).phrase
+    kind = InvalidRequest.kind if status == 422 else title.lower().replace(" ", "-")
+    return Problem(
+        type=TYPE_PREFIX + kind,
+        title=title,
+        status=status,
+        detail=detail,
+        instance=instance,
+        moved="no",
+        remedy="See /docs for what can be asked.",
+        retryable=False,
+    )

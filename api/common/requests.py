@@ -1,0 +1,85 @@
+"""What routes have in common: the plant behind them, the names in their paths, and how long they wait."""
+
+import asyncio
+import re
+from collections.abc import Mapping
+from datetime import UTC, datetime, timedelta
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query, Request, Response
+from fastapi.routing import APIRoute
+from pydantic import BaseModel, ConfigDict
+
+from api.common.strict_json import StrictRoute
+from gateway.plant import Plant
+
+MAX_WAIT_S = 60
+"""No request waits longer for the end of what it has started."""
+
+_WAIT = re.compile(r'(?:^|[,;])\s*wait\s*=\s*"?(\d{1,9}(?:\.\d+)?)"?\s*(?:$|[,;])', re.IGNORECASE)
+
+LineId = Annotated[str, Path(description="The line's id.", examples=["arm"])]
+BodyId = Annotated[
+    str,
+    Path(description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F."),
+]
+GroupId = Annotated[
+    str,
+    Path(description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80."),
+]
+Wait = Annotated[
+    float | None,
+    Query(
+        ge=0,
+        le=MAX_WAIT_S,
+        allow_inf_nan=False,
+        description=f"Seconds to wait for the end, {MAX_WAIT_S} at most; or use the header `Prefer: wait=N`.",
+    ),
+]
+
+
+class RequestModel(BaseModel):
+    """A request body: nothing is converted, and nothing unknown is passed over."""
+
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def new_router(tag: str, route_class: type[APIRoute] = StrictRoute) -> APIRouter:
+    """Make a router, for strict JSON if nothing else is said, whose operations are named as their routes."""
+    return APIRouter(
+        route_class=route_class, tags=[tag], generate_unique_id_function=lambda route: route.name
+    )
+
+
+def plant_of(request: Request) -> Plant:
+    """The plant that the app serves."""
+    plant: Plant = request.app.state.plant
+    return plant
+
+
+def wait_s(request: Request, wait: float | None) -> float:
+    """How many seconds the client wants to wait: by the query, else by `Prefer` (RFC 7240)."""
+    if wait is None:
+        match = _WAIT.search(",".join(request.headers.getlist("prefer")))
+        wait = float(match[1]) if match else 0.0
+    return min(wait, float(MAX_WAIT_S))
+
+
+def wait_headers(waited_s: float) -> dict[str, str]:
+    """Tell the client for how long its wish to wait was granted (RFC 7240)."""
+    return {"Preference-Applied": f"wait={waited_s:g}"} if waited_s else {}
+
+
+def age_ms_of(at: float) -> float:
+    """Milliseconds since a moment on the event loop's clock."""
+    return round(max(0.0, asyncio.get_running_loop().time() - at) * 1000, 3)
+
+
+def utc_of(at: float) -> datetime:
+    """The wall time of a moment on the event loop's clock."""
+    return datetime.now(UTC) - timedelta(seconds=asyncio.get_running_loop().time() - at)
+
+
+def json_response(model: BaseModel, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+    """Answer with a model; it was validated when it was made."""
+    return Response(model.model_dump_json(), status, headers, media_type="application/json")

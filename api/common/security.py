@@ -1,0 +1,77 @@
+"""Which browsers and host names may talk to the gateway: what protects it until there is access control."""
+
+import json
+from collections.abc import Iterable
+from typing import Final
+
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from api.common.problems import MEDIA_TYPE, TYPE_PREFIX
+
+LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "[::1]"})
+CLOSE_POLICY_VIOLATION = 1008
+
+
+class SameSite:
+    """Refuses requests that a foreign web page makes a browser send, WebSocket handshakes included.
+
+    The Host header must name this machine, or a page could reach it by a name of its own (DNS rebinding). An
+    Origin, where there is one, must be that of the gateway itself or one of the configuration.
+    """
+
+    def __init__(self, app: ASGIApp, allowed_hosts: Iterable[str], allowed_origins: Iterable[str]) -> None:
+        self._app = app
+        self._hosts = LOOPBACK | {host.lower() for host in allowed_hosts}
+        self._origins = {origin.lower() for origin in allowed_origins}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or refuse it."""
+        reason = self._reason_against(scope) if scope["type"] in ("http", "websocket") else None
+        if reason is None:
+            await self._app(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await receive()
+            await send({"type": "websocket.close", "code": CLOSE_POLICY_VIOLATION, "reason": reason})
+        else:
+            await _refuse(scope, send, reason)
+
+    def _reason_against(self, scope: Scope) -> str | None:
+        host = origin = site = ""
+        for name, value in scope["headers"]:
+            if name == b"host":
+                host = value.decode("latin-1").lower()
+            elif name == b"origin":
+                origin = value.decode("latin-1").lower()
+            elif name == b"sec-fetch-site":
+                site = value.decode("latin-1").lower()
+        if _without_port(host) not in self._hosts:
+            return "The Host header is not a name of this gateway; see allowed_hosts in the configuration."
+        if origin and not self._is_allowed(origin, host):
+            return "Pages of this Origin may not use the gateway; see allowed_origins in the configuration."
+        if site == "cross-site" and not origin:
+            return "Pages of other sites may not use the gateway."
+        return None
+
+    def _is_allowed(self, origin: str, host: str) -> bool:
+        return origin in self._origins or origin in (f"http://{host}", f"https://{host}")
+
+
+def _without_port(host: str) -> str:
+    name, colon, port = host.rpartition(":")
+    return name if colon and port.isdecimal() else host
+
+
+async def _refuse(scope: Scope, send: Send, reason: str) -> None:
+    problem = {
+        "type": f"{TYPE_PREFIX}not-from-there",
+        "title": "Not from there",
+        "status": 403,
+        "detail": f"{reason} Nothing was sent.",
+        "instance": scope["path"],
+        "moved": "no",
+        "remedy": "",
+        "retryable": False,
+    }
+    headers = [(b"content-type", MEDIA_TYPE.encode())]
+    await send({"type": "http.response.start", "status": 403, "headers": headers})
+    await send({"type": "http.response.body", "body": json.dumps(problem).encode()})

@@ -1,0 +1,175 @@
+"""Request bodies: JSON of which nothing is guessed, rounded, overwritten or silently dropped."""
+
+import json
+import math
+from collections.abc import Callable, Coroutine
+from typing import Any, ClassVar
+
+from fastapi import HTTPException, Request, Response
+from fastapi.routing import APIRoute
+from starlette.requests import ClientDisconnect
+from starlette.types import Scope
+
+from api.common.idempotency import WITH_EFFECT, require_no_key
+from api.common.query_params import require_known
+from api.front.stop_paths import is_stop
+
+MAX_BODY_BYTES = 65_536
+"""A longer request body is refused with 413."""
+
+MAX_DEPTH = 16
+"""No request has more levels of arrays and objects; the deepest command has three."""
+
+MAX_KEYS = 100
+"""No object of a request has more keys; the largest has as many as a robot has settings."""
+
+MAX_DIGITS = 1000
+"""No whole number of a request has more digits; reading one takes the longer the more it has."""
+
+
+class NotStrict(ValueError):
+    """JSON by its grammar, but not to be trusted."""
+
+
+def parse(data: bytes) -> object:
+    """Read a JSON text.
+
+    :raises NotStrict: a key stands twice, a number is not finite, text is not Unicode, or it is too large.
+    :raises ValueError: it is no JSON, or not UTF-8.
+    """
+    try:
+        value: object = json.loads(
+            data.decode("utf-8"), object_pairs_hook=_object, parse_constant=float, parse_int=_integer
+        )
+    except RecursionError:
+        raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep") from None
+    _check(value, MAX_DEPTH, "")
+    return value
+
+
+def _integer(digits: str) -> float:
+    return int(digits) if len(digits) <= MAX_DIGITS else math.inf
+
+
+def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    if len(pairs) > MAX_KEYS:
+        raise NotStrict(f"an object has more than {MAX_KEYS} keys")
+    result = dict(pairs)
+    if len(result) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise NotStrict(f"the key {twice!a} stands there more than once")
+    return result
+
+
+def _check(value: object, levels: int, place: str) -> None:
+    """Refuse what is no number, lone surrogates, which no answer could repeat, and bottomless nesting."""
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise NotStrict(f"{place[-100:] or 'it'} is not a number, or too large a number")
+    elif isinstance(value, str):
+        if not value.isascii() and any("\ud800" <= character <= "\udfff" for character in value):
+            raise NotStrict("text holds half of a surrogate pair")
+    elif isinstance(value, dict | list):
+        if levels == 0:
+            raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep")
+        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            _check(key, levels - 1, place)
+            _check(item, levels - 1, f"{place}.{key}" if place else str(key))
+
+
+async def read_body(request: Request, most: int) -> bytes:
+    """Read the bytes of a request's body.
+
+    :raises HTTPException: 413 as soon as they are over `most`, 400 where the client leaves in the middle.
+    """
+    too_long = HTTPException(413, f"The request body is over {most} bytes; nothing was sent.")
+    if int(request.headers.get("content-length", 0)) > most:
+        raise too_long
+    received = bytearray()
+    try:
+        async for chunk in request.stream():
+            received += chunk
+            if len(received) > most:
+                raise too_long
+    except ClientDisconnect:
+        raise HTTPException(400, "The request ended in its middle; nothing was sent.") from None
+    return bytes(received)
+
+
+def _where(error: ValueError) -> str:
+    if isinstance(error, json.JSONDecodeError):
+        return f"it cannot be read at line {error.lineno}, column {error.colno}"
+    return "it is not UTF-8 text"
+
+
+class StrictRequest(Request):
+    """A request whose body is short and read by `parse`."""
+
+    async def body(self) -> bytes:
+        """Read the body's bytes; errors as of `read_body`."""
+        if not hasattr(self, "_body"):
+            self._body = await read_body(self, MAX_BODY_BYTES)
+        return self._body
+
+    async def json(self) -> Any:
+        """Read the body.
+
+        :raises HTTPException: 400 where it is no JSON, 422 where it is not strict.
+        """
+        try:
+            return parse(await self.body())
+        except NotStrict as error:
+            raise HTTPException(422, f"The request is not valid: {error}; nothing was sent.") from None
+        except ValueError as error:
+            raise HTTPException(
+                400, f"The request body is not JSON: {_where(error)}; nothing was sent."
+            ) from None
+
+
+class StrictRoute(APIRoute):
+    """A route that knows every part of its query, and takes its body as strict JSON or not at all.
+
+    A software stop goes out whatever stands in its query and in its headers.
+    """
+
+    refuses_keys: ClassVar[bool] = True
+    """Whether it refuses an Idempotency-Key before its body is read."""
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """Put the checks before the route's own handler."""
+        handle = super().get_route_handler()
+        takes_body = self.body_field is not None
+        stops = is_stop("POST", self.path)
+        refuses_keys = self.refuses_keys and not stops and not WITH_EFFECT.isdisjoint(self.methods or ())
+        known = [parameter.alias for parameter in self.dependant.query_params]
+
+        async def strict(request: Request) -> Response:
+            if not stops:
+                require_known(request, known)
+            if refuses_keys:
+                require_no_key(request)
+            if not takes_body:
+                return await handle(request)
+            scope = _as_json(request.scope) if stops else request.scope
+            strict_request = StrictRequest(scope, request.receive)
+            if await strict_request.body():
+                _require_json(strict_request)
+            return await handle(strict_request)
+
+        return strict
+
+
+def _as_json(scope: Scope) -> Scope:
+    """Take the body for JSON, whatever the header says of it."""
+    headers = [header for header in scope["headers"] if header[0] != b"content-type"]
+    return {**scope, "headers": [*headers, (b"content-type", b"application/json")]}
+
+
+def _require_json(request: Request) -> None:
+    content_type = request.headers.get("content-type", "")
+    if content_type.partition(";")[0].strip().lower() != "application/json":
+        raise HTTPException(
+            415,
+            f"The request body is {content_type or 'of no type'}, not application/json; nothing was sent.",
+        )

@@ -1,0 +1,475 @@
+"""HTTP as uvicorn speaks it, with bounds: no client makes the event loop work, or a stop wait, for long.
+
+What is asked for behind a request that is not answered yet waits for its turn, and is not begun once its
+client has left. Stops do not wait: they are begun as soon as their head has come, and only their answers keep
+the order.
+"""
+
+import asyncio
+import logging
+import re
+from collections import deque
+from dataclasses import dataclass
+from http import HTTPStatus
+from itertools import takewhile
+from typing import Any, ClassVar, Final
+from urllib.parse import quote, unquote
+
+import httptools
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.protocols.http.flow_control import HIGH_WATER_LIMIT, FlowControl
+from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol, RequestResponseCycle
+
+from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, plain_problem
+from api.front.admission import Admission, Admitted
+from api.front.drain import Drain
+from api.front.stop_paths import is_stop
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a client may take up."""
+
+    head_bytes: int = 16_384
+    """A longer head, trailer or chunk extension ends its connection."""
+    receive_s: float = 10.0
+    """A request has come as a whole by then."""
+    stall_s: float = 10.0
+    """Somebody who takes nothing of an answer for so long loses the connection."""
+    requests_ahead: int = 64
+    """Requests that may be sent ahead of the answers to those before them."""
+
+
+class Refused(Exception):
+    """A request that ends its connection; nothing of it was done."""
+
+    def __init__(self, status: int, detail: str) -> None:
+        super().__init__(detail)
+        self.status = status
+        self.detail = f"{detail} Nothing was sent."
+
+    def answer(self, default_headers: list[tuple[bytes, bytes]], path: str) -> bytes:
+        """The whole answer."""
+        problem = plain_problem(self.status, self.detail, path)
+        problem.retryable = self.status in (HTTPStatus.REQUEST_TIMEOUT, HTTPStatus.SERVICE_UNAVAILABLE)
+        content = problem.model_dump_json(exclude_none=True).encode()
+        headers = [
+            *default_headers,
+            (b"content-type", MEDIA_TYPE.encode()),
+            (b"content-length", str(len(content)).encode()),
+            (b"connection", b"close"),
+        ]
+        if self.status == HTTPStatus.SERVICE_UNAVAILABLE:
+            headers.append((b"retry-after", str(RETRY_AFTER_S).encode()))
+        lines = b"".join(b"%b: %b\r\n" % header for header in headers)
+        return b"%b%b\r\n%b" % (STATUS_LINE[self.status], lines, content)
+
+
+_KEY = re.compile(rb"[A-Za-z0-9+/]{22}==")
+_INSTANCE_BYTES = 200
+LINGER_S = 0.5
+"""A connection that was refused stays so long for its client to read why."""
+LINGER_BYTES = 262_144
+"""So much of what its client still sends is taken, and passed over."""
+NOT_HTTP: Final = "The request cannot be read as HTTP/1.1."
+FULL: Final = "All connections of the gateway are in use, and only stops are served beyond them."
+
+
+def refusal_in(error: httptools.HttpParserError) -> Refused:
+    """What was raised while the parser called us, or what it found itself."""
+    reason = error.__context__
+    if isinstance(reason, Refused):
+        return reason
+    if not isinstance(reason, httptools.HttpParserError | ValueError | None):
+        log.error("A request could not be taken in.", exc_info=reason)
+    return Refused(400, NOT_HTTP)
+
+
+class InTurn:
+    """A request as the application sees it: begun at its turn, a stop at once; answered at its turn."""
+
+    def __init__(self, app: ASGIApp, cycle: RequestResponseCycle) -> None:
+        self.cycle = cycle
+        self.is_stop = is_stop(cycle.scope["method"], cycle.scope["path"])
+        self.turn = asyncio.Event()
+        self.started = False
+        self._app = app
+        self._begun = False
+        self._taken = False
+        self._waits_for_body = False
+
+    @property
+    def undone(self) -> bool:
+        """Whether it is certain that nothing was done yet: it waits for its turn, or for its body."""
+        return not self._begun or self._waits_for_body
+
+    def give_up(self) -> None:
+        """Its client has left, or it can never be read as a whole."""
+        if not self.cycle.response_complete:
+            self.cycle.disconnected = True
+        self.cycle.message_event.set()
+        self.turn.set()
+
+    async def __call__(self, scope: Scope, _receive: Receive, _send: Send) -> None:
+        """Do what is asked for; nothing, where the client has left before, unless it is a stop."""
+        if self.cycle.disconnected and not self.is_stop:
+            return
+        self._begun = True
+        try:
+            await self._app(scope, self._receive, self._send)
+        except Exception:
+            await self.turn.wait()
+            raise
+
+    async def _receive(self) -> Message:
+        self._waits_for_body = not self._taken
+        try:
+            message: Any = await self.cycle.receive()
+        finally:
+            self._waits_for_body = False
+        if message["type"] == "http.disconnect" and self._has_all_of_a_stop():
+            # That its client has left since changes nothing.
+            message = {"type": "http.request", "body": bytes(self.cycle.body), "more_body": False}
+        self._taken = not message.get("more_body", False)
+        result: Message = message
+        return result
+
+    def _has_all_of_a_stop(self) -> bool:
+        return self.is_stop and not self._taken and not self.cycle.more_body
+
+    async def _send(self, message: Message) -> None:
+        await self.turn.wait()
+        await self.cycle.send(message)  # type: ignore[arg-type]  # two names for the same dictionaries
+
+
+class _Flow(FlowControl):
+    """Reading also pauses while something that was read has not been parsed."""
+
+    def __init__(self, transport: asyncio.Transport) -> None:
+        super().__init__(transport)
+        self.behind = False
+
+    def resume_reading(self) -> None:
+        """Read on, unless there is enough to parse."""
+        if not self.behind:
+            super().resume_reading()
+
+
+class HttpProtocol(HttpToolsProtocol):
+    """A connection."""
+
+    limits: ClassVar[Limits] = Limits()
+    admission: ClassVar[Admission]
+
+    flow: _Flow
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._drain: Drain
+        self._admitted = Admitted.EVERYTHING
+        self._under_way: deque[InTurn] = deque()
+        """Requests that are not answered yet, in their order; the first has its turn."""
+        self.url = b""
+        self._last_words: bytes | None = None
+        """What ends the connection when all that is under way was answered."""
+        self._unread = b""
+        self._quiet_bytes = 0
+        """Parsed since something last came of it: a head, a part of a body, or the end of a request."""
+        self._receiving = False
+        """Whether a request has begun to come and is not there as a whole."""
+        self._in_body = False
+        self._deadline: asyncio.TimerHandle | None = None
+
+    # the connection
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn does
+        """Decide what may be asked for."""
+        super().connection_made(transport)
+        self.flow = _Flow(transport)
+        self._drain = Drain(transport, self.limits.stall_s)
+        self._admitted = self.admission.admit(self, len(self.connections))
+        if self._admitted is Admitted.NOTHING:
+            transport.abort()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Begin nothing more that was asked for here."""
+        self._let_go()
+        self._end_of_receiving()
+        self.admission.leave(self)
+        self._drain.stop()
+        super().connection_lost(exc)
+
+    def eof_received(self) -> None:
+        """Do as if the client had left altogether: uvicorn closes the connection."""
+        self._let_go()
+
+    def give_way(self) -> None:
+        """End at once: others need the place."""
+        self.connections.discard(self)
+        self.transport.abort()
+
+    def shutdown(self) -> None:
+        """Answer what was begun, and nothing behind it."""
+        super().shutdown()
+        if self._under_way:
+            self._under_way[0].cycle.keep_alive = False
+
+    def pause_writing(self) -> None:
+        """The client does not take its answer as fast as it comes."""
+        super().pause_writing()
+        self._drain.watch()
+
+    def resume_writing(self) -> None:
+        """It has taken most of it."""
+        super().resume_writing()
+        self._drain.stop()
+
+    def _let_go(self) -> None:
+        for request in self._under_way:
+            request.give_up()
+
+    # what comes in
+
+    def data_received(self, data: bytes) -> None:
+        """Parse it in pieces that are soon parsed; others have their turn in between."""
+        if self._last_words is not None:
+            self._pass_over(data)
+            return
+        self._unset_keepalive_if_required()
+        self.admission.ask(self)
+        parsing = bool(self._unread)
+        self._unread += data
+        if not parsing:
+            self._parse()
+
+    def _parse(self) -> None:
+        if self.transport.is_closing() or not self._unread:
+            return
+        room = self.limits.head_bytes - self._quiet_bytes
+        piece, self._unread = self._unread[:room], self._unread[room:]
+        self._quiet_bytes += len(piece)
+        self._receiving = True
+        try:
+            self.parser.feed_data(piece)
+        except httptools.HttpParserUpgrade as upgrade:
+            self._upgrade(piece[upgrade.args[0] :])
+        except httptools.HttpParserError as error:
+            self._refuse(refusal_in(error))
+        else:
+            self._parse_on()
+
+    def _parse_on(self) -> None:
+        if self._quiet_bytes >= self.limits.head_bytes:
+            self._refuse(Refused(431, f"The request's head is over {self.limits.head_bytes} bytes."))
+            return
+        if self._receiving:
+            self._expect_the_rest()
+        if self._unread:
+            self.flow.behind = True
+            self.flow.pause_reading()
+            self.loop.call_soon(self._parse)
+        elif self.flow.behind:
+            self._read_on()
+
+    def _read_on(self) -> None:
+        self.flow.behind = bool(self._unread)
+        if not (self._in_body and self.cycle.more_body and len(self.cycle.body) > HIGH_WATER_LIMIT):
+            self.flow.resume_reading()
+
+    def _upgrade(self, rest: bytes) -> None:
+        """Hand a WebSocket over; read what offers another protocol as if it did not (RFC 9110 7.8)."""
+        if self._should_upgrade():
+            self._end_of_receiving()
+            self._drain.stop()
+            self.admission.leave(self)
+            self.flow.behind = False
+            self.flow.resume_reading()
+            self.handle_websocket_upgrade()
+            return
+        # The parser takes no body of a request that offers a protocol, though it may have one.
+        version = self.parser.get_http_version().encode()
+        lines = [b"%b: %b" % header for header in self.headers if header[0] != b"upgrade"]
+        head = [self.parser.get_method() + b" " + self.url + b" HTTP/" + version, *lines, b"", b""]
+        self._unread = b"\r\n".join(head) + rest + self._unread
+        self._quiet_bytes = 0
+        self.parser = httptools.HttpRequestParser(self)
+        self.parser.set_dangerous_leniencies(lenient_data_after_close=True)
+        self._parse_on()
+
+    # what the parser finds; what is raised here comes out of `feed_data`
+
+    def on_message_begin(self) -> None:
+        """Begin a request."""
+        super().on_message_begin()
+        self._receiving = True
+        self._in_body = False
+
+    def on_headers_complete(self) -> None:
+        """Begin what has its turn."""
+        self._quiet_bytes = 0
+        self._require_good_head()
+        upgrade = self.parser.should_upgrade()
+        if upgrade and not self._should_upgrade():
+            return
+        self._in_body = not upgrade
+        super().on_headers_complete()
+        if self.pipeline:
+            self._take(*self.pipeline.pop())
+            self._read_on()
+
+    def on_body(self, body: bytes) -> None:
+        """Take a part of a body."""
+        self._quiet_bytes = 0
+        super().on_body(body)
+
+    def on_message_complete(self) -> None:
+        """The request has come as a whole."""
+        self._quiet_bytes = 0
+        self._end_of_receiving()
+        if not self.parser.should_upgrade():
+            super().on_message_complete()
+            self._read_on()
+
+    def _require_good_head(self) -> None:
+        method = self.parser.get_method().decode("ascii")
+        path = unquote(self.url.partition(b"?")[0].decode("latin-1"))
+        self._require_room(stops=is_stop(method, path))
+        if not path.startswith("/"):
+            raise Refused(400, "The target of the request is not a path of this gateway, such as /bodies.")
+        hosts = sum(name == b"host" for name, _ in self.headers)
+        if hosts > 1 or (hosts == 0 and self.parser.get_http_version() != "1.0"):
+            raise Refused(400, f"The request has {hosts or 'no'} Host headers; it takes one.")
+        if self.parser.should_upgrade() and self._should_upgrade():
+            self._require_good_handshake(method)
+
+    def _require_room(self, *, stops: bool) -> None:
+        if self._admitted is Admitted.STOPS and not stops:
+            raise Refused(503, FULL)
+        most = self.limits.requests_ahead
+        if len(self._under_way) >= (2 * most if stops else most):
+            raise Refused(503, f"More than {most} requests were sent ahead of an answer.")
+
+    def _require_good_handshake(self, method: str) -> None:
+        """Refuse a WebSocket that cannot be opened (RFC 6455 4.2.1)."""
+        headers = dict(self.headers)
+        if self._under_way:
+            raise Refused(400, "A WebSocket was asked for ahead of the answer to another request.")
+        if method != "GET" or self.parser.get_http_version() != "1.1":
+            raise Refused(400, "A WebSocket is opened by GET with HTTP/1.1.")
+        if headers.get(b"sec-websocket-version") != b"13":
+            raise Refused(400, "A WebSocket is opened with the header Sec-WebSocket-Version: 13.")
+        if not _KEY.fullmatch(headers.get(b"sec-websocket-key", b"")):
+            raise Refused(400, "A WebSocket is opened with a Sec-WebSocket-Key of 16 bytes in base64.")
+
+    # requests under way
+
+    def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
+        """Uvicorn says so of a request with none before it."""
+        self._take(cycle, app)
+
+    def _take(self, cycle: RequestResponseCycle, app: Any) -> None:
+        request = InTurn(app, cycle)
+        self._under_way.append(request)
+        if self._admitted is Admitted.STOPS:
+            cycle.keep_alive = False
+            self.admission.stop(self)
+        if request is self._under_way[0]:
+            request.turn.set()
+        if request.is_stop or request.turn.is_set():
+            self._begin(request)
+
+    def _begin(self, request: InTurn) -> None:
+        request.started = True
+        super()._start_asgi_task(request.cycle, request)  # type: ignore[arg-type]  # an ASGI application
+
+    def on_response_complete(self) -> None:
+        """Let the next request have its turn."""
+        self._under_way.popleft()
+        if self.transport.is_closing():
+            self._drain.watch()
+        elif self._under_way:
+            self.server_state.total_requests += 1
+            self._expect_the_rest_anew()
+            self._read_on()
+            first = self._under_way[0]
+            first.turn.set()
+            if not first.started:
+                self._begin(first)
+        elif self._last_words is not None:
+            self._say_last_words()
+        else:
+            super().on_response_complete()
+            self._expect_the_rest_anew()
+            self.admission.rest(self)
+
+    # requests that are refused, or do not come
+
+    def _expect_the_rest(self) -> None:
+        if self._deadline is None:
+            self._deadline = self.loop.call_later(self.limits.receive_s, self._too_slow)
+
+    def _expect_the_rest_anew(self) -> None:
+        """What came behind a request that was being answered had no time of its own yet."""
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+            self._expect_the_rest()
+
+    def _end_of_receiving(self) -> None:
+        self._receiving = False
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+
+    def _too_slow(self) -> None:
+        self._deadline = None
+        if self.transport.is_closing():
+            return
+        last = self._under_way[-1] if self._under_way else None
+        if last is None or (len(self._under_way) == 1 and self._in_body and last.undone):
+            self._refuse(Refused(408, f"The request did not come as a whole in {self.limits.receive_s:g} s."))
+        else:
+            self._expect_the_rest()
+
+    def _refuse(self, refused: Refused) -> None:
+        """End the connection with an answer; before it comes what was begun, and nothing that was not."""
+        path = quote(self.url.partition(b"?")[0][:_INSTANCE_BYTES], safe="/%")
+        words = refused.answer(self.server_state.default_headers, path)
+        self._last_words = b"" if self._in_body and not self._take_back() else words
+        self._end_of_receiving()
+        self._unread = b""
+        self.flow.behind = True
+        self.flow.pause_reading()
+        begun = len(list(takewhile(lambda request: request.started, self._under_way)))
+        while len(self._under_way) > begun:
+            self._under_way.pop().give_up()
+        if not self._under_way:
+            self._say_last_words()
+
+    def _take_back(self) -> bool:
+        """Give up the request whose body is coming, if nothing was done yet because of it."""
+        last = self._under_way[-1] if self._under_way else None
+        if last is None or not last.undone or last.cycle.response_started:
+            return False
+        self._under_way.pop()
+        last.give_up()
+        return True
+
+    def _say_last_words(self) -> None:
+        """Answer, and close a moment later: a client that still sends then may lose the answer."""
+        self.transport.write(self._last_words or b"")
+        self.transport.write_eof()
+        self.flow.behind = False
+        self.flow.resume_reading()
+        self.loop.call_later(LINGER_S, self._close)
+
+    def _close(self) -> None:
+        self.transport.close()
+        self._drain.watch()
+
+    def _pass_over(self, data: bytes) -> None:
+        self._quiet_bytes += len(data)
+        if self._quiet_bytes > LINGER_BYTES:
+            self.flow.pause_reading()

@@ -1,0 +1,22 @@
+"""The protocols that a server speaks with clients, with its limits."""
+
+from api.front.admission import Admission
+from api.front.http_protocol import HttpProtocol, Limits
+from api.front.websocket_protocol import WebSocketProtocol
+
+DEFAULT = Limits()
+
+
+def protocols(
+    max_connections: int, bounds: Limits = DEFAULT
+) -> tuple[type[HttpProtocol], type[WebSocketProtocol]]:
+    """Make the protocols of one server, whose connections share one limit."""
+
+    class Http(HttpProtocol):
+        limits = bounds
+        admission = Admission(max_connections)
+
+    class WebSocket(WebSocketProtocol):
+        limits = bounds
+
+    return Http, WebSocket

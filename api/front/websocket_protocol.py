@@ -1,0 +1,89 @@
+"""WebSockets as uvicorn speaks them; whatever a client sends or does not read, its socket ends in time."""
+
+import asyncio
+from typing import Any, ClassVar, cast
+
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.frames import CloseCode
+
+from api.front.drain import Drain
+from api.front.http_protocol import Limits, Refused
+
+
+class WebSocketProtocol(WebSocketsSansIOProtocol):
+    """A connection."""
+
+    limits: ClassVar[Limits] = Limits()
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Take it over from HTTP."""
+        super().connection_made(transport)
+        self._drain = Drain(cast("asyncio.Transport", transport), self.limits.stall_s)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Forget it."""
+        self._drain.stop()
+        super().connection_lost(exc)
+
+    def pause_writing(self) -> None:
+        """The client does not take events as fast as they come."""
+        super().pause_writing()
+        self._drain.watch()
+
+    def resume_writing(self) -> None:
+        """It has taken most of them."""
+        super().resume_writing()
+        self._drain.stop()
+
+    def data_received(self, data: bytes) -> None:
+        """Answer a handshake, or take frames; what they say is not read."""
+        super().data_received(data)
+        if self.conn.handshake_exc is not None and not self.handshake_initiated:
+            refused = Refused(431, "A header of the request is too long for a WebSocket, or it has too many.")
+            self.transport.write(refused.answer(self.default_headers, ""))
+            self._close()
+
+    def send_receive_event_to_app(self) -> None:
+        """Take a message; a text that is none is the client's mistake, and no error of the gateway."""
+        if self.curr_msg_data_type == "text" and not self.close_sent and not _is_text(b"".join(self.frames)):
+            self.frames = []
+            self.conn.fail(CloseCode.INVALID_DATA, "text is not UTF-8")
+            self.handle_parser_exception()
+            return
+        super().send_receive_event_to_app()
+
+    def handle_parser_exception(self) -> None:
+        """Close with the code of what the client has done wrong."""
+        if self.conn.close_sent is None:  # frames before the handshake was answered
+            self.transport.abort()
+            return
+        super().handle_parser_exception()
+        self._drain.watch()
+
+    def keepalive_timeout(self) -> None:
+        """Close; the client has not answered for long, and will not take what it is sent."""
+        super().keepalive_timeout()
+        self._drain.watch()
+
+    def shutdown(self) -> None:
+        """Close, because the gateway ends."""
+        super().shutdown()
+        self._drain.watch()
+
+    async def send(self, message: Any) -> None:
+        """Send for the application."""
+        await super().send(message)
+        if message["type"] == "websocket.close":
+            self._drain.watch()
+
+    def _close(self) -> None:
+        self.transport.close()
+        self._drain.watch()
+
+
+def _is_text(data: bytes) -> bool:
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        return False
+    return True

@@ -1,0 +1,1 @@
+"""The composition root: the command line, the server process and the demo."""

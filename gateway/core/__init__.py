@@ -1,0 +1,1 @@
+"""What all families of controllers share: it knows none of them."""

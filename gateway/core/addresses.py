@@ -1,0 +1,29 @@
+"""How bodies, groups and robots are addressed: in any case, and answered in one."""
+
+import re
+
+from gateway.core.errors import InvalidRequest
+
+_NUMBERED = re.compile("(?:[a-z][a-z0-9-]*[.])?[0-9][0-9a-f]", re.ASCII | re.IGNORECASE)
+"""Numbers of bodies and groups all begin with a digit, ids of robots with a letter."""
+_ROBOT = re.compile("[a-z][a-z0-9-]*(?:/units/[0-9]+)?", re.ASCII | re.IGNORECASE)
+
+
+def numbered_address(text: str) -> str:
+    """Write the address of a body or group as it is answered, `arm.3F`; whether there is one shows later."""
+    line, dot, number = text.rpartition(".")
+    return f"{line.lower()}{dot}{number.upper()}"
+
+
+def canonical_address(text: str) -> str:
+    """Write any address as it is answered: `3F`, `arm.3F`, `r1` or `r1/units/1`.
+
+    :raises InvalidRequest: it is neither a body's nor a robot's.
+    """
+    if _NUMBERED.fullmatch(text):
+        return numbered_address(text)
+    if _ROBOT.fullmatch(text):
+        return text.lower()
+    raise InvalidRequest(
+        f"{text!r} is no address of a body or robot.", "Give addresses such as 3F, line.3F, r1 or r1/units/1."
+    )

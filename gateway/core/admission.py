@@ -1,0 +1,31 @@
+"""What may be begun now: nothing at the end of the gateway, and nothing that may be too old."""
+
+from gateway.core.errors import HeldUp, ShuttingDown
+from gateway.core.loop_watch import LoopWatch
+
+
+class Admission:
+    """Asked before whatever moves or changes something; reads and stops go without."""
+
+    def __init__(self, watch: LoopWatch | None = None) -> None:
+        self._watch = watch or LoopWatch()
+        self._ended = False
+
+    def require(self) -> None:
+        """Refuse what comes too late.
+
+        :raises ShuttingDown: the gateway ends.
+        :raises HeldUp: it was suspended, and the request may have come meanwhile.
+        """
+        if self._ended:
+            raise ShuttingDown
+        if self._watch.in_doubt():
+            raise HeldUp
+
+    def revise(self) -> None:
+        """See that nothing is written that was admitted before a suspension."""
+        self._watch.look()
+
+    def end(self) -> None:
+        """Let nothing begin any more."""
+        self._ended = True

@@ -1,0 +1,276 @@
+"""What can go wrong between a request and a controller, said in one sentence each."""
+
+from typing import Any, ClassVar, Literal, Protocol
+
+from protocols.table import Command, Retry
+
+Moved = Literal["no", "yes", "unknown"]
+
+
+class GatewayError(Exception):
+    """A request was not carried out, or its outcome is not known.
+
+    `kind` is the stable name of the error, `moved` says whether the motor did anything because of the
+    request, `remedy` what to do next, `retryable` whether the same request may succeed later by itself.
+    """
+
+    kind: ClassVar[str] = "gateway-error"
+    title: ClassVar[str] = "The request was not carried out"
+    moved: Moved = "no"
+    retryable: bool = False
+
+    def __init__(self, detail: str, remedy: str = "") -> None:
+        super().__init__(detail)
+        self.detail = detail
+        self.remedy = remedy
+
+
+class NotFound(GatewayError):
+    """There is no such line, body, group, move, scan or command."""
+
+    kind = "not-found"
+    title = "No such thing"
+
+
+class Ambiguous(GatewayError):
+    """A short address fits bodies, or groups, on several lines."""
+
+    kind = "ambiguous-address"
+    title = "Several lines have this address"
+
+
+class InvalidRequest(GatewayError):
+    """The request can never be carried out as it stands."""
+
+    kind = "invalid-request"
+    title = "The request is not valid"
+
+
+class NotAllowed(GatewayError):
+    """The configuration forbids it."""
+
+    kind = "not-allowed"
+    title = "Switched off in the configuration"
+
+
+class BodyBusy(GatewayError):
+    """The body, or the line, is doing something that excludes the request."""
+
+    kind = "body-busy"
+    title = "The body is busy"
+    retryable = True
+
+
+class NotSent(GatewayError):
+    """Nothing was written to the line for this request, and nothing will be."""
+
+    kind = "not-sent"
+    title = "Nothing was sent"
+    retryable = True
+
+
+class LineDown(NotSent):
+    """The line's port is not open."""
+
+    kind = "line-down"
+    title = "The line is down"
+
+
+class BodyOffline(NotSent):
+    """The body has stopped answering; it is probed in the background."""
+
+    kind = "body-offline"
+    title = "The body does not answer"
+
+
+class QueueFull(NotSent):
+    """Too many requests wait for this body."""
+
+    kind = "queue-full"
+    title = "Too many requests are waiting"
+
+
+class Expired(NotSent):
+    """The request could not be started in the time it allowed."""
+
+    kind = "expired"
+    title = "It was too late to start"
+
+    def __init__(self, waited_for: str = "line") -> None:
+        super().__init__(f"The {waited_for} was not free in time; nothing was sent.", "Try again.")
+
+
+class Cancelled(NotSent):
+    """A stop, or the end of the gateway, removed the request from the queue."""
+
+    kind = "cancelled"
+    title = "Cancelled before it was sent"
+    retryable = False  # what somebody has just stopped must not be started again by itself
+
+
+class StoppedFirst(Cancelled):
+    """A stop came between a request and the moment it could be sent."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "A stop came first; nothing was sent.", "Send the command again if it is still wanted."
+        )
+
+
+class HeldUp(NotSent):
+    """The gateway was suspended, or held up for seconds, between a request and its turn to be sent."""
+
+    kind = "held-up"
+    title = "The gateway was held up"
+
+    def __init__(self) -> None:
+        super().__init__(
+            "The gateway was suspended or held up for seconds, so the request may be older than its sender "
+            "expects; nothing was sent.",
+            "Send it again if it is still wanted.",
+        )
+
+
+class ShuttingDown(NotSent):
+    """The gateway has been told to end: it lets nothing begin any more."""
+
+    kind = "shutting-down"
+    title = "The gateway is shutting down"
+
+    def __init__(self) -> None:
+        super().__init__(
+            "The gateway is shutting down; nothing was sent.", "Send it again when the gateway is back."
+        )
+
+
+Overtaking = type[StoppedFirst] | type[HeldUp] | type[ShuttingDown]
+"""What can come between the admission of a command and the moment it could be sent."""
+OVERTAKEN = StoppedFirst, HeldUp, ShuttingDown
+
+
+class PowerCycled(NotSent):
+    """A controller has been switched off and on: what it knew of places is gone, and somebody has to know."""
+
+    kind = "power-cycled"
+    title = "The controller has lost its power"
+    retryable = False
+
+
+class NoReply(GatewayError):
+    """The command was written, and no reply could be credited to it.
+
+    Reads and settings move nothing, whether they were executed or not; of every other `command`, and of one
+    that is not told, nobody knows.
+    """
+
+    kind = "no-reply"
+    title = "No reply"
+    moved: Moved = "unknown"
+
+    def __init__(self, detail: str, remedy: str = "", command: Command[Any] | None = None) -> None:
+        super().__init__(detail, remedy)
+        if command is not None and command.retry in (Retry.READ, Retry.SETTING):
+            self.moved = "no"
+            self.retryable = command.may_repeat()
+
+
+class GarbledReply(NoReply):
+    """The command was written, and what came back could not be its reply."""
+
+    kind = "garbled-reply"
+    title = "The reply was garbled"
+
+
+class NotExecuted(GatewayError):
+    """The command was written, but the controller's own state proves that it was not executed."""
+
+    kind = "not-executed"
+    title = "The command was lost on its way"
+
+
+class MoveFailed(GatewayError):
+    """A move was begun and did not end as it should."""
+
+    kind = "move-failed"
+    title = "The move failed"
+    moved = "yes"
+
+
+class ErrorText(Protocol):
+    """What one error of a controller means and what helps, in both languages."""
+
+    @property
+    def en(self) -> str:
+        """What it means, in English."""
+
+    @property
+    def ja(self) -> str:
+        """What it means, in Japanese."""
+
+    @property
+    def remedy_en(self) -> str:
+        """What helps, in English."""
+
+    @property
+    def remedy_ja(self) -> str:
+        """What helps, in Japanese."""
+
+
+class ControllerError(GatewayError):
+    """An error that a controller has told by a code of its own, so it is worded in both languages."""
+
+    title_ja: ClassVar[str] = "コントローラがエラーを報告しました"
+
+    def __init__(self, detail: str, command_code: str, error_code: str | None, text: ErrorText) -> None:
+        super().__init__(detail, text.remedy_en)
+        self.command_code = command_code
+        self.error_code = error_code
+        """As its manual writes it, such as 0x51 or E05; None where the controller told none."""
+        self.detail_ja = f"{command_code}: {text.ja}"
+        self.remedy_ja = text.remedy_ja
+
+
+class ControllerRefused(ControllerError):
+    """The controller has answered with an error: the command was not executed.
+
+    `lasting` says that the same request meets it again until it, or a setting, is changed.
+    """
+
+    kind = "controller-refused"
+    title = "The controller refused"
+    title_ja = "コントローラが実行を拒否しました"
+
+    def __init__(
+        self, address: str, command_code: str, error_code: str | None, text: ErrorText, *, lasting: bool
+    ) -> None:
+        super().__init__(
+            f"{address} refused {command_code}: {text.en} Nothing moved because of it.",
+            command_code,
+            error_code,
+            text,
+        )
+        self.address = address
+        self.lasting = lasting
+        self.detail_ja += " このコマンドではモータは動いていません。"
+
+
+class CommandGarbled(ControllerRefused):
+    """A refusal of something else than what was sent: the line has damaged the command."""
+
+    kind = "command-garbled"
+    title = "The command was garbled on its way"
+    title_ja = "コマンドが通信中に壊れました"
+    retryable = True
+
+    def __init__(self, address: str, command_code: str, error_code: str | None, text: ErrorText) -> None:
+        super().__init__(address, command_code, error_code, text, lasting=False)
+        self.detail = (
+            f"{command_code} was sent as the manual has it, and {address} refused what arrived: "
+            f"{text.en} The line has damaged it, or the controller is not the one that is configured. "
+            "Nothing moved because of it."
+        )
+        self.remedy = (
+            "Send it again if it is still wanted; if that does not help, check the line and the "
+            "configuration."
+        )
+        self.remedy_ja = "必要であれば再送信してください。繰り返す場合は配線と設定を確認してください。"

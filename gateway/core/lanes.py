@@ -1,0 +1,24 @@
+"""Who goes first on a line."""
+
+from enum import IntEnum
+
+
+class Lane(IntEnum):
+    """Who goes first: the lower number."""
+
+    STOP = 0
+    PROOF = 1
+    """Questions a motor waits for: whether a stop has worked, and what is to be known before a move."""
+    COMMAND = 2
+    AGAIN = 3
+    """Stops repeated to whoever has not answered the last one and may be dead."""
+    READ = 4
+
+
+STOPS = (Lane.STOP, Lane.AGAIN)
+QUESTIONS = (Lane.READ, Lane.PROOF)
+IMPATIENT = (Lane.COMMAND, Lane.READ)
+"""What people wait for: it is too late some day, and has its turn before that."""
+
+QUEUE_LIMIT = 64
+"""Exchanges that may wait for one body, or robot, in one lane."""

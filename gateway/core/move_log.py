@@ -1,0 +1,72 @@
+"""The moves that are remembered: those under way, and the newest of those that are over."""
+
+import asyncio
+import secrets
+from collections import OrderedDict
+from datetime import datetime
+from typing import Generic, TypeVar
+
+from gateway.core.errors import NotFound
+from gateway.core.move_record import MoveRecord
+from gateway.core.waiting import happens
+
+HISTORY = 1000
+"""Finished moves that are kept, for all bodies or all robots together."""
+
+
+M = TypeVar("M", bound=MoveRecord)
+
+
+class MoveLog(Generic[M]):
+    """Moves by their ids, and who waits for their ends."""
+
+    def __init__(self) -> None:
+        self._moves: OrderedDict[str, M] = OrderedDict()
+        self._over: dict[str, asyncio.Event] = {}
+
+    def add(self, move: M) -> None:
+        """Remember a new move; the oldest that are over may be forgotten for it."""
+        self._moves[move.id] = move
+        self._over[move.id] = asyncio.Event()
+        surplus = len(self._moves) - HISTORY
+        old = [it.id for it in self._moves.values() if it.status.final] if surplus > 0 else []
+        for move_id in old[:surplus]:
+            del self._moves[move_id], self._over[move_id]
+
+    def end(self, move: M) -> None:
+        """The move is over: tell who waits."""
+        self._over[move.id].set()
+
+    def let_go(self) -> None:
+        """Let nobody wait any longer: the gateway ends, and the moves may go on."""
+        for over in self._over.values():
+            over.set()
+
+    def get(self, move_id: str) -> M:
+        """Find a move by its id.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        move = self._moves.get(move_id)
+        if move is None:
+            raise NotFound(
+                f"There is no move {move_id}; finished moves are kept until {HISTORY} newer ones exist "
+                "or the gateway is restarted."
+            )
+        return move
+
+    def of(self, address: str) -> list[M]:
+        """The moves of a body or a unit, newest first."""
+        return [move for move in reversed(self._moves.values()) if move.body_id == address]
+
+    async def wait(self, move_id: str, timeout_s: float) -> M:
+        """Give the move when it is over, or as it is when the time is up."""
+        move = self.get(move_id)
+        if not move.status.final and timeout_s > 0:
+            await happens(self._over[move_id], timeout_s)
+        return move
+
+
+def new_id(now: datetime) -> str:
+    """An id for a move that begins now; ids sort by time."""
+    return f"{int(now.timestamp() * 1000):012x}{secrets.token_hex(4)}"

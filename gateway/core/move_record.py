@@ -1,0 +1,99 @@
+"""What is told of every move, of a body or of a robot's unit: its life from the request to the end."""
+
+from datetime import datetime
+from enum import StrEnum
+from typing import Literal, Self
+
+from pydantic import Field
+
+from gateway.core.errors import ControllerError, GatewayError, Moved
+from gateway.core.records import Record
+
+LOST_AFTER_S = 30.0
+"""What has not answered this long in the middle of a move has lost it."""
+
+MoveKind = Literal["relative", "absolute", "home", "continuous", "interpolated"]
+
+
+class MoveStatus(StrEnum):
+    """Where a move is in its life."""
+
+    QUEUED = "queued"
+    SENT = "sent"
+    MOVING = "moving"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    STOPPED = "stopped"
+    REJECTED = "rejected"
+    CANCELLED = "cancelled"
+    LOST = "lost"
+    UNKNOWN = "unknown"
+
+    @property
+    def final(self) -> bool:
+        """Whether nothing more will become of it."""
+        return self not in (MoveStatus.QUEUED, MoveStatus.SENT, MoveStatus.MOVING)
+
+
+class MoveError(Record):
+    """Why a move did not succeed, in the words of a problem detail."""
+
+    type: str = Field(description="The kind of error; stable.")
+    title: str
+    detail: str
+    moved: Moved = Field(description="Whether the motor did anything because of this move.")
+    remedy: str
+    controller_error: str | None = Field(
+        default=None, description="The controller's error code, such as 0x51."
+    )
+
+    @classmethod
+    def of(cls, error: GatewayError) -> Self:
+        """An error as it stands in a move."""
+        return cls(
+            type=error.kind,
+            title=error.title,
+            detail=error.detail,
+            moved=error.moved,
+            remedy=error.remedy,
+            controller_error=error.error_code if isinstance(error, ControllerError) else None,
+        )
+
+
+class MoveRecord(Record):
+    """One move, from the request to its end."""
+
+    id: str
+    body_id: str = Field(description="Address of what moves: a body, LINE.3F, or a unit, ROBOT/units/1.")
+    status: MoveStatus = MoveStatus.QUEUED
+    command: str = Field(description="The three characters of the controller's command.")
+    frame: str = Field(description="The exact bytes, CR as \\r.")
+    evidence: list[str] = Field(default_factory=list, description="How the gateway knows what it says.")
+    error: MoveError | None = None
+    created_at: datetime
+    sent_at: datetime | None = None
+    acknowledged_at: datetime | None = None
+    ended_at: datetime | None = None
+    event_cursor: str = Field(
+        default="", description="Events after this cursor include all later news of the move."
+    )
+
+
+class Move(MoveRecord):
+    """One move of one body."""
+
+    group_id: str | None = Field(default=None, description="The group it was sent to, if it was.")
+    kind: MoveKind
+    end_cause: str | None = Field(
+        default=None,
+        description="normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the "
+        "controller says; not_executed or position_mismatch as the gateway found.",
+    )
+    start_position: int | None = Field(default=None, description="In pulses, before the move.")
+    target_position: int | None = Field(
+        default=None, description="In pulses, where it can be known beforehand."
+    )
+    position: int | None = Field(default=None, description="In pulses, as last read.")
+    completion: Literal["frame", "polling"] | None = Field(
+        default=None, description="Whether the end was announced by the link master or found by polling."
+    )

@@ -1,0 +1,45 @@
+"""How long a body has been silent in the middle of a move, and how long it could not be asked at all."""
+
+from gateway.core.move_record import LOST_AFTER_S
+
+OUT_OF_REACH_S = 300.0
+"""A move whose body could not even be asked for so long is not followed any more: nobody knows its end."""
+
+
+class Silence:
+    """Counts the questions that were not answered, in seconds. It has no clock: times are given.
+
+    Only what was written to a line that works counts as silence of the body. A line that is down, crowded or
+    garbled, or a gateway that was held up, does not: that counts as being out of reach.
+    """
+
+    def __init__(self, now: float, longest_s: float) -> None:
+        self._longest_s = longest_s
+        """No question counts for longer."""
+        self._counted_until = now
+        self.silent_s = 0.0
+        self.out_of_reach_s = 0.0
+
+    def answered(self, now: float) -> None:
+        """The body has answered."""
+        self._counted_until = now
+        self.silent_s = self.out_of_reach_s = 0.0
+
+    def unanswered(self, now: float, *, silent: bool) -> None:
+        """It has not: because it is silent, or because it could not be asked."""
+        passed_s = min(now - self._counted_until, self._longest_s)
+        self._counted_until = now
+        if silent:
+            self.silent_s += passed_s
+        else:
+            self.out_of_reach_s += passed_s
+
+    @property
+    def of_body(self) -> bool:
+        """Whether the body itself has been silent too long."""
+        return self.silent_s >= LOST_AFTER_S
+
+    @property
+    def too_long(self) -> bool:
+        """Whether it is no use to go on asking."""
+        return self.of_body or self.out_of_reach_s >= OUT_OF_REACH_S

@@ -1,0 +1,144 @@
+"""A stop that is under way: repeated until standstill is proved, however long that takes."""
+
+import asyncio
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Literal, Protocol
+
+from gateway.core.errors import GatewayError
+from gateway.core.waiting import happens
+
+StopMode = Literal["decelerate", "immediate"]
+StopState = Literal["requested", "sent", "acknowledged", "confirmed", "not_sent"]
+
+REPEAT_S = 0.1
+"""A stop is repeated this often until standstill is proved."""
+HURRY_S = 60.0
+"""After this time it is repeated only every `REPEAT_SLOWLY_S`, which leaves others their time."""
+REPEAT_SLOWLY_S = 1.0
+CONFIRM_WITHIN_S = 2.0
+"""After this time without standstill an event calls for the hardware stop; the stop is still repeated."""
+RECORD_WITHIN_S = 1.0
+"""A move that was stopped is recorded within this; if not, the next one does not wait any longer."""
+UNCONFIRMED = "Standstill is not confirmed: use the hardware stop."
+
+
+class Report(Protocol):
+    """How far a stop has come, as people are told."""
+
+    state: StopState
+    detail: str | None
+
+
+class Stopping(ABC):
+    """The stop of a body or a robot. Only standstill ends it."""
+
+    silent_after_s = REPEAT_S
+    """So long after the last reply on its line nobody is on the point of answering."""
+
+    def __init__(self, mode: StopMode, report: Report) -> None:
+        self.mode = mode
+        self._report = report
+        self._began_at = asyncio.get_running_loop().time()
+        self._overdue = False
+        self._trouble: str | None = None
+        """Why it was not sent."""
+        self._at_once = asyncio.Event()
+
+    # what a body or a robot adds
+
+    @abstractmethod
+    def submit(self) -> None:
+        """Send the stop, and note what becomes of it whenever that is known."""
+
+    @abstractmethod
+    async def stands_still(self) -> bool:
+        """Whether the controller itself says so, and nothing runs there that could move it again."""
+
+    @abstractmethod
+    def replies_heard(self) -> int:
+        """Count all replies on its line."""
+
+    @abstractmethod
+    def why_not(self) -> Sequence[str]:
+        """Tell what keeps it from being confirmed."""
+
+    @abstractmethod
+    def publish(self, what: str) -> None:
+        """Tell everybody how far it has come."""
+
+    # repeating
+
+    async def see_through(self) -> None:
+        """Repeat the stop until standstill is proved. Whoever cancels this gives it up."""
+        loop = asyncio.get_running_loop()
+        warning = loop.call_later(CONFIRM_WITHIN_S, self._warn)
+        try:
+            began_at = loop.time()
+            while not await self._is_proved():
+                await self._pause(self.pause_s(loop.time() - began_at))
+                began_at = loop.time()
+                self._repeat()
+        finally:
+            warning.cancel()
+        self._report.state, self._report.detail = "confirmed", None
+
+    def repeat_at_once(self) -> None:
+        """Wait no longer with the next repetition: it will be heard."""
+        self._at_once.set()
+
+    async def _pause(self, pause_s: float) -> None:
+        await happens(self._at_once, pause_s)
+        self._at_once.clear()
+
+    async def _is_proved(self) -> bool:
+        """Ask for proof; while nobody on the line is heard, nobody can give it, and the stop is repeated."""
+        async with asyncio.TaskGroup() as group:
+            proof = group.create_task(self.stands_still(), name="proof of a stop")
+            while not proof.done():
+                heard = self.replies_heard()
+                await asyncio.wait({proof}, timeout=max(self.pause_s(), self.silent_after_s))
+                if not proof.done() and self.replies_heard() == heard:
+                    self._repeat()
+        return proof.result()
+
+    def pause_s(self, took_s: float = 0.0) -> float:
+        """How long to wait after an attempt; in the long run at least as long as the attempt has taken."""
+        hurries = asyncio.get_running_loop().time() - self._began_at < HURRY_S
+        return REPEAT_S if hurries else max(REPEAT_SLOWLY_S - took_s, took_s)
+
+    def _repeat(self) -> None:
+        """Send it once more; a motor that decelerates is given its time."""
+        decelerates = self.mode == "decelerate" and self._report.state == "acknowledged"
+        if self._overdue or not decelerates:
+            self.submit()
+
+    def _warn(self) -> None:
+        self._overdue = True
+        self.tell()
+        self.publish("unconfirmed")
+
+    # telling
+
+    def note_written(self, _: float) -> None:
+        """It is on the wire."""
+        self._trouble = None
+        if self._report.state in ("requested", "not_sent"):
+            self._report.state = "sent"
+
+    def note_not_sent(self, error: GatewayError) -> None:
+        """It could not be put on the wire; what was sent before stays sent."""
+        if self._report.state in ("requested", "not_sent"):
+            self._report.state, self._trouble = "not_sent", error.detail
+            self.tell()
+
+    def calls_for_hardware(self) -> bool:
+        """Whether the software stop may not be enough."""
+        return self._overdue
+
+    def tell(self) -> None:
+        """Write into the report why it is not confirmed."""
+        reasons = [self._trouble] if self._trouble else [*self.why_not()]
+        if self.calls_for_hardware():
+            reasons.append(UNCONFIRMED)
+        self._report.detail = " ".join(reasons) or None

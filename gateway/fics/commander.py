@@ -1,0 +1,311 @@
+"""Saying one command and finding out what became of it: in Ver.3 the robot tells, in Ver.2 ERR does."""
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager, suppress
+from typing import Any
+
+from gateway.core.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
+from gateway.core.lanes import Lane
+from gateway.fics.errors import NotProved, RobotFailed, refused
+from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
+from gateway.fics.line import FicsLine
+from protocols.fics.alarms import (
+    CurrentError,
+    ErrorDetail,
+    GetErrorDetail,
+    ResetErrors,
+    TakeCurrentError,
+)
+from protocols.fics.errors import ErrorKind, lookup
+from protocols.fics.link import Failure, Refusal
+from protocols.fics.positions import EndPositionUpload
+from protocols.fics.row import FicsCommand
+from protocols.fics.system import HostMode
+from protocols.table import Reply
+
+ALARM_STANDS = "E02"
+"""The refusal of a motion because an error of the system stands (C-HOST manual 2-12)."""
+STATE_FORBIDS = ("E01", "E03")
+"""The refusals of a command by a state of the system (C-HOST manual 1-7)."""
+
+
+async def _unheeded(_: str) -> None:
+    """Nobody keeps errors of the system."""
+
+
+class Dialogue:
+    """What is said to a robot, a command at a time; whoever speaks holds the line's floor."""
+
+    def __init__(self, robot_id: str, line: FicsLine) -> None:
+        self._robot_id = robot_id
+        self._line = line
+        self._asked_after = 0
+        """What `FicsLine.unheard` was when the error was last asked for."""
+        self._older_may_hide = False
+        """Whether the last answer was an error that stands: behind it an older refusal may still wait."""
+        self.on_error: Callable[[str], Awaitable[None]] = _unheeded
+        """Told every error of the system that is read, with the floor held."""
+        self.on_alarm: Callable[[], object] = lambda: None
+        """Told that a motion was refused because an error stands which nobody has read."""
+
+    async def say(
+        self,
+        command: FicsCommand[Any],
+        epoch: int,
+        *,
+        expires_at: float | None = None,
+        fresh: bool = False,
+        proof: Proof | None = None,
+    ) -> Outcome:
+        """Send a command that starts no move, unless there was a stop after `epoch`, or it comes too late.
+
+        No copy of an earlier answer is taken for one that has to be `fresh`, or is the last of a `proof`.
+        """
+        if not command.is_query():
+            await self.clear_error()
+        exchange = self._line.exchange(command, Lane.READ if command.is_query() else Lane.COMMAND)
+        exchange.epoch, exchange.expires_at = epoch, expires_at
+        exchange.fresh, exchange.proves = fresh or proof is not None, proof
+        outcome = await self._submit(exchange)
+        if isinstance(outcome, Answered) and not outcome.confirmed:
+            outcome = await self._verdict(exchange)
+        elif isinstance(outcome, NoReply) and command.blocked and self._line.mode == HostMode.VER_2:
+            outcome = await self._why_unanswered(exchange, outcome)
+        if isinstance(outcome, Failure):
+            await self._heed(outcome.error)
+        return outcome
+
+    async def _submit(self, exchange: Exchange) -> Outcome:
+        """Give what becomes of an exchange; it is taken back if nobody waits for that any more."""
+        try:
+            return await self._line.submit(exchange)
+        except asyncio.CancelledError:
+            self._line.withdraw(exchange, _forsaken())
+            raise
+
+    async def prepare(
+        self,
+        command: FicsCommand[Any],
+        unanswered: NotSent,
+        *,
+        fresh: bool = False,
+        proof: Proof | None = None,
+    ) -> Reply | None:
+        """Say what has to be right before something else is said; `fresh` and `proof` as of `say`.
+
+        :raises NotSent: there was no answer, so what was to follow was not sent.
+        :raises GatewayError: it was refused, or not sent itself.
+        """
+        outcome = await self.say(command, self._line.stop_epoch, fresh=fresh, proof=proof)
+        if isinstance(outcome, NoReply):
+            raise unanswered
+        replies = self.answered(command, outcome).replies
+        return replies[0] if replies else None
+
+    async def start(
+        self,
+        command: FicsCommand[Any],
+        *,
+        epoch: int,
+        expires_at: float,
+        proof: Proof,
+        on_written: Callable[[float], None],
+    ) -> "tuple[Exchange, asyncio.Future[Outcome]]":
+        """Write a motion command at most once, and give what will become of it.
+
+        It is withdrawn if it cannot be written in time, or if nobody waits for that any more. In Ver.2 only a
+        refusal ever comes, and `see_error` goes before.
+
+        :raises NotProved: the proof does not hold any more; it was not written.
+        """
+        exchange = self._line.exchange(command, Lane.COMMAND)
+        exchange.epoch, exchange.expires_at, exchange.needs = epoch, expires_at, proof
+        written: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+
+        def note(now: float) -> None:
+            written.set_result(None)
+            on_written(now)
+
+        exchange.on_written = note
+        outcome = self._line.submit(exchange)
+        try:
+            await _either(written, outcome)
+        except asyncio.CancelledError:
+            self._line.withdraw(exchange, _forsaken())
+            raise
+        if outcome.done() and isinstance(error := outcome.result(), NotProved):
+            raise error
+        if self._line.mode == HostMode.VER_2 and written.done():
+            outcome = await self._silent_outcome(exchange)
+        outcome.add_done_callback(self._heed_alarm)
+        return exchange, outcome
+
+    async def take_error(self) -> str:
+        """Ask for the present error, once: the answer clears what it tells (C-HOST manual 2-12).
+
+        An error of the system goes to `on_error` before this returns.
+
+        :raises GatewayError: it was not told.
+        """
+        exchange = self._line.exchange(TakeCurrentError(), Lane.READ)
+        asked_after = self._asked_after
+
+        def written(_: float) -> None:
+            nonlocal asked_after
+            asked_after = self._line.unheard
+
+        exchange.on_written = written
+        reply = self.answered(exchange.command, await self._submit(exchange)).replies[0]
+        self._asked_after = asked_after
+        error = reply.error if isinstance(reply, CurrentError) else "E00"
+        self._older_may_hide = lookup(error).kind is ErrorKind.FICS
+        await self._heed(error)
+        return error
+
+    async def leave_refusal(self) -> int | None:
+        """Leave a refusal that nobody reads: only ERR and a loss of power clear it (C-HOST manual 2-12).
+
+        It is that of the end of an upload where none is open. Gives what `FicsLine.unheard` is then, or None
+        where it was not sent.
+        """
+        exchange = self._line.exchange(EndPositionUpload(), Lane.COMMAND)
+        outcome = await self._submit(exchange)
+        return exchange.unheard if isinstance(outcome, Answered) else None
+
+    async def _heed(self, error: str) -> None:
+        if lookup(error).kind is ErrorKind.FICS:
+            await self.on_error(error)
+
+    async def take_detail(self) -> ErrorDetail | None:
+        """Ask for the details of the latest error (C-HOST manual 2-13).
+
+        :raises GatewayError: they were not told.
+        """
+        query = GetErrorDetail()
+        outcome = await self._submit(self._line.exchange(query, Lane.READ))
+        reply = self.answered(query, outcome).replies[0]
+        return reply if isinstance(reply, ErrorDetail) else None
+
+    async def clear_error(self) -> None:
+        """In Ver.2: see that no refusal of an earlier command is taken for that of the next.
+
+        :raises NotSent: the robot did not tell its error, so the next command must not be sent.
+        """
+        if self._line.mode == HostMode.VER_2 and self._line.unheard != self._asked_after:
+            await self._must_take_error()
+
+    async def see_error(self) -> None:
+        """In Ver.2: ask for the error before a motion, for one that stands would hide its refusal.
+
+        :raises NotSent: the robot did not tell its error, so the motion must not be sent.
+        """
+        if self._line.mode == HostMode.VER_2:
+            await self._must_take_error()
+
+    async def _must_take_error(self) -> None:
+        try:
+            await self.take_error()
+        except NoReply:
+            raise NotSent(
+                f"Robot {self._robot_id} did not tell its last error, so nobody could tell whether it "
+                "refuses the command; nothing was sent.",
+                "Try again.",
+            ) from None
+
+    def answered(self, command: FicsCommand[Any], outcome: Outcome) -> Answered:
+        """Turn everything that is no answer into its error."""
+        if isinstance(outcome, Refusal):
+            raise refused(self._robot_id, command, outcome.error)
+        if isinstance(outcome, Failure):
+            raise RobotFailed(self._robot_id, command.wire_name(), outcome.error)
+        if isinstance(outcome, GatewayError):
+            raise outcome
+        return outcome
+
+    async def _verdict(self, exchange: Exchange) -> Outcome:
+        """Ask for the error, in Ver.2 the only way to hear of a refusal (C-HOST manual 1-1-1, 2-12).
+
+        That none is told confirms nothing: the command may have been lost.
+        """
+        command, cleared, older_may_hide = exchange.command, self._asked_after, self._older_may_hide
+        try:
+            error = await self.take_error()
+        except GatewayError:
+            return _nobody_knows(command)
+        kind = lookup(error).kind
+        if isinstance(command, ResetErrors):
+            return _reset_told_by(error)
+        if self._line.stop_epoch != exchange.epoch:
+            return _nobody_knows(command)  # the error may be that of the stop
+        if kind is ErrorKind.NONE:
+            return Answered(confirmed=False)
+        alone = cleared + 1 == exchange.unheard == self._asked_after
+        if kind is ErrorKind.UNKNOWN or not alone:
+            return _nobody_knows(command)  # it may be that of what else was said, or garbled, since the last
+        if kind is ErrorKind.COMMUNICATION:
+            return _nobody_knows(command) if older_may_hide else Refusal(command.wire_name(), error)
+        if command.starts_motion():
+            return Failure(command.wire_name(), error)
+        return _nobody_knows(command)  # the error stands whatever was said, and hides a refusal
+
+    async def _why_unanswered(self, query: Exchange, unanswered: NoReply) -> Outcome:
+        """In Ver.2 a question is refused by silence, and ERR tells why (C-HOST manual 1-7)."""
+        with suppress(GatewayError):
+            error = await self.take_error()
+            if error in STATE_FORBIDS:
+                return Refusal(query.command.wire_name(), error)
+        return unanswered
+
+    def _heed_alarm(self, motion: "asyncio.Future[Outcome]") -> None:
+        outcome = None if motion.cancelled() else motion.result()
+        if isinstance(outcome, Refusal) and outcome.error == ALARM_STANDS:
+            self.on_alarm()
+
+    async def _silent_outcome(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
+        future: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
+        verdict = await self._verdict(exchange)
+        if not isinstance(verdict, Answered):
+            future.set_result(verdict)
+        return future
+
+
+@asynccontextmanager
+async def in_time(expires_at: float) -> AsyncIterator[None]:
+    """Do what has to be done before a command is written, until that would come too late.
+
+    :raises Expired: it took too long.
+    """
+    try:
+        async with asyncio.timeout_at(expires_at):
+            yield
+    except TimeoutError:
+        raise Expired("robot") from None
+
+
+def _forsaken() -> Cancelled:
+    return Cancelled("Whoever asked has gone; nothing was sent.")
+
+
+def _reset_told_by(error: str) -> Outcome:
+    """What became of DRT, which nothing forbids: whether an error stands tells (C-HOST manual 1-7, 2-14).
+
+    A refusal is that of an older command, which the error has hidden; it stands no more.
+    """
+    kind = lookup(error).kind
+    if kind is ErrorKind.UNKNOWN:
+        return _nobody_knows(ResetErrors())
+    return Failure(ResetErrors.code, error) if kind is ErrorKind.FICS else Answered()
+
+
+def _nobody_knows(command: FicsCommand[Any]) -> NoReply:
+    return NoReply(
+        f"{command.wire_name()} was sent, and in Ver.2 nobody can tell whether it was refused.",
+        "Read back what it should have changed, and the errors of the robot.",
+        command,
+    )
+
+
+async def _either(*futures: "asyncio.Future[Any]") -> None:
+    """Wait for the first of several."""
+    await asyncio.wait(futures, return_when=asyncio.FIRST_COMPLETED)

@@ -1,0 +1,418 @@
+"""The way of one move: sent at most once, followed to its end by what the robot itself says."""
+
+import asyncio
+from collections.abc import Callable
+from contextlib import suppress
+from datetime import UTC, datetime
+from typing import Any
+
+from gateway.core.errors import (
+    ControllerRefused,
+    GatewayError,
+    MoveFailed,
+    NoReply,
+    NotExecuted,
+    NotSent,
+)
+from gateway.core.lanes import Lane
+from gateway.core.move_record import MoveStatus
+from gateway.core.silence import Silence
+from gateway.fics.commander import in_time
+from gateway.fics.durations import PATIENCE, PATIENCE_S, longest_s, paces_of
+from gateway.fics.errors import PowerCycled, RobotFailed, refused
+from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.move_record import RobotMove
+from gateway.fics.proofs import Finding
+from gateway.fics.robot import Accepted, Robot
+from gateway.fics.stops import OF_THE_END_BEFORE
+from gateway.fics.targets import require_known, target_of
+from gateway.fics.units import RobotUnit, at_rest, in_trouble
+from protocols.fics.homing import HomeRobot
+from protocols.fics.link import Failure, Refusal
+from protocols.fics.moves import MoveToPosition
+from protocols.fics.row import FicsCommand
+from protocols.fics.status import AxisStatus
+from protocols.fics.system import HostMode
+
+REFUSAL_SHOWS_POWER = True
+"""Only ERR and a loss of power clear the last refusal: an assumption.
+
+Without it, a robot in Ver.2 that is not homed does not show whether it kept its power.
+"""
+ANSWER_AFTER_REST_S = 0.5
+"""An answer that comes later than this after standstill is taken for lost."""
+PROOF = Lane.PROOF
+"""What proves how a move ends is asked before all that others want of the robot."""
+
+Advance = Callable[[RobotUnit, RobotMove, MoveStatus, GatewayError | None], None]
+
+
+class Journey:
+    """One move on its way; `advance` alone changes its status."""
+
+    def __init__(
+        self, unit: RobotUnit, command: FicsCommand[Any], move: RobotMove, epoch: int, advance: Advance
+    ) -> None:
+        self.unit = unit
+        self.robot = unit.robot
+        self.command = command
+        self.move = move
+        self.epoch = epoch
+        """The robot's stop epoch at admission."""
+        self.begun: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
+        """Known when the robot has taken the command, or why it has not."""
+        self._stops_before = self.robot.line.stops
+        self._report = advance
+        self._overdue_at: float | None = None
+        self._left: int | None = None
+        """How often anything was unheard when a refusal was left unread, which a loss of power clears."""
+        self._power_kept = False
+        """Whether something proves that the robot has not lost its power on the way."""
+
+    async def make(self, start_within_s: float) -> None:
+        """From the queue to the end."""
+        expires_at = asyncio.get_running_loop().time() + start_within_s
+        try:
+            async with in_time(expires_at):
+                await self._know_the_way()
+            accepted = await self.robot.begin(
+                self.command,
+                self.unit.number,
+                epoch=self.epoch,
+                expires_at=expires_at,
+                on_written=self._sent,
+            )
+        except GatewayError as error:
+            rejected = isinstance(error, ControllerRefused)
+            self._advance(MoveStatus.REJECTED if rejected else MoveStatus.CANCELLED, error)
+            self._tell(error)
+            return
+        try:
+            await self._follow(accepted)
+        finally:
+            self.robot.end_motion(accepted)
+            self._tell(None)
+
+    def _advance(self, status: MoveStatus, error: GatewayError | None = None) -> None:
+        self._report(self.unit, self.move, status, error)
+
+    def _tell(self, refusal: GatewayError | None) -> None:
+        if not self.begun.done():
+            self.begun.set_result(refusal)
+
+    def _sent(self, now: float) -> None:
+        if self.move.longest_s is not None:
+            self._overdue_at = now + PATIENCE * self.move.longest_s + PATIENCE_S
+        self._advance(MoveStatus.SENT)
+
+    # before
+
+    async def _know_the_way(self) -> None:
+        """Know where the axes stand and should come to: what the move needs, and what proves its end."""
+        unit, move = self.unit, self.move
+        try:
+            start = await self.unit.position(self.move.coordinates, Lane.COMMAND)
+            stored = await self._stored()
+        except NoReply as error:
+            raise NotSent(
+                f"{unit.address} did not tell its position before the move; the move was not sent.",
+                error.remedy,
+            ) from None
+        move.start_position = move.position = start
+        if None in start.values():
+            await self.robot.see_power()  # what has lost its power is not merely unhomed
+        move.target_position = target_of(unit, self.command, start, stored)
+        await require_known(unit, self.command, start, move.target_position)
+        if move.target_position:
+            paces = await paces_of(unit, move.coordinates)
+            move.longest_s = longest_s(start, move.target_position, paces)
+
+    async def _stored(self) -> list[float | None] | None:
+        """The position it is to go to, if it goes by a number; the robot refuses one that is not set."""
+        if not isinstance(self.command, MoveToPosition):
+            return None
+        return await self.unit.stored(self.command.position, Lane.COMMAND)
+
+    # on the way
+
+    async def _follow(self, accepted: Accepted) -> None:
+        """Ask until the axes have come to rest, unless the robot says so first."""
+        await self._leave_refusal()
+        while not accepted.outcome.done():
+            axes = await self._status()
+            if axes is None:
+                return
+            if at_rest(axes) and await self._rests_without_answer(accepted):
+                await self._infer(axes)
+                return
+            if self.move.status.final:
+                return
+            if not accepted.outcome.done():
+                # Commands are taken in their order: with this answer a refusal would have come.
+                self._moves()
+            await asyncio.wait({accepted.outcome}, timeout=self.robot.poll_interval_s)
+        await self._conclude(accepted.outcome.result())
+
+    async def _leave_refusal(self) -> None:
+        """In Ver.2, where no axis is homed, leave what a loss of power clears: nothing else tells of one."""
+        if not REFUSAL_SHOWS_POWER or self.robot.mode != HostMode.VER_2:
+            return
+        known = [place for place in (self.move.start_position or {}).values() if place is not None]
+        if not known and not isinstance(self.command, HomeRobot):
+            with suppress(GatewayError):
+                async with self.robot.line.floor.held(PROOF):
+                    self._left = await self.robot.dialogue.leave_refusal()
+
+    def _moves(self) -> None:
+        """The axes were seen to move."""
+        if self.move.status is MoveStatus.SENT:
+            self.move.acknowledged_at = datetime.now(UTC)
+            self._advance(MoveStatus.MOVING)
+            self._tell(None)
+        now = asyncio.get_running_loop().time()
+        if self._overdue_at is not None and now > self._overdue_at:
+            self._overdue_at = None
+            self.move.evidence.append("It takes longer than its distance and speed account for.")
+            told = {"move_id": self.move.id, "longest_s": self.move.longest_s}
+            self.robot.publish_of(self.unit, "robot.move.overdue", told, self.move.id)
+
+    async def _rests_without_answer(self, accepted: Accepted) -> bool:
+        """Whether the axes stand still for certain, and the answer, where there is one, stays away."""
+        begins_late = self.move.status is MoveStatus.SENT  # as it may
+        if begins_late or self.robot.mode != HostMode.VER_2:
+            await asyncio.wait({accepted.outcome}, timeout=ANSWER_AFTER_REST_S)
+            if accepted.outcome.done():
+                return False
+        axes = await self._status()
+        return axes is not None and at_rest(axes) and not accepted.outcome.done()
+
+    async def _status(self) -> list[AxisStatus] | None:
+        """What the axes do; None when the move is lost, or nobody could ask for too long."""
+        loop, line = asyncio.get_running_loop(), self.robot.line
+        silence = Silence(loop.time(), line.reply_timeout_s + line.late_reply_s + self.robot.poll_interval_s)
+        while not silence.too_long:
+            axes = None
+            try:
+                axes = list((await self.unit.status(PROOF)).values())
+            except GatewayError as error:
+                silence.unanswered(loop.time(), silent=line.shows_silence(error))
+            if self.robot.power_cycled:
+                self._lost("power_cycled", _without_power(self.robot))
+                return None
+            if axes is not None:
+                return axes
+            self._tell(None)  # its client need not wait for what nobody knows
+            await asyncio.sleep(self.robot.poll_interval_s)
+        if silence.of_body:
+            self._lost(None, _gone(self.robot))
+        elif not self.move.status.final:
+            self.move.position = None
+            self._advance(MoveStatus.UNKNOWN, _out_of_reach(self.robot, silence))
+        return None
+
+    async def _come_to_rest(self) -> bool:
+        """Wait until the axes stand still; False when the move is lost."""
+        axes = await self._status()
+        while axes is not None and not at_rest(axes):
+            self._moves()
+            await asyncio.sleep(self.robot.poll_interval_s)
+            axes = await self._status()
+        return axes is not None
+
+    def _lost(self, cause: str | None, error: GatewayError) -> None:
+        if not self.move.status.final:
+            self.move.end_cause, self.move.position = cause, None
+            self._advance(MoveStatus.LOST, error)
+
+    # the end
+
+    async def _conclude(self, outcome: Outcome) -> None:
+        """The robot has answered, or nobody will know its answer."""
+        if isinstance(outcome, Refusal):
+            refusal = refused(self.robot.id, self.command, outcome.error)
+            self._advance(MoveStatus.REJECTED, refusal)
+            self._tell(refusal)
+        elif isinstance(outcome, Answered | Failure):
+            self.move.completion = "reply"
+            if await self._come_to_rest():
+                await (self._failed(outcome.error) if isinstance(outcome, Failure) else self._ended())
+        elif isinstance(outcome, NoReply):
+            await self._resolve(outcome)
+        else:
+            self._advance(MoveStatus.CANCELLED, outcome)
+            self._tell(outcome)
+
+    async def _infer(self, axes: list[AxisStatus]) -> None:
+        """The axes stand still, and nothing more will be said about it."""
+        self.move.completion = "inferred"
+        self.move.evidence.append("The axes were seen to stand still twice (ACD).")
+        if self.robot.mode != HostMode.VER_2:
+            self.move.evidence.append("The answer of the robot stayed away.")
+        if await self._lost_power():
+            return
+        told = await self.robot.errors_of_system.look()
+        if self._left == self.robot.line.unheard and told in OF_THE_END_BEFORE:
+            self._power_kept = True
+            self.move.evidence.append(
+                f"The refusal {told} was left unread, and no loss of power has cleared it."
+            )
+        await self._read_position()
+        if self._stopped():
+            await self._ended()
+        else:
+            await self._weigh(axes)
+
+    async def _lost_power(self) -> bool:
+        """Whether the move is lost with the power; in Ver.3 the mode proves that it was kept."""
+        try:
+            await self.robot.see_power()
+        except PowerCycled:
+            self._lost("power_cycled", _without_power(self.robot))
+            return True
+        except GatewayError as unseen:
+            self.move.evidence.append(unseen.detail)
+        else:
+            self._power_kept = self.robot.mode != HostMode.VER_2
+        return False
+
+    async def _weigh(self, axes: list[AxisStatus]) -> None:
+        """Nobody has stopped the axes: see what they tell of how it ended."""
+        error = self.robot.latched_error
+        if error is not None:
+            await self._failed(error.code or "999", looked=True)
+        elif any(map(in_trouble, axes)):
+            self._advance(MoveStatus.FAILED, _in_trouble(self.unit))
+        elif self._finding().untouched():
+            self.move.end_cause = "not_executed"
+            self._advance(MoveStatus.FAILED, _lost_on_its_way(self.unit, self.move))
+        else:
+            await self._ended()
+
+    async def _ended(self) -> None:
+        """Without an error: by itself or by a stop."""
+        await self._read_position()
+        finding = self._finding()
+        if self._stopped() and not finding.on_target():
+            self.move.end_cause = "stop_command"
+            self._advance(MoveStatus.STOPPED)
+        elif finding.off_target():
+            self.move.end_cause = "position_mismatch"
+            self._advance(MoveStatus.FAILED, _missed(self.unit, self.move))
+        elif await self._is_proved(finding):
+            self.move.end_cause = "normal"
+            self._advance(MoveStatus.SUCCEEDED)
+        elif not self.move.status.final:
+            self.move.evidence.append("Nothing proves how it has ended.")
+            self._advance(MoveStatus.UNKNOWN, _unproved(self.unit, self.move, ran=finding.ran()))
+
+    async def _failed(self, code: str, *, looked: bool = False) -> None:
+        """With an error of the system: that of a stop, or one that came by itself."""
+        await self._read_position()
+        if not looked:
+            await self.robot.errors_of_system.look()
+        if self._stopped():
+            self.move.end_cause = "stop_command"
+            self._advance(MoveStatus.STOPPED)
+        else:
+            self.move.end_cause = f"error_{code}"
+            self._advance(MoveStatus.FAILED, RobotFailed(self.robot.id, self.move.command, code))
+
+    async def _resolve(self, error: NoReply) -> None:
+        """The line was lost in the middle: let the axes tell, where they can prove it."""
+        if not await self._come_to_rest():
+            return
+        self.move.completion = "inferred"
+        await self._read_position()
+        if self._finding().arrived():
+            self.move.evidence.append("The axes stand at the target.")
+            self.move.end_cause = "normal"
+            self._advance(MoveStatus.SUCCEEDED)
+        else:
+            self.move.evidence.append("The axes stand still, which proves nothing.")
+            self._advance(MoveStatus.UNKNOWN, error)
+
+    # what positions prove
+
+    async def _read_position(self) -> None:
+        """A place that cannot be read is not known: the one before proves nothing."""
+        self.move.position = None
+        with suppress(GatewayError):
+            self.move.position = await self.unit.position(self.move.coordinates, PROOF)
+
+    def _stopped(self) -> bool:
+        """Whether a stop was sent since the move was admitted."""
+        return self.robot.line.stops != self._stops_before
+
+    def _finding(self) -> Finding:
+        move = self.move
+        return Finding(
+            command=self.command,
+            start=move.start_position or {},
+            target=move.target_position,
+            position=move.position,
+            moved=move.status is MoveStatus.MOVING,
+            replied=move.completion == "reply",
+        )
+
+    async def _is_proved(self, finding: Finding) -> bool:
+        return finding.arrived() or (finding.ran_its_course() and await self._has_kept_power(finding))
+
+    async def _has_kept_power(self, finding: Finding) -> bool:
+        """Whether that is proved: by the mode, by what was left unread, or by places."""
+        if not self._power_kept and self.robot.mode != HostMode.VER_2:
+            await self._lost_power()
+            return self._power_kept
+        return self._power_kept or finding.shows_power()
+
+
+def _out_of_reach(robot: Robot, silence: Silence) -> NoReply:
+    return NoReply(
+        f"{robot.id} could not be asked for {silence.out_of_reach_s:.0f} s; the move may have ended, or the "
+        "axes may still be moving.",
+        "See that its line works, then read its status and position.",
+    )
+
+
+def _gone(robot: Robot) -> MoveFailed:
+    return MoveFailed(
+        f"{robot.id} stopped answering in the middle of the move; it may still be moving.",
+        "Check its power and cable, stop it, and home it again.",
+    )
+
+
+def _without_power(robot: Robot) -> MoveFailed:
+    return MoveFailed(
+        f"{robot.id} has lost its power in the middle of the move; the axes stand still.",
+        "See that its speeds are right, acknowledge the power cycle, then home it.",
+    )
+
+
+def _lost_on_its_way(unit: RobotUnit, move: RobotMove) -> NotExecuted:
+    return NotExecuted(
+        f"{move.command} was sent to {unit.address} and not answered; the axes have not moved.",
+        "Send it again if it is still wanted.",
+    )
+
+
+def _unproved(unit: RobotUnit, move: RobotMove, *, ran: bool) -> NoReply:
+    said = "and answered" if move.completion == "reply" else "and not answered"
+    why = "the robot may have lost its power on the way" if ran else "the axes were not seen to move"
+    return NoReply(
+        f"{move.command} was sent to {unit.address} {said}; the axes stand still, but {why}, and no place "
+        "proves that it was done.",
+        "Read status and position before anything else.",
+    )
+
+
+def _in_trouble(unit: RobotUnit) -> MoveFailed:
+    return MoveFailed(
+        f"An axis of {unit.address} reports an alarm; the axes stand still.",
+        "Read the errors of the robot, remove the cause, then reset them.",
+    )
+
+
+def _missed(unit: RobotUnit, move: RobotMove) -> MoveFailed:
+    return MoveFailed(
+        f"{unit.address} stands at {move.position}, not at {move.target_position} as was asked.",
+        "The command may have been garbled on the line: check the position before the next move.",
+    )

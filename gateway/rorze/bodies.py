@@ -1,0 +1,495 @@
+"""A body as the gateway sees it: its address, what was last known of it, and how to ask it something."""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple, TypeVar, cast
+
+from gateway.core.errors import BodyBusy, GatewayError, NoReply
+from gateway.core.lanes import Lane
+from gateway.core.move_record import Move
+from gateway.core.waiting import happens
+from gateway.rorze.errors import refused
+from gateway.rorze.exchange import Answered, Exchange, Outcome
+from gateway.rorze.line import Line, lane_of
+from gateway.rorze.mark import Mark
+from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
+from gateway.rorze.readings import believed, errs
+from gateway.rorze.units import Scale
+from protocols.rorze.commands import COMMANDS
+from protocols.rorze.link import Refusal
+from protocols.rorze.origin import GetHomingDistance
+from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
+from protocols.rorze.programs import RunProgram, StepProgram
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import (
+    CONTROLLER_STATUS_BITS,
+    ControllerStatus,
+    GetControllerStatus,
+    SetUserComment,
+    names_of,
+)
+from protocols.table import Reply, Retry
+
+R = TypeVar("R", bound=Reply)
+
+PULSES_RUNNING = 0x01
+"""Bit of the controller status (9CD)."""
+BELIEVED_S = 0.5
+"""Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
+
+
+class MotorState(NamedTuple):
+    """What a controller says of its motor."""
+
+    bits: int
+    position: int
+    cause: int = 0
+    """Of the end (9MD), where it was asked for."""
+
+    @property
+    def runs(self) -> bool:
+        """Whether pulses run."""
+        return bool(self.bits & PULSES_RUNNING)
+
+
+@dataclass(eq=False)
+class Body:
+    """One RC-420 axis controller."""
+
+    line: Line
+    number: int
+    name: str = ""
+    scale: Scale | None = None
+    position_tolerance: int = 0
+    """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
+    poll_interval_s: float = 0.2
+    """While it has a move, its state is asked for this often."""
+    on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
+    """Told of what it is seen to do by itself: the kind of event, and its data."""
+    power: Power = field(default_factory=Power)
+    mark: Mark = field(init=False)
+    moving: bool | None = None
+    """None until its status has been read since it was out of reach."""
+    look_due: asyncio.Event = field(default_factory=asyncio.Event)
+    """Its state is to be read now, not at the next poll."""
+    rest: MotorState | None = None
+    """What it said when it was last seen at rest; None once it may have moved since."""
+    rest_at: float = 0.0
+    status_bits: int | None = None
+    position: int | None = None
+    position_at: float | None = None
+    told: int = 0
+    """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
+    move: Move | None = None
+    """The move that is not over yet."""
+    move_ended: asyncio.Event = field(default_factory=asyncio.Event)
+    """The link master has announced the end of a move."""
+    end_due: asyncio.Event = field(default_factory=asyncio.Event)
+    """The move seems to be over: the link master has announced it, or a stop is confirmed."""
+    stopped_at: int | None = None
+    """Where it stood when a stop was confirmed since its last move was sent."""
+    free: asyncio.Event = field(default_factory=asyncio.Event)
+    """The last move is over and recorded: the next one may begin."""
+    went_silent: bool = False
+    """Whether it has been offline since its last move was sent: it may have lost its power meanwhile."""
+    _heard_at: float | None = None
+
+    def __post_init__(self) -> None:
+        self.power.on_news = self._power_news
+        self.mark = Mark(self)
+
+    @cached_property
+    def short(self) -> str:
+        """Its two hexadecimal digits."""
+        return f"{self.number:02X}"
+
+    @cached_property
+    def address(self) -> str:
+        """Its address that is always unique, such as `LINE.3F`."""
+        return f"{self.line.id}.{self.short}"
+
+    @property
+    def online(self) -> bool:
+        """Whether it can be asked now, as far as is known."""
+        return self.line.state != "down" and self.number not in self.line.silent
+
+    @property
+    def last_heard_at(self) -> float | None:
+        """When it last answered anything, in the event loop's time."""
+        times = (self._heard_at, self.line.heard_at(self.number))
+        return max((at for at in times if at is not None), default=None)
+
+    # asking
+
+    async def ask(
+        self,
+        command: RorzeCommand[R],
+        *,
+        lane: Lane | None = None,
+        expires_at: float | None = None,
+        on_written: Callable[[float], None] | None = None,
+    ) -> tuple[R, Answered]:
+        """Send a command and give its reply.
+
+        :raises GatewayError: it was refused, not sent, or not answered; the error says which.
+        """
+        self.forbid_renaming(command)
+        lane = lane_of(command) if lane is None else lane
+        future = self.line.submit(self.number, command, lane, expires_at=expires_at, on_written=on_written)
+        self.was_told(command)
+        outcome = await future
+        self.was_told(command)
+        if isinstance(outcome, NoReply):
+            self.power.note_done(command)
+        answered = answer_or_raise(self.address, command, outcome)
+        reply = reply_of(self.number, command, answered, self.address)
+        self.heard(command, reply, answered.at)
+        return cast("R", reply), answered
+
+    async def look(self, lane: Lane = Lane.READ) -> MotorState:
+        """Read its status and where it stands.
+
+        :raises GatewayError: it did not tell.
+        """
+        told = self.told
+        status, _ = await self.ask(GetControllerStatus(), lane=lane)
+        position, answer = await self.ask(GetPosition(), lane=lane)
+        state = MotorState(status.bits or 0, position.pulses)
+        self.rest = None if state.runs or self.told != told else state
+        self.rest_at = answer.at
+        if self.rest is not None:
+            await self._weigh(state, lane, answer.at)
+        return state
+
+    async def where_it_rests(self) -> MotorState:
+        """Give the state it was seen at rest in a moment ago; otherwise look: it may run.
+
+        While the line errs a single look is not believed.
+
+        :raises GatewayError: it did not tell.
+        """
+        fresh = asyncio.get_running_loop().time() - self.rest_at <= BELIEVED_S
+        if self.rest is not None and fresh and not errs(self.line):
+            return self.rest
+        return await believed(self.line, lambda: self.look(Lane.PROOF), self._both_may_be_true)
+
+    def _both_may_be_true(self, one: MotorState, other: MotorState) -> bool:
+        if one.runs or other.runs:
+            return one.runs and other.runs
+        return abs(one.position - other.position) <= self.position_tolerance and one.bits == other.bits
+
+    # its power
+
+    async def _weigh(self, state: MotorState, lane: Lane, at: float) -> None:
+        """What it says at rest may tell of a loss of power: then find out."""
+        tolerance = self.position_tolerance
+        if self.power.contradicts(state.position, state.bits, tolerance) and not await self._is_explained(
+            state, lane
+        ):
+            self.power.lost(certain=False)
+        if self.rest is state:  # it was told nothing meanwhile
+            self.power.note_rest(state.position, state.bits, at)
+
+    async def _is_explained(self, state: MotorState, lane: Lane) -> bool:
+        """Whether it has kept its power, or its loss is known now: its mark tells, or else its signs."""
+        if await self.mark.stands(lane) is not None:
+            return True
+        if self.power.changed is not None and await self._has_changed(self.power.changed, lane):
+            return False
+        if not self.power.looks_switched_on(state.position, state.bits):
+            return True
+        status, _ = await self.ask(GetControllerStatus(), lane=lane)
+        position, _ = await self.ask(GetPosition(), lane=lane)
+        if not self.power.looks_switched_on(position.pulses, status.bits or 0):
+            return True
+        return await self.remembers_homing(lane)
+
+    async def _has_changed(self, setting: RorzeCommand[Any], lane: Lane) -> bool:
+        """Ask for a setting once more: one garbled digit must not prove anything."""
+        reply, _ = await self.ask(setting, lane=lane)
+        return self.power.differs(setting, reply)
+
+    async def remembers_homing(self, lane: Lane) -> bool:
+        """Whether it knows how far its last homing went (0PD), which a loss of power would have taken.
+
+        Asked twice: one garbled digit must not prove anything.
+
+        :raises GatewayError: it did not tell.
+        """
+        first, _ = await self.ask(GetHomingDistance(), lane=lane)
+        second, _ = await self.ask(GetHomingDistance(), lane=lane)
+        return first == second and first.pulses != POWER_ON_POSITION
+
+    async def acknowledge_power_cycle(self) -> None:
+        """Let it go to places again; a loss of power from now on will be seen.
+
+        :raises PowerCycled: it has lost its power once more.
+        :raises GatewayError: it did not tell.
+        """
+        if not self.power.cycled:
+            return
+        if await self.mark.stands(Lane.PROOF) is False:
+            raise self.power.lost_again(self.address)
+        await self.mark.ensure(Lane.PROOF)
+        self.power.acknowledge("request")
+
+    def drop(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
+        """Take commands out of its queue."""
+        self.line.cancel(lambda it: it.body == self.number and unwanted(it), reason)
+
+    def _power_news(self, kind: str, facts: dict[str, object]) -> None:
+        self.look_due.set()
+        self.on_news(kind, facts)
+
+    def forbid_renaming(self, command: RorzeCommand[Any]) -> None:
+        """A move's end is judged by its position: that is not called otherwise before.
+
+        :raises BodyBusy: it has a move that is not over.
+        """
+        if self.move is not None and isinstance(command, RENAMING):
+            raise BodyBusy(
+                f"{self.address} still has the move {self.move.id}; {command.code} was not sent.",
+                "Wait for its end or stop it.",
+            )
+
+    # what becomes of it
+
+    def was_told(self, command: RorzeCommand[Any]) -> None:
+        """Note what a command may change, when it is queued and again when its outcome is known.
+
+        What was read before it was written is heard in between, and is undone by the second time.
+        """
+        if command.retry is Retry.READ or isinstance(command, SetUserComment):
+            return
+        self.told += 1
+        self.rest = None
+        self.power.note_told(command)
+        if isinstance(command, RENAMING):
+            self.position = self.position_at = None
+            self.look_due.set()
+        if isinstance(command, RunProgram | StepProgram) or command.code not in COMMANDS:
+            self.may_move()
+
+    def heard(self, command: RorzeCommand[Any], reply: Reply, at: float) -> None:
+        """Note what a reply tells of the motor.
+
+        While it has a move, not a single reading but the judgement of the move says whether it moves.
+        """
+        self._heard_at = at
+        if command.retry is not Retry.READ:
+            self._was_done(command)
+        self._saw_setting(command, reply)
+        if isinstance(command, GetPosition) and isinstance(reply, SignedPulses):
+            self._saw_position(reply.pulses, at)
+        elif isinstance(reply, ControllerStatus) and reply.bits is not None:
+            self._saw_status(reply.bits)
+            self._saw_motion(bool(reply.bits & PULSES_RUNNING))
+        elif isinstance(reply, ControllerStatus) and command == _RUNS:
+            self._saw_motion(bool(reply.on))
+
+    def _was_done(self, command: RorzeCommand[Any]) -> None:
+        self.power.note_done(command)
+        if isinstance(command, SetPosition):
+            self.power.note_position_set(command)
+
+    def _saw_setting(self, question: RorzeCommand[Any], reply: Reply) -> None:
+        self.power.note_read(question, reply)
+        if self.power.changed is not None:
+            self.look_due.set()
+
+    def _saw_position(self, pulses: int, at: float) -> None:
+        self.position, self.position_at = pulses, at
+        if self.power.contradicts(pulses, 0xFF, self.position_tolerance):
+            self.look_due.set()
+
+    def _saw_status(self, bits: int) -> None:
+        """Announce what has changed; that a move of ours makes pulses run is no news."""
+        before, self.status_bits = self.status_bits, bits
+        expected = 0 if self.move is None else PULSES_RUNNING
+        if before is None or (before ^ bits) & ~expected:
+            self.on_news("body.status.changed", {"status": names_of(bits, CONTROLLER_STATUS_BITS)})
+
+    def _saw_motion(self, runs: bool) -> None:
+        if self.move is not None:
+            return
+        if runs and not self.moving:
+            self.on_news("body.motion.foreign", {})
+        if runs:
+            self.power.note_motion()
+        self.moving = runs
+
+    def was_set_going(self) -> None:
+        """A motion command is on the wire."""
+        self.moving, self.went_silent, self.stopped_at = True, False, None
+        self.move_ended.clear()
+        self.end_due.clear()
+
+    def announced(self) -> None:
+        """The link master has announced the end of its move: only a reason to look now, never a proof."""
+        self.move_ended.set()
+        self.end_due.set()
+
+    def moved_unseen(self) -> None:
+        """A motion has ended that is no move of this gateway, or not any more."""
+        self.power.note_motion()
+        self.look_due.set()
+
+    def stands(self) -> None:
+        """Its move is judged to have come to rest."""
+        self.moving = False
+
+    def was_stopped(self, position: int | None) -> None:
+        """A stop is confirmed by its standstill."""
+        self.stands()
+        self.stopped_at = position
+        self.end_due.set()
+
+    def refused(self) -> None:
+        """It did not take a motion command: what it does is what it did before, whatever that was."""
+        self.moving = None
+        self.may_move()
+
+    def may_move(self) -> None:
+        """What was moving counts as moving, what stood still may move: look."""
+        self.out_of_sight()
+        self.look_due.set()
+
+    def out_of_sight(self) -> None:
+        """What was moving counts as moving, what stood still may move, and nobody can look."""
+        self.moving = self.moving or None
+        self.rest = None
+        self.power.mark_due = True
+
+    def fell_silent(self) -> None:
+        """It does not answer any more, and may have lost its power."""
+        self.out_of_sight()
+        self.went_silent = True
+        self.power.note_silence()
+
+    # what is waited for
+
+    async def end_announced(self, within_s: float) -> bool:
+        """Whether the link master announces the end of a move in time."""
+        return await happens(self.move_ended, within_s)
+
+    async def end_seems_due(self, within_s: float) -> None:
+        """Wait until the move seems to be over, at the latest when the time is up."""
+        await happens(self.end_due, within_s)
+
+    async def look_wanted(self, within_s: float) -> None:
+        """Wait until its state is to be read, at the latest when the time is up."""
+        await happens(self.look_due, within_s)
+
+
+_RUNS = GetControllerStatus(bit=0)
+
+
+@dataclass(eq=False)
+class Group:
+    """A virtual body: several bodies of one line under one number."""
+
+    line: Line
+    number: int
+    members: list[Body]
+    name: str = ""
+    in_force: bool = True
+    """Whether the link master means these members by the number: False while, and once, it is told others."""
+    on_strangers: Callable[[set[int]], None] = lambda _numbers: None
+    """Told of bodies that have obeyed a command to the group and are no members."""
+
+    @property
+    def short(self) -> str:
+        """Its two hexadecimal digits."""
+        return f"{self.number:02X}"
+
+    @property
+    def address(self) -> str:
+        """Its unique address, such as `LINE.80`."""
+        return f"{self.line.id}.{self.short}"
+
+    def require_in_force(self) -> None:
+        """Make sure that its number reaches its members and nobody else.
+
+        :raises BodyBusy: it is being defined anew, or has been.
+        """
+        if not self.in_force:
+            raise self.redefined()
+
+    def redefined(self) -> BodyBusy:
+        """The error of whoever would reach other bodies than were meant."""
+        return BodyBusy(f"{self.address} is being defined anew; nothing was sent.", "See who is in it now.")
+
+    async def ask(
+        self,
+        command: RorzeCommand[Any],
+        *,
+        expires_at: float | None = None,
+        on_written: Callable[[float], None] | None = None,
+    ) -> dict[Body, Reply | GatewayError]:
+        """Send a command to all members in one frame and give one reply or error for each.
+
+        :raises GatewayError: nobody can have executed it, or nobody answered.
+        """
+        self.require_in_force()
+        for member in self.members:
+            member.forbid_renaming(command)
+        future = self.line.submit(
+            self.number, command, lane_of(command), expires_at=expires_at, on_written=on_written
+        )
+        self._were_told(command)
+        outcome = await future
+        self._were_told(command)
+        answered = answer_or_raise(self.address, command, self._perhaps_done(command, outcome))
+        strangers = answered.replies.keys() - {member.number for member in self.members}
+        if strangers:
+            self.on_strangers(strangers)
+        results = {member: _member_result(member, command, answered) for member in self.members}
+        for member, result in results.items():
+            if isinstance(result, Reply):
+                member.heard(command, result, answered.at)
+            elif isinstance(result, NoReply):
+                member.power.note_done(command)
+        return results
+
+    def _were_told(self, command: RorzeCommand[Any]) -> None:
+        for member in self.members:
+            member.was_told(command)
+
+    def _perhaps_done(self, command: RorzeCommand[Any], outcome: Outcome) -> Outcome:
+        """Note what may have been done without a reply."""
+        if isinstance(outcome, NoReply):
+            for member in self.members:
+                member.power.note_done(command)
+        return outcome
+
+
+def _member_result(member: Body, command: RorzeCommand[Any], answered: Answered) -> Reply | GatewayError:
+    try:
+        return reply_of(member.number, command, answered, member.address)
+    except GatewayError as error:
+        return error
+
+
+def answer_or_raise(address: str, command: RorzeCommand[Any], outcome: Outcome) -> Answered:
+    """Turn everything that is no answer into its error."""
+    if isinstance(outcome, Answered):
+        return outcome
+    if isinstance(outcome, Refusal):
+        raise refused(address, command, outcome.error)
+    raise outcome
+
+
+def reply_of(number: int, command: RorzeCommand[Any], answered: Answered, address: str) -> Reply:
+    """Pick one body's reply out of an answer."""
+    reply = answered.replies.get(number)
+    if isinstance(reply, Refusal):
+        raise refused(address, command, reply.error)
+    if reply is None:
+        raise NoReply(
+            f"The group's reply to {command.code} does not mention {address}.",
+            "Read its status and position.",
+            command,
+        )
+    return reply

@@ -1,0 +1,18 @@
+"""Refusals of bodies and of the link master."""
+
+from typing import Any
+
+from gateway.core.errors import CommandGarbled, ControllerRefused
+from protocols.rorze.errors import lookup
+from protocols.rorze.row import RorzeCommand
+
+LASTING = frozenset({0x23, *range(0x40, 0x48), 0x4A, 0x54, 0x5B, 0x5D, 0x5E, 0x5F, *range(0x61, 0x66)})
+"""Errors that the same request meets again until it, or a setting, is changed (RC-420 manual 21)."""
+
+
+def refused(address: str, command: RorzeCommand[Any], error: int | None) -> ControllerRefused:
+    """The error of a command that a body, or the link master, has refused."""
+    code, text = None if error is None else f"0x{error:02X}", lookup(error)
+    if command.rules_out(error):
+        return CommandGarbled(address, command.code, code, text)
+    return ControllerRefused(address, command.code, code, text, lasting=error in LASTING)

@@ -1,0 +1,426 @@
+"""One port with its RC-400: keeps it open and set up, and carries the conversation over it in time."""
+
+import asyncio
+import logging
+import random
+from collections.abc import Callable, Coroutine, Iterable, Mapping
+from typing import Any
+
+from gateway.core.carrier import Carrier
+from gateway.core.errors import BodyOffline, Cancelled, GarbledReply, GatewayError, NoReply
+from gateway.core.lanes import IMPATIENT, STOPS, Lane
+from gateway.core.port import LineState as LineState
+from gateway.core.waiting import happens
+from gateway.rorze.errors import refused
+from gateway.rorze.exchange import Answered, Exchange, Outcome
+from gateway.rorze.gate import Gate
+from gateway.rorze.session import Conversation, offline_error
+from protocols.rorze.link import (
+    POISON,
+    Answer,
+    Frame,
+    Garbage,
+    GroupAnswer,
+    LinkReader,
+    MoveEnded,
+    Refusal,
+    StatusChanged,
+    UnknownMessage,
+)
+from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
+from protocols.rorze.row import LINK_MASTER, RorzeCommand
+from protocols.table import Retry
+from transports.base import Transport
+
+log = logging.getLogger(__name__)
+
+REPLIES = Answer, Refusal, GroupAnswer
+
+WRITTEN_WITHIN_S = 5.0
+"""A command or read that could not be written for so long is not sent any more, as a move is not."""
+EXPIRY_STEP_S = 0.05
+"""What has expired is looked for at most this often: a crowd that waits must not cost the line its time."""
+ALL_SILENT = (
+    "nobody on it answers; check the cable, the power of the RC-400 and of its bodies, and whether the baud "
+    "rate is that of the RC-400's rotary switch (position 2: 9600)"
+)
+GARBLED = (
+    "what comes back is no reply; check whether the baud rate is that of the RC-400's rotary switch "
+    "(position 2: 9600), then the cable"
+)
+BODIES_SILENT = (
+    "the RC-400 answers, and none of its bodies does; check their power, their cable and the body numbers "
+    "on their rotary switches"
+)
+NO_LINK_MASTER = (
+    "bodies answer, and the link master does not answer XID; ends of moves are found by asking, and "
+    "groups may not work"
+)
+PROBE_S = (1.0, 10.0)
+"""First and longest pause between probes of the bodies that do not answer."""
+PROBE_SHARE = 0.1
+"""Share of the line's time that probes may take while anybody else answers."""
+
+
+class Line(Carrier[Exchange, Frame]):
+    """One port with its RC-400 and bodies."""
+
+    _talk: Conversation
+
+    def __init__(
+        self,
+        line_id: str,
+        transport: Transport,
+        bodies: Iterable[int],
+        groups: Mapping[int, list[int]] | None = None,
+        *,
+        introducer: str = "&",
+        reply_timeout_s: float = 0.5,
+        late_reply_s: float = 2.0,
+        interject_stops: bool = True,
+        rng: random.Random | None = None,
+    ) -> None:
+        talk = Conversation(
+            bodies,
+            groups,
+            introducer=introducer,
+            reply_timeout_s=reply_timeout_s,
+            late_reply_s=late_reply_s,
+            interject_stops=interject_stops,
+            rng=rng,
+        )
+        super().__init__(line_id, transport, talk, LinkReader())
+        self._garbage_before = 0
+        self.controllers = ""
+        """What the link master answered to XID."""
+        self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
+        self._news_of_silence = asyncio.Event()
+        self._nobody_answers = False
+        self._expiry: asyncio.TimerHandle | None = None
+        self._expiry_at = 0.0
+        talk.on_online, talk.on_offline = self._came_back, self._fell_silent
+        talk.on_given_up, talk.on_strict = self._gave_up, self._grew_strict
+
+    def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
+        return (self._probe_offline(),)
+
+    # what it is
+
+    @property
+    def bodies(self) -> list[int]:
+        """The numbers of its bodies."""
+        return self._talk.bodies
+
+    @property
+    def groups(self) -> dict[int, list[int]]:
+        """What its link master is told of its groups: their numbers, and those of their members."""
+        return self._talk.groups
+
+    @property
+    def offline(self) -> set[int]:
+        """The bodies that do not answer."""
+        return self._talk.offline
+
+    @property
+    def silent(self) -> set[int]:
+        """Those, and one that seems to be silent while that is still being found out."""
+        return self._talk.silent
+
+    @property
+    def gate(self) -> Gate:
+        """What every frame has to pass."""
+        return self._talk.gate
+
+    @property
+    def reply_timeout_s(self) -> float:
+        """How long a reply is waited for, if its command does not take long by itself."""
+        return self._talk.reply_timeout_s
+
+    @property
+    def late_reply_s(self) -> float:
+        """How long after its deadline a reply may still arrive."""
+        return self._talk.late_reply_s
+
+    @property
+    def interject_stops(self) -> bool:
+        """Whether a stop goes out before the reply under way."""
+        return self._talk.interject_stops
+
+    @property
+    def strict(self) -> bool:
+        """Whether a reply came twice here lately, so that every acknowledgement is bracketed by fences."""
+        return self._talk.strict
+
+    @property
+    def last_error_at(self) -> float | None:
+        """When a reply was last missing, garbled or a copy, in the event loop's time.
+
+        The silence of those who are known not to answer does not count.
+        """
+        return self._talk.last_error_at
+
+    def heard_at(self, body: int) -> float | None:
+        """When a body last answered, in the event loop's time; not as a member of a group."""
+        return self._talk.heard_at(body)
+
+    def waiting(self) -> dict[str, int]:
+        """How many exchanges wait in each lane."""
+        return {lane.name.lower(): self._talk.scheduler.waiting(lane) for lane in Lane}
+
+    def frame_of(self, body: int, command: RorzeCommand[Any]) -> str:
+        """Show the exact frame of a command as text, with its CR escaped."""
+        return self._talk.frame_of(body, command).decode("ascii").replace("\r", "\\r")
+
+    def shows_silence(self, error: GatewayError) -> bool:
+        """Whether an error shows that a body does not answer, on a line that works."""
+        if self.state in (LineState.DOWN, LineState.SETTING_UP) or isinstance(error, GarbledReply):
+            return False
+        others = len(self.bodies) > 1
+        nobody_is_heard = others and self._all_are_offline()
+        return isinstance(error, NoReply | BodyOffline) and not nobody_is_heard
+
+    def can_address(self, body: int) -> bool:
+        """Whether the line's way of addressing reaches this body number."""
+        return self._talk.introducer == "&" or body <= 0xF
+
+    def _break_off(self, reason: str) -> None:
+        self._reader = LinkReader()
+        if self._talk.awaits_replies():
+            self._talk.last_error_at = self._loop.time()
+        self._talk.break_off(
+            NoReply(f"Line {self.id} was lost before the reply came: {reason}.", "Read status and position."),
+            Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later."),
+        )
+
+    # set-up
+
+    async def _set_up(self, *, fresh: bool) -> None:
+        """Tell the link master what it forgets at power-off: XID, XRSM1, the groups (RC-420 manual 17.2)."""
+        self._ready = False
+        if fresh:
+            await self._clear_with(POISON, self._talk.late_reply_s)
+            self._garbage_before = self.counters["garbage"]
+        identified = await self._tell(IdentifyControllers())
+        if isinstance(identified, Answered):
+            self.controllers = getattr(identified.replies[LINK_MASTER], "text", "")
+        link_answers = isinstance(identified, Answered | Refusal)
+        if link_answers or not self._all_are_offline():
+            await self._tell(SetReplyFormat(end_of_move=1))
+            for group, members in list(self.groups.items()):
+                await self._tell(_group_definition(group, members))
+        if self._open:
+            self._begin_to_serve(link_answers=link_answers)
+
+    def _begin_to_serve(self, *, link_answers: bool) -> None:
+        """The set-up is over: from now on everybody is heard, and the silent are probed."""
+        self._ready = True
+        if self._all_are_offline() and (self.bodies or not link_answers):
+            self._is_silent(self._why_silent(link_answers=link_answers))
+        else:
+            if not link_answers:
+                log.warning("line %s: %s", self.id, NO_LINK_MASTER)
+            self._came_up({"controllers": self.controllers})
+        self._pump()
+
+    def _all_are_offline(self) -> bool:
+        return self.offline.issuperset(self.bodies)
+
+    def _why_silent(self, *, link_answers: bool) -> str:
+        if link_answers:
+            return BODIES_SILENT
+        return GARBLED if self.counters["garbage"] > self._garbage_before else ALL_SILENT
+
+    async def _tell(self, command: RorzeCommand[Any]) -> Outcome:
+        """Send the link master a command ahead of everything but stops and fences."""
+        if not self._open:
+            return self._down()
+        exchange = self._talk.exchange(LINK_MASTER, command, Lane.COMMAND)
+        future = self._promise(exchange)
+        self._talk.put_first(exchange)
+        self._pump()
+        return await future
+
+    async def define_group(self, group: int, members: list[int]) -> None:
+        """Define a virtual body at the link master, now and after every restart of it.
+
+        :raises GatewayError: the link master did not take it; the old definition holds, or is sent again
+            where nobody knows.
+        """
+        definition = _group_definition(group, members)
+        outcome = await self.submit(LINK_MASTER, definition, Lane.COMMAND)
+        if isinstance(outcome, Refusal):
+            raise refused(f"{self.id}.7F", definition, outcome.error)
+        if isinstance(outcome, GatewayError):
+            if isinstance(outcome, NoReply):
+                self.set_up_again(f"nobody knows what group {group:02X} is now")
+            raise outcome
+        self.groups[group] = members
+
+    # asking
+
+    def submit(
+        self,
+        body: int,
+        command: RorzeCommand[Any],
+        lane: Lane,
+        *,
+        expires_at: float | None = None,
+        on_written: Callable[[float], None] | None = None,
+    ) -> "asyncio.Future[Outcome]":
+        """Queue a command; the future gives what became of it and never raises.
+
+        What people wait for has to be written within `WRITTEN_WITHIN_S` where `expires_at` says no other
+        time. Stops, and the questions that a motor waits for, are never too late.
+
+        :raises ShuttingDown, HeldUp: it comes too late, and is neither a read nor a stop.
+        :raises LineDown: the port is not open; nothing was queued.
+        :raises BodyOffline: the body does not answer (stops are sent nevertheless).
+        :raises QueueFull: too many requests wait for this body.
+        """
+        if lane is Lane.COMMAND:
+            self.admission.require()
+        if not self._open:
+            raise self._down()
+        if body in self.offline and lane not in STOPS:
+            raise offline_error(body)
+        exchange = self._talk.exchange(body, command, lane)
+        if expires_at is None and lane in IMPATIENT:
+            expires_at = self._loop.time() + WRITTEN_WITHIN_S
+        exchange.expires_at, exchange.on_written = expires_at, on_written
+        future = self._promise(exchange)
+        self._talk.scheduler.submit(exchange)
+        self._pump()
+        if expires_at is not None:
+            self._expire_at(expires_at)
+        return future
+
+    def probe(self, body: int, timeout_s: float) -> "asyncio.Future[Outcome]":
+        """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""
+        exchange = self._talk.self_identifying_read(body)
+        exchange.timeout_s = timeout_s
+        future = self._promise(exchange)
+        if self._open:
+            self._talk.scheduler.submit(exchange)
+            self._pump()
+        else:
+            exchange.settle(self._down())
+        return future
+
+    def cancel(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
+        """Take out of the queue what is not wanted any more."""
+        self._talk.cancel(unwanted, reason)
+
+    def _promise(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
+        future: asyncio.Future[Outcome] = self._loop.create_future()
+        exchange.wait_for(future)
+        return future
+
+    def _expire_at(self, at: float) -> None:
+        """Keep one timer for all that waits, at the earliest moment at which any of it is too late."""
+        if self._expiry is not None:
+            if self._expiry_at <= at:
+                return
+            self._expiry.cancel()
+        self._expiry, self._expiry_at = self._loop.call_at(at, self._expire), at
+
+    def _expire(self) -> None:
+        self._expiry = None
+        now = max(self._loop.time(), self._expiry_at)  # timers may fire a little early
+        next_at = self._talk.scheduler.expire(now)
+        if next_at is not None:
+            self._expire_at(max(next_at, now + EXPIRY_STEP_S))
+
+    # reading
+
+    def _take(self, frame: Frame) -> None:
+        """Hear a frame; the next one goes out before anybody is told what the reply was."""
+        if isinstance(frame, REPLIES):
+            tell = self._talk.heard(frame, self._last_rx_at)
+            self._heard_out = tell is not None and not self._talk.awaits_replies()
+            self._pump()
+            if tell is not None:
+                tell()
+        elif isinstance(frame, Garbage):
+            self.counters["garbage"] += 1
+            self._talk.noise(frame.why, self._last_rx_at)
+            self._pump()
+        else:
+            self.counters["messages"] += 1
+            self.on_message(frame)
+
+    def _grew_strict(self, strict: bool) -> None:
+        if strict:
+            log.warning("line %s says replies twice: acknowledgements now wait for a fence", self.id)
+        else:
+            log.info("line %s: acknowledgements are believed at once again", self.id)
+        self.on_change("line.strict", {"strict": strict})
+
+    # presence
+
+    def _fell_silent(self, body: int, asked: bool) -> None:
+        self.on_change("body.offline", {"body": body, "asked": asked})
+
+    def _gave_up(self) -> None:
+        """A body is asked no more, but by probes."""
+        self._news_of_silence.set()
+        if self._all_are_offline():
+            self._nobody_answers = True
+            if self._ready:
+                self.set_up_again("nobody answers any more")
+
+    def _came_back(self, body: int) -> None:
+        self.on_change("body.online", {"body": body})
+        if self._silence is not None or self._nobody_answers:
+            self._nobody_answers = False
+            self.set_up_again("the line was silent and answers again")
+
+    async def _probe_offline(self) -> None:
+        """Ask the bodies that went silent, less and less often, whether they are back."""
+        pause_s = PROBE_S[0]
+        while True:
+            if await self._another_falls_silent(pause_s):
+                pause_s = PROBE_S[0]
+                continue
+            if self._silence is not None and not self.bodies:
+                self.set_up_again("there is only the link master to ask")
+            somebody_came_back = await self._probe_each()
+            nobody_is_disturbed = len(self.offline) in (0, len(self.bodies))
+            often = somebody_came_back or nobody_is_disturbed
+            pause_s = PROBE_S[0] if often else min(2 * pause_s, PROBE_S[1])
+
+    async def _probe_each(self) -> bool:
+        """One round of probes, in a small share of the line's time while anybody else answers.
+
+        Who was heard last comes first, and whoever falls silent begins the round anew: the others may be
+        absent for good.
+        """
+        somebody_came_back = False
+        for body in self._talk.heard_last_first(self.offline):
+            began_at = self._loop.time()
+            outcome = await self.probe(body, self._talk.reply_timeout_s)
+            if isinstance(outcome, Answered):
+                somebody_came_back = True
+            elif len(self.offline) < len(self.bodies):
+                rest_s = (self._loop.time() - began_at) / PROBE_SHARE
+                if await self._another_falls_silent(rest_s):
+                    return True
+        return somebody_came_back
+
+    async def _another_falls_silent(self, within_s: float) -> bool:
+        """Wait so long, or until a body falls silent."""
+        if not await happens(self._news_of_silence, within_s):
+            return False
+        self._news_of_silence.clear()
+        return True
+
+
+def _group_definition(group: int, members: list[int]) -> SetGroup:
+    return SetGroup(group=f"{group:02X}", members=[f"{member:02X}" for member in members])
+
+
+_LANES = {Retry.STOP: Lane.STOP, Retry.READ: Lane.READ}
+
+
+def lane_of(command: RorzeCommand[Any]) -> Lane:
+    """The lane a command belongs to by its nature."""
+    return _LANES.get(command.retry, Lane.COMMAND)

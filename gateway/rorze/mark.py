@@ -1,0 +1,136 @@
+"""The mark in a body's user comment: written into RAM only, it proves that the body has kept its power."""
+
+import logging
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from gateway.core.errors import Cancelled, ControllerRefused, GatewayError, NotSent
+from gateway.core.lanes import Lane
+from gateway.rorze.exchange import Answered, Exchange
+from gateway.rorze.power import Power, is_mark, new_mark
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import GetInformation, SetUserComment
+
+log = logging.getLogger(__name__)
+
+TRIES = 3
+"""So often a mark is written that was not found again as it should be."""
+
+
+class Marked(Protocol):
+    """A body, as far as its mark is concerned."""
+
+    power: Power
+
+    @property
+    def address(self) -> str:
+        """Its unique address."""
+
+    @property
+    def on_news(self) -> Callable[[str, dict[str, object]], None]:
+        """Told of what happens to it: the kind of event, and its data."""
+
+    async def ask(self, command: RorzeCommand[Any], *, lane: Lane | None = None) -> tuple[Any, Answered]:
+        """Send a command and give its reply."""
+
+    def drop(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
+        """Take commands out of its queue."""
+
+
+class Mark:
+    """Writes the mark of one body, and looks at it."""
+
+    def __init__(self, body: Marked) -> None:
+        self._body = body
+
+    async def stands(self, lane: Lane) -> bool | None:
+        """Whether it proves that the body has kept its power; None where there is no mark.
+
+        One reading proves that it stands, two equal ones that it does not.
+
+        :raises GatewayError: the body did not tell.
+        """
+        power = self._body.power
+        mark = power.mark
+        if mark is None:
+            return None
+        before, (text, at) = None, await self._read(lane)
+        while text not in (mark, before):
+            before, (text, at) = text, await self._read(lane)
+        if power.mark != mark:  # renewed meanwhile
+            return None
+        if text == mark:
+            power.note_kept(at)
+        else:
+            power.lost(certain=True)
+        return text == mark
+
+    async def tend(self) -> None:
+        """See that it still stands, or write one, behind everything that people want.
+
+        :raises GatewayError: the body did not tell, or take it.
+        """
+        power = self._body.power
+        power.mark_due = False
+        try:
+            if await self.stands(Lane.READ) is None:
+                await self.ensure(Lane.READ)
+        except GatewayError:
+            power.mark_due = True
+            raise
+
+    async def ensure(self, lane: Lane) -> None:
+        """Write one where there is none, unless the comment holds somebody's own text.
+
+        :raises GatewayError: the body did not tell, or take it.
+        """
+        power = self._body.power
+        if power.is_guarded or await self._is_taken(lane):
+            return
+        for _ in range(TRIES):
+            if not power.is_guarded:  # another may have been quicker
+                await self._write(lane)
+        if not power.is_guarded:
+            raise NotSent(
+                f"{self._body.address} did not keep a mark in user comment {power.comment}, by which a loss "
+                "of power would be seen; nothing was moved.",
+                "Try again.",
+            )
+
+    async def _write(self, lane: Lane) -> None:
+        """Write a mark, and accept it when it is found again; all who write one now write the same."""
+        body, power = self._body, self._body.power
+        power.candidate = power.candidate or new_mark()
+        written = SetUserComment(comment_number=power.comment, text=power.candidate)
+        await body.ask(written, lane=lane)
+        text, at = await self._read(lane)
+        if power.mark is None and written.text == power.candidate == text:
+            power.note_marked(text, at)
+            # A copy that still waits would hide a loss of power.
+            body.drop(self._is_a_copy, Cancelled("The mark stands already; nothing was sent."))
+
+    def _is_a_copy(self, exchange: Exchange) -> bool:
+        row = exchange.command
+        if not isinstance(row, SetUserComment) or row.comment_number != self._body.power.comment:
+            return False
+        return bool(row.text) and is_mark(row.text)
+
+    async def _is_taken(self, lane: Lane) -> bool:
+        """Whether the comment is somebody's own; a single garbled reading does not count."""
+        try:
+            found, _ = await self._read(lane)
+            if is_mark(found) or found != (await self._read(lane))[0]:
+                return False
+            why = f"User comment {self._body.power.comment} of {self._body.address} holds {found!r}."
+        except ControllerRefused as refusal:
+            why = refusal.detail
+        detail = f"{why} The gateway writes no mark there, so a loss of power is told by its signs only."
+        log.warning("%s", detail)
+        self._body.power.taken = True
+        self._body.on_news("body.power_mark.missing", {"comment": self._body.power.comment, "detail": detail})
+        return True
+
+    async def _read(self, lane: Lane) -> tuple[str, float]:
+        question = GetInformation(comment_number=self._body.power.comment)
+        reply, answer = await self._body.ask(question, lane=lane)
+        return reply.text, answer.at

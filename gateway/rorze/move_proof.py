@@ -1,0 +1,479 @@
+"""What a controller's own state proves of a move: whether it was begun, is over, and how it ended."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, TypeVar
+
+from gateway.core.errors import (
+    BodyBusy,
+    GatewayError,
+    MoveFailed,
+    NoReply,
+    NotExecuted,
+    NotSent,
+    QueueFull,
+)
+from gateway.core.lanes import Lane
+from gateway.core.move_record import Move, MoveStatus
+from gateway.core.silence import Silence
+from gateway.rorze.bodies import Body, MotorState
+from gateway.rorze.plans import target_of
+from gateway.rorze.power import POWER_ON_POSITION, needs_place
+from gateway.rorze.readings import believed, errs
+from protocols.rorze.modes import GetOperatingMode
+from protocols.rorze.origin import OriginSearch
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import END_CAUSE_BITS, GetEndCause, names_of
+from protocols.table import Reply
+
+MOTION_ERRORS = 0x66
+"""Bits of the controller status: a limit, EMS, the movement range or STALL can end a move (9CD)."""
+MISSING_END_FRAME_S = 0.5
+"""An end-of-move frame this late tells that the link master has forgotten to send them."""
+OVERDUE_S = 2.0
+"""A question whether the motor still runs waits so long behind those of clients, then it goes before them."""
+SHARE_OF_OVERDUE = 4
+"""After a question that went before clients, clients have this many times as long."""
+
+T = TypeVar("T")
+
+
+def _same_reply(one: tuple[Reply, object], other: tuple[Reply, object]) -> bool:
+    return one[0] == other[0]
+
+
+class Verdict(NamedTuple):
+    """How a move is over."""
+
+    status: MoveStatus
+    end_cause: str | None = None
+    error: GatewayError | None = None
+
+
+@dataclass(eq=False)
+class Case:
+    """A move of one body, with what is known of both."""
+
+    body: Body
+    move: Move
+    before: MotorState | None = None
+    """What the controller said just before the command was sent."""
+    tolerance: int = 0
+    """Pulses by which the motor may miss the target."""
+    _needs_proof: bool = False
+    _mark: str | None = None
+    """The mark of the body's power that stood just before the command was sent."""
+    _losses: int = 0
+    """Losses of power that were known then."""
+    _strayed: bool = False
+    """Whether the motor was seen where its way does not lead."""
+    _half: MotorState | None = None
+    """A reading that counts when the next one agrees; no cut of the line undoes it."""
+    _patience_s: float = OVERDUE_S
+    _silence: Silence = field(init=False)
+
+    def __post_init__(self) -> None:
+        line = self.body.line
+        longest_s = line.reply_timeout_s + line.late_reply_s + self.body.poll_interval_s
+        self._silence = Silence(asyncio.get_running_loop().time(), longest_s)
+
+    # before it is sent
+
+    async def know_the_start(self, command: RorzeCommand[Any]) -> None:
+        """Know that the motor rests, where, and where it should come to: the evidence without a reply.
+
+        What the motion needs of the controller's memory is proved last, right before it is sent.
+
+        :raises BodyBusy: it moves; what it does later would prove nothing of this move.
+        :raises NotSent: it did not tell.
+        :raises PowerCycled: it has lost its power, and would go to another place.
+        :raises ControllerRefused: it did not tell where an entry of its position table leads to.
+        """
+        body, move = self.body, self.move
+        try:
+            await self._begin_to_guard(command)
+            self.before = await body.where_it_rests()
+            move.start_position = move.position = self.before.position
+            move.target_position = await self._target(command, self.before.position)
+            self.tolerance = await self._tolerance()
+            await self._prove_power(command)
+        except NoReply as error:
+            raise NotSent(
+                f"{body.address} did not tell its state before the move; the move was not sent.", error.remedy
+            ) from None
+        if self.before.runs:
+            body.may_move()
+            raise BodyBusy(
+                f"{body.address} moves already, by no move of this gateway; {move.command} was not sent.",
+                "Wait for its end or stop it.",
+            )
+
+    async def _target(self, command: RorzeCommand[Any], start: int) -> int | None:
+        return await believed(self.body.line, lambda: target_of(self.body, command, start, Lane.PROOF))
+
+    async def _tolerance(self) -> int:
+        """An encoder may find the motor beside its target; pulses put out are counted, and never miss it."""
+        if not self.body.position_tolerance or self.move.target_position is None:
+            return 0
+        operation, _ = await believed(
+            self.body.line, lambda: self.body.ask(GetOperatingMode(), lane=Lane.PROOF), _same_reply
+        )
+        return self.body.position_tolerance if operation.mode == "encoder" else 0
+
+    async def _begin_to_guard(self, command: RorzeCommand[Any]) -> None:
+        """Let the mark stand before what a loss of power would spoil; without one, look afresh."""
+        power = self.body.power
+        self._needs_proof = power.needs_origin and (needs_place(command) or isinstance(command, OriginSearch))
+        if self._needs_proof and power.mark is None:
+            await self.body.mark.ensure(Lane.PROOF)
+            self.body.rest = None
+
+    async def _prove_power(self, command: RorzeCommand[Any]) -> None:
+        """Ask for the mark; where there is none, what the motor has just said has to do."""
+        power = self.body.power
+        if self._needs_proof and await self.body.mark.stands(Lane.PROOF) is not True:
+            await self.body.mark.ensure(Lane.PROOF)
+        self._mark, self._losses = power.mark, power.losses
+        refusal = power.refusal(self.body.address, command)
+        if refusal is not None:
+            raise refusal
+
+    # while it may run
+
+    async def running(self) -> MotorState | None:
+        """What the motor does while the move is under way; None when nobody knows any more."""
+        return await self._state(lambda state: state.runs or self._ended_as_asked(state))
+
+    async def _state(self, plausible: Callable[[MotorState], bool]) -> MotorState | None:
+        """What is not plausible, or was read while the line garbles frames, counts only when read twice."""
+        half: MotorState | None
+        self._half = None
+        while (state := await self._answered(self._read)) is not None:
+            half, self._half = self._half, state
+            if half is not None and self._agree(state, half):
+                break
+            if plausible(state) and not errs(self.body.line):
+                break
+        if state is not None:
+            self._half = None
+            await self._watch_its_way(state)
+        return state
+
+    async def _answered(self, question: Callable[[], Awaitable[T]]) -> T | None:
+        """Repeat a question until it is answered; None when there was silence for too long."""
+        loop, body = asyncio.get_running_loop(), self.body
+        while not self._silence.too_long:
+            try:
+                answer = await question()
+            except GatewayError as error:
+                self._silence.unanswered(loop.time(), silent=body.line.shows_silence(error))
+                await asyncio.sleep(body.poll_interval_s)
+            else:
+                self._silence.answered(loop.time())
+                return answer
+        return None
+
+    async def _read(self) -> MotorState:
+        """Ask what the motor does: behind clients while it runs, before them when that decides the move."""
+        body = self.body
+        if self._half is None and not body.end_due.is_set():
+            reading = asyncio.create_task(self._ask(Lane.READ), name=f"poll {body.address}")
+            due = asyncio.create_task(body.end_due.wait(), name=f"end of {body.address}")
+            try:
+                await asyncio.wait(
+                    {reading, due}, timeout=self._patience_s, return_when=asyncio.FIRST_COMPLETED
+                )
+                if reading.done():
+                    with suppress(QueueFull):
+                        return reading.result()
+            finally:
+                reading.cancel()
+                due.cancel()
+                await asyncio.gather(reading, due, return_exceptions=True)
+        began_at = asyncio.get_running_loop().time()
+        try:
+            return await self._ask(Lane.PROOF)
+        finally:
+            took_s = asyncio.get_running_loop().time() - began_at
+            self._patience_s = max(OVERDUE_S, SHARE_OF_OVERDUE * took_s)
+
+    async def _ask(self, lane: Lane) -> MotorState:
+        state = await self.body.look(lane)
+        if state.runs:
+            return state
+        cause, _ = await self.body.ask(GetEndCause(), lane=Lane.PROOF)
+        return state._replace(cause=cause.bits)
+
+    def _agree(self, one: MotorState, other: MotorState) -> bool:
+        """Whether both may be true: a motor at rest stays where it is."""
+        if one.runs or other.runs:
+            return one.runs and other.runs
+        same_place = abs(one.position - other.position) <= self.tolerance
+        return same_place and (one.bits, one.cause) == (other.bits, other.cause)
+
+    def _ended_as_asked(self, state: MotorState) -> bool:
+        """Whether an announced end, the end cause and the position all tell of success."""
+        near = self.move.target_position is None or self._is_target(state.position)
+        return self.body.move_ended.is_set() and not state.cause and near
+
+    def _is_target(self, position: int | None) -> bool:
+        target = self.move.target_position
+        return target is not None and position is not None and abs(position - target) <= self.tolerance
+
+    async def _watch_its_way(self, state: MotorState) -> None:
+        """A motor that runs elsewhere than between start and target has begun elsewhere.
+
+        Seen twice, that is a sign of a loss of power where no mark tells.
+        """
+        if self._mark is None and self._is_off_its_way(state):
+            again = await self._answered(lambda: self._ask(Lane.PROOF))
+            self._strayed |= again is not None and self._is_off_its_way(again)
+
+    def _is_off_its_way(self, state: MotorState) -> bool:
+        start, target = self.move.start_position, self.move.target_position
+        if not state.runs or start is None or target is None:
+            return False
+        slack = max(self.tolerance, self.body.position_tolerance)
+        return not min(start, target) - slack <= state.position <= max(start, target) + slack
+
+    # the verdict
+
+    async def without_reply(self, error: NoReply) -> Verdict | None:
+        """Nobody knows whether the command was executed: let the motor tell; None where the move runs on."""
+        state = await self._state(lambda _: False)
+        if state is None:
+            return self.given_up(error)
+        self.move.position = state.position
+        if state.runs:
+            self._note(
+                "The motor runs, and had stood still: the command was executed although no reply came."
+            )
+            return None
+        kept = await self._mark_tells()
+        if kept is False:
+            self.body.stands()
+            return Verdict(MoveStatus.LOST, error=_without_power(self.body))
+        if kept or not self.body.went_silent:
+            if self._travelled_to_target(state):
+                self._note("The motor stands at the target, although no reply came.")
+                return None
+            if self._untouched(state) and (kept or await self._still_counts(state)):
+                return self._of_untouched()
+        self.body.stands()
+        self._note(f"The motor stands at {state.position}, which proves nothing.")
+        if kept is None and state.position == POWER_ON_POSITION and self.move.kind != "home":
+            self.body.power.lost(certain=False)
+        return Verdict(MoveStatus.UNKNOWN, error=error)
+
+    def _travelled_to_target(self, state: MotorState) -> bool:
+        started_there = self.before is not None and self._is_target(self.before.position)
+        return self._is_target(state.position) and not started_there
+
+    def _untouched(self, state: MotorState) -> bool:
+        """Whether the motor shows that a move of some length was never begun."""
+        before = self.before
+        if before is None or self.move.kind not in ("relative", "absolute", "continuous"):
+            return False
+        ended_at_once = state.bits & ~before.bits & MOTION_ERRORS
+        return state.position == before.position and not ended_at_once
+
+    async def _still_counts(self, state: MotorState) -> bool:
+        """Whether it has kept its power: a controller that was switched off and on stands at 0, too."""
+        return state.position != POWER_ON_POSITION or await self._remembers_homing()
+
+    def _of_untouched(self) -> Verdict:
+        self.body.stands()
+        if self.move.start_position == self.move.target_position:
+            self._note("The motor stands at the target, where it stood before: there was nothing to do.")
+            return Verdict(MoveStatus.SUCCEEDED)
+        self._note("The motor stands where it stood: the command was not executed.")
+        return Verdict(MoveStatus.FAILED, "not_executed", _lost_on_its_way(self.body, self.move))
+
+    async def at_rest(self, state: MotorState) -> Verdict:
+        """How the move ended that came to rest."""
+        body, move = self.body, self.move
+        causes = names_of(state.cause, END_CAUSE_BITS)
+        if causes == ["stop_command"]:
+            return Verdict(MoveStatus.STOPPED, "stop_command")
+        if causes:
+            cause = "+".join(causes)
+            return Verdict(MoveStatus.FAILED, cause, _ended_by(body, cause))
+        kept = await self._kept_its_power()
+        if kept is False:
+            return Verdict(MoveStatus.LOST, error=_without_power(body))
+        if move.target_position is not None and not self._is_target(move.position):
+            return Verdict(MoveStatus.FAILED, "position_mismatch", _missed(body, move))
+        if kept is None:
+            return Verdict(MoveStatus.UNKNOWN, error=_perhaps_without_power(body, move))
+        if move.kind == "home":
+            body.power.found_origin()
+        return Verdict(MoveStatus.SUCCEEDED, "normal")
+
+    def given_up(self, error: GatewayError | None = None) -> Verdict:
+        """The verdict on a move whose end nobody could see: what was heard of it last is evidence."""
+        body, silence = self.body, self._silence
+        if body.stopped_at is not None:
+            self.move.position = body.stopped_at
+            self._note(f"A stop was confirmed: the motor stood still at {body.stopped_at}.")
+            return Verdict(MoveStatus.STOPPED, "stop_command")
+        if body.move_ended.is_set():
+            self._note("The link master has announced the end of a move; nobody could ask how it ended.")
+        elif self._half is not None and not self._half.runs:
+            self._note(f"The motor was last heard to stand still at {self._half.position}.")
+        elif silence.of_body:
+            return Verdict(MoveStatus.LOST, error=error or _gone(body))
+        return Verdict(MoveStatus.UNKNOWN, error=error or _out_of_reach(body, silence))
+
+    # its power
+
+    async def _kept_its_power(self) -> bool | None:
+        """Whether it has kept its power since the command was sent; None where nothing proves it."""
+        if not self._in_question():
+            return True
+        told = await self._mark_tells()
+        if told is not None or self._mark_stood():
+            return told
+        return await self._seems_to_have_kept_it()
+
+    def _in_question(self) -> bool:
+        """Whether the end of the move alone does not prove it.
+
+        After a loss of power a controller announces no end, and stands at 0, or anywhere on its way.
+        """
+        move = self.move
+        missed = move.target_position is not None and not self._is_target(move.position)
+        silent_end = move.completion != "frame" and (
+            move.target_position is None or move.position == POWER_ON_POSITION
+        )
+        return self._needs_proof or self.body.went_silent or missed or silent_end
+
+    async def _mark_tells(self) -> bool | None:
+        """Whether its mark proves that it has kept its power; None where there is none, or no answer."""
+        if self._mark_stood() and await self._answered(self._ask_for_mark) is None:
+            return None
+        if self.body.power.losses != self._losses:
+            return False
+        return True if self._mark_stood() else None
+
+    def _mark_stood(self) -> bool:
+        """Whether the mark is, as far as is known, the one that stood before the move."""
+        return self._mark is not None and self.body.power.mark == self._mark
+
+    async def _ask_for_mark(self) -> bool:
+        await self.body.mark.stands(Lane.PROOF)
+        return True
+
+    async def _seems_to_have_kept_it(self) -> bool | None:
+        """The same where there is no mark: position, status and the announcement of the end have to tell."""
+        move = self.move
+        if self._power_was_lost() or self._strayed:
+            self.body.power.lost(certain=False)
+            return False
+        at_power_on = move.position == POWER_ON_POSITION
+        if not at_power_on and move.kind == "home" and move.completion != "frame":
+            return None
+        if not at_power_on or await self._end_announced():
+            if self._needs_proof:
+                self._note(
+                    "No mark proves that it has kept its power: only position, status and settings tell."
+                )
+            return True
+        self._note(
+            f"The motor stands at {POWER_ON_POSITION}, as after a loss of power, and no end was announced."
+        )
+        if await self._remembers_homing():
+            return True
+        self.body.power.lost(certain=False)
+        return None
+
+    def _power_was_lost(self) -> bool:
+        """Whether a body that calls its end normal may have been switched off in the middle of the move."""
+        at_power_on = self.move.position == POWER_ON_POSITION
+        arrived = self._is_target(self.move.position)
+        if arrived and not at_power_on:
+            return False
+        fell_back = at_power_on and self.move.kind in ("relative", "absolute", "continuous")
+        return self.body.went_silent or (fell_back and not arrived)
+
+    async def _end_announced(self) -> bool:
+        if self.move.completion == "frame":
+            return True
+        if not await self.body.end_announced(MISSING_END_FRAME_S):
+            return False
+        self.move.completion = "frame"
+        return True
+
+    async def _remembers_homing(self) -> bool:
+        try:
+            remembers = await self.body.remembers_homing(Lane.PROOF)
+        except GatewayError:
+            return False
+        if remembers:
+            self._note("The controller remembers its last homing, so it has kept its power.")
+        return remembers
+
+    def _note(self, sentence: str) -> None:
+        self.move.evidence.append(sentence)
+
+
+def _gone(body: Body) -> MoveFailed:
+    return MoveFailed(
+        f"{body.address} stopped answering in the middle of the move; it may still be moving.",
+        "Check its power and cable, stop it, and home it again.",
+    )
+
+
+def _ended_by(body: Body, cause: str) -> MoveFailed:
+    return MoveFailed(
+        f"The move of {body.address} was ended by {cause}; the motor stands still.",
+        "Remove the cause, clear the controller's status, and home the axis if steps were lost.",
+    )
+
+
+def _without_power(body: Body) -> MoveFailed:
+    has = "has" if body.power.certain else "seems to have"
+    return MoveFailed(
+        f"{body.address} {has} lost its power before or in the middle of the move; the motor stands "
+        "still, and nobody knows where.",
+        "Home it again: its position means nothing now.",
+    )
+
+
+class _Unproved(GatewayError):
+    """A move whose end nothing proves, nor that it was begun."""
+
+    kind, title = MoveFailed.kind, "The end of the move is not known"
+    moved = "unknown"
+
+
+def _perhaps_without_power(body: Body, move: Move) -> _Unproved:
+    return _Unproved(
+        f"{body.address} stands at {move.position}, and nothing proves that it has kept its power: it has "
+        "arrived there, or has lost its power before or in the middle of the move.",
+        "Home it again, unless its position is proved otherwise.",
+    )
+
+
+def _out_of_reach(body: Body, silence: Silence) -> _Unproved:
+    return _Unproved(
+        f"{body.address} could not be asked for {silence.out_of_reach_s:.0f} s; the move may have ended, or "
+        "the motor may still be moving.",
+        "See that its line works, then read its status and position.",
+    )
+
+
+def _lost_on_its_way(body: Body, move: Move) -> NotExecuted:
+    return NotExecuted(
+        f"{move.command} was sent to {body.address} and no reply came; the motor has not moved.",
+        "Send it again if it is still wanted.",
+    )
+
+
+def _missed(body: Body, move: Move) -> MoveFailed:
+    return MoveFailed(
+        f"{body.address} stands at {move.position} pulses, not at {move.target_position} as was asked.",
+        "The command may have been garbled on the line, or the controller has lost its power: "
+        "check the position before the next move.",
+    )

@@ -1,0 +1,284 @@
+"""The life of a move: sent at most once, followed to its end by what the controller itself says."""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Any
+
+from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
+from gateway.core.move_log import MoveLog, new_id
+from gateway.core.move_record import Move, MoveError, MoveKind, MoveStatus
+from gateway.rorze.bodies import Body, Group
+from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Verdict
+from gateway.rorze.power import ProofTooOld
+from protocols.rorze.link import MoveEnded
+from protocols.rorze.moves import AbsoluteMove, RelativeMove
+from protocols.rorze.origin import CentreStallDog, OriginSearch
+from protocols.rorze.row import RorzeCommand
+from protocols.table import Reply
+
+
+class Moves:
+    """All moves of a plant: starts them, follows them, remembers them."""
+
+    def __init__(self, publish: Callable[[str, Body, Move], str]) -> None:
+        self._publish = publish
+        self._log = MoveLog[Move]()
+        self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
+
+    def get(self, move_id: str) -> Move:
+        """Find a move by its id.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        return self._log.get(move_id)
+
+    def of(self, body: Body) -> list[Move]:
+        """The body's moves, newest first."""
+        return self._log.of(body.address)
+
+    async def wait(self, move_id: str, timeout_s: float) -> Move:
+        """Give the move when it is over, or as it is when the time is up.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        return await self._log.wait(move_id, timeout_s)
+
+    async def start(
+        self, target: Body | Group, command: RorzeCommand[Any], start_within_s: float = 5.0
+    ) -> list[Move]:
+        """Send a motion command, and give its moves when the controllers have accepted or refused it.
+
+        One move comes back for a body, one for each member for a group.
+
+        :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
+        :raises PowerCycled: a body has lost its power, and would go to another place; nothing was sent.
+        :raises ControllerRefused: the body refused; nothing moved.
+        :raises NotSent: the line is down, the body offline, the time was up, or the gateway ends or was held
+            up; nothing was sent.
+        """
+        target.line.admission.require()
+        bodies = _idle_bodies_of(target)
+        _require_power(bodies, command)
+        epoch = target.line.gate.epoch(target.number)
+        flight = _Flight(
+            target, command, [Case(body, self._new(body, target, command)) for body in bodies], epoch
+        )
+        task = asyncio.create_task(self._fly(flight, start_within_s), name=f"move {flight.cases[0].move.id}")
+        self._tasks[task] = flight.answered
+        task.add_done_callback(self._tasks.pop)
+        task.add_done_callback(lambda _: flight.answered.cancel())
+        refusal = await asyncio.shield(flight.answered)
+        if refusal is not None:
+            raise refusal
+        return [case.move for case in flight.cases]
+
+    async def begun(self) -> None:
+        """Wait until every move that was asked for has been taken or refused."""
+        if self._tasks:
+            await asyncio.wait(self._tasks.values())
+
+    def let_go(self) -> None:
+        """Give those who wait for moves what is known now."""
+        self._log.let_go()
+
+    async def close(self) -> None:
+        """Stop following, once the lines are closed; the motors keep doing what they do."""
+        await self.begun()
+        tasks = list(self._tasks)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any]) -> Move:
+        now = datetime.now(UTC)
+        move = Move(
+            id=new_id(now),
+            body_id=body.address,
+            group_id=target.address if isinstance(target, Group) else None,
+            kind=kind_of(command),
+            command=command.code,
+            frame=target.line.frame_of(target.number, command),
+            created_at=now,
+        )
+        self._log.add(move)
+        body.move = move
+        body.free.clear()
+        move.event_cursor = self._publish("body.move.queued", body, move)
+        return move
+
+    def _advance(self, body: Body, move: Move, status: MoveStatus, error: GatewayError | None = None) -> None:
+        """The only place where a move changes its status."""
+        move.status = status
+        if error is not None:
+            move.error = MoveError.of(error)
+        if status is MoveStatus.SENT:
+            move.sent_at = datetime.now(UTC)
+        if status.final:
+            move.ended_at = datetime.now(UTC)
+            body.move = None
+            body.free.set()
+            self._log.end(move)
+        self._publish(
+            "body.move.started" if status is MoveStatus.MOVING else f"body.move.{status}", body, move
+        )
+
+    def _end(self, case: Case, verdict: Verdict) -> None:
+        case.move.end_cause = verdict.end_cause
+        self._advance(case.body, case.move, verdict.status, verdict.error)
+
+    # from the queue to the reply
+
+    async def _fly(self, flight: "_Flight", start_within_s: float) -> None:
+        """One motion command, from the queue to the end of all its moves."""
+        try:
+            results = await self._send(flight, start_within_s)
+        except GatewayError as error:
+            results = {case.body: error for case in flight.cases}
+        for case in flight.cases:
+            self._reply(case.body, case.move, results[case.body])
+        flight.answer(results)
+        await asyncio.gather(*(self._see_through(case, results[case.body]) for case in flight.cases))
+
+    async def _send(self, flight: "_Flight", start_within_s: float) -> "_Results":
+        expires_at = asyncio.get_running_loop().time() + start_within_s
+        while True:
+            for case in flight.cases:
+                await case.know_the_start(flight.command)
+            try:
+                return await self._write(flight, expires_at)
+            except ProofTooOld:  # nothing was written
+                continue
+
+    async def _write(self, flight: "_Flight", expires_at: float) -> "_Results":
+        def written(_: float) -> None:
+            for case in flight.cases:
+                case.body.was_set_going()
+                self._advance(case.body, case.move, MoveStatus.SENT)
+
+        target = flight.target
+        if target.line.gate.epoch(target.number) != flight.epoch:
+            raise target.line.gate.overtaken(target.number)
+        if isinstance(target, Group):
+            return {**await target.ask(flight.command, expires_at=expires_at, on_written=written)}
+        reply, _ = await target.ask(flight.command, expires_at=expires_at, on_written=written)
+        return {target: reply}
+
+    def _reply(self, body: Body, move: Move, result: "Reply | GatewayError") -> None:
+        if isinstance(result, ControllerRefused):
+            if move.status is MoveStatus.SENT:
+                body.refused()
+            asked_itself = result.address in (move.body_id, move.group_id)
+            self._advance(body, move, MoveStatus.REJECTED if asked_itself else MoveStatus.CANCELLED, result)
+        elif isinstance(result, NoReply):
+            return
+        elif isinstance(result, GatewayError):
+            self._advance(body, move, MoveStatus.CANCELLED, result)
+        else:
+            move.acknowledged_at = datetime.now(UTC)
+
+    # from the reply to the end
+
+    async def _see_through(self, case: Case, result: "Reply | GatewayError") -> None:
+        if isinstance(result, NoReply):
+            verdict = await case.without_reply(result)
+            if verdict is not None:
+                self._end(case, verdict)
+        if not case.move.status.final:
+            await self._follow(case)
+
+    async def _follow(self, case: Case) -> None:
+        """Ask the controller until the pulses have ended, and why they have."""
+        body, move = case.body, case.move
+        while True:
+            announced, due = body.move_ended.is_set(), body.end_due.is_set()
+            state = await case.running()
+            if state is None:
+                self._end(case, case.given_up())
+                return
+            move.position = state.position
+            if not state.runs:
+                break
+            if announced:  # an earlier move's end
+                body.move_ended.clear()
+            if due:
+                body.end_due.clear()
+            if move.status is MoveStatus.SENT:
+                self._advance(body, move, MoveStatus.MOVING)
+            await body.end_seems_due(body.poll_interval_s)
+        move.completion = "frame" if body.move_ended.is_set() else "polling"
+        body.stands()
+        self._end(case, await case.at_rest(state))
+        if move.completion == "polling" and move.status is not MoveStatus.LOST:
+            await self._expect_end_frame(body)
+
+    async def _expect_end_frame(self, body: Body) -> None:
+        """A move that ended unannounced is a sign that the link master has restarted."""
+        if not await body.end_announced(MISSING_END_FRAME_S) and body.move is None:
+            body.line.set_up_again(f"the end of a move of {body.short} was not announced")
+
+    def ended(self, body: Body, frame: MoveEnded) -> None:
+        """The link master announces an end: only a reason to look now, never a proof."""
+        if body.move is None:
+            body.moved_unseen()
+        if body.move is None or body.move.command == frame.code:
+            body.announced()
+
+
+_Results = dict[Body, "Reply | GatewayError"]
+
+
+@dataclass(eq=False)
+class _Flight:
+    """A motion command on its way, with one move for each body it moves."""
+
+    target: Body | Group
+    command: RorzeCommand[Any]
+    cases: list[Case]
+    epoch: int
+    """The target's stop epoch at admission."""
+    answered: "asyncio.Future[GatewayError | None]" = field(
+        default_factory=lambda: asyncio.get_running_loop().create_future()
+    )
+
+    def answer(self, results: _Results) -> None:
+        """Tell who asked: an error if a single body did not take the command, or nobody was sent it."""
+        errors = [
+            it for it in results.values() if isinstance(it, GatewayError) and not isinstance(it, NoReply)
+        ]
+        alone = isinstance(self.target, Body)
+        nobody = all(case.move.sent_at is None for case in self.cases)
+        if not self.answered.done():
+            self.answered.set_result(errors[0] if errors and (alone or nobody) else None)
+
+
+def _idle_bodies_of(target: Body | Group) -> list[Body]:
+    """The bodies a motion command would move, none of which has a move that is not over."""
+    if isinstance(target, Group):
+        target.require_in_force()
+    bodies = target.members if isinstance(target, Group) else [target]
+    for body in bodies:
+        if body.move is not None:
+            raise BodyBusy(
+                f"{body.address} still has the move {body.move.id}; nothing was sent.",
+                "Wait for it or stop it.",
+            )
+    return bodies
+
+
+def _require_power(bodies: list[Body], command: RorzeCommand[Any]) -> None:
+    """Refuse a motion to a place that a body has lost with its power."""
+    for body in bodies:
+        refusal = body.power.refusal(body.address, command)
+        if refusal is not None:
+            raise refusal
+
+
+def kind_of(command: RorzeCommand[Any]) -> MoveKind:
+    """What kind of move a motion command makes."""
+    if isinstance(command, RelativeMove):
+        return "continuous" if command.distance == "endless" else "relative"
+    if isinstance(command, AbsoluteMove):
+        return "absolute"
+    return "home" if isinstance(command, OriginSearch | CentreStallDog) else "interpolated"

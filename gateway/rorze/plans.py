@@ -1,0 +1,141 @@
+"""What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
+
+from typing import Any
+
+from pydantic import Field
+
+from gateway.core.errors import ControllerRefused
+from gateway.core.lanes import Lane
+from gateway.core.records import Record
+from gateway.rorze.bodies import Body
+from protocols.rorze.encoder import GetEncoderRatio
+from protocols.rorze.modes import GetOperatingMode
+from protocols.rorze.moves import AbsoluteMove, RelativeMove
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.patterns import GetPattern, GetSpeedChange
+from protocols.rorze.position import GetPosition
+from protocols.rorze.position_table import GetPositionEntry
+from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, steady
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.speeds import (
+    GetFallingAccelerationShare,
+    GetMaximumAcceleration,
+    GetMaximumSpeed,
+    GetRisingAccelerationShare,
+    GetStartSpeed,
+)
+from protocols.table import Ack
+
+SPEED_CHANGES = 16
+"""Points a pattern may have (SES)."""
+
+
+class PlannedMove(Record):
+    """A move that was checked and not sent."""
+
+    body_id: str
+    frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
+    distance: int | None = Field(
+        description="Pulses it would emit; null where only the motion itself can tell."
+    )
+    target_position: int | None = Field(description="In pulses, where it can be known beforehand.")
+    duration_s: float | None = Field(description="How long pulses would run, with the settings of now.")
+    note: str | None = Field(None, description="Why something is not known, or would be refused.")
+
+
+async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
+    """Work out a move from the controller's present settings. Only reads are sent.
+
+    :raises GatewayError: the settings could not be read.
+    """
+    frame = body.line.frame_of(body.number, command)
+    position, _ = await body.ask(GetPosition())
+    target = await target_of(body, command, position.pulses)
+    planned = PlannedMove(
+        body_id=body.address, frame=frame, distance=None, target_position=target, duration_s=None
+    )
+    refusal = body.power.refusal(body.address, command)
+    if refusal is not None:
+        planned.note = f"It would be refused: {refusal.detail}"
+        return planned
+    if target is None or not isinstance(command, RelativeMove | AbsoluteMove):
+        planned.note = "How far it goes is only known when it is done."
+        return planned
+    planned.distance = await _pulses(body, abs(target - position.pulses))
+    try:
+        profile = await _profile(body, command, planned.distance)
+    except (ProfileError, ControllerRefused) as error:
+        planned.note = f"It would be refused: {error}"
+    else:
+        planned.duration_s = profile.duration_s
+    return planned
+
+
+async def target_of(body: Body, command: RorzeCommand[Any], start: int, lane: Lane = Lane.READ) -> int | None:
+    """Where the command should bring the motor, as far as it can be known beforehand."""
+    if isinstance(command, RelativeMove):
+        amount = await _amount(body, command.distance, lane)
+        sign = 1 if command.code[1] == "+" else -1
+        return None if amount is None else start + sign * amount
+    if isinstance(command, AbsoluteMove):
+        return await _amount(body, command.position, lane)
+    return None
+
+
+async def _amount(body: Body, value: int | PositionReference | str, lane: Lane) -> int | None:
+    if isinstance(value, int):
+        return value
+    if isinstance(value, PositionReference) and isinstance(value.position, int):
+        reply, _ = await body.ask(GetPositionEntry(entry=value), lane=lane)
+        return reply.pulses
+    return None
+
+
+async def _pulses(body: Body, amount: int) -> int:
+    """An amount as the operating mode counts it, in pulses put out: encoder mode counts encoder steps."""
+    mode, _ = await body.ask(GetOperatingMode())
+    if mode.mode != "encoder":
+        return amount
+    ratio, _ = await body.ask(GetEncoderRatio())
+    return round(amount * ratio.ratio)
+
+
+async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:
+    up, down = await _parameters_of_pattern(body, command.pattern)
+    if command.code.startswith("2"):
+        return steady(distance, up.low, up, down)
+    return plan(distance, up, down, await _speed_changes(body, command.pattern))
+
+
+async def _speed_changes(body: Body, pattern: int | None) -> list[SpeedChange]:
+    if pattern is None:
+        return []
+    points = [
+        (await body.ask(GetSpeedChange(pattern=pattern, point=point)))[0] for point in range(SPEED_CHANGES)
+    ]
+    return [
+        SpeedChange("F", it.begin, it.speed) for it in points if it.begin is not None and it.speed is not None
+    ]
+
+
+async def _parameters_of_pattern(body: Body, pattern: int | None) -> tuple[SpeedParameters, SpeedParameters]:
+    if pattern is None:
+        standard = await _speed_parameters(body, None)
+        return standard, standard
+    sets, _ = await body.ask(GetPattern(pattern=pattern))
+    return await _speed_parameters(body, sets.acceleration), await _speed_parameters(body, sets.deceleration)
+
+
+async def _speed_parameters(body: Body, speed_set: int | None) -> SpeedParameters:
+    low, _ = await body.ask(GetStartSpeed(speed_set=speed_set))
+    high, _ = await body.ask(GetMaximumSpeed(speed_set=speed_set))
+    acceleration, _ = await body.ask(GetMaximumAcceleration(speed_set=speed_set))
+    rising, _ = await body.ask(GetRisingAccelerationShare(speed_set=speed_set))
+    falling, _ = await body.ask(GetFallingAccelerationShare(speed_set=speed_set))
+    return SpeedParameters(
+        low=low.speed,
+        high=high.speed,
+        acceleration=acceleration.acceleration,
+        rising=rising.percent,
+        falling=falling.percent,
+    )

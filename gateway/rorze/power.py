@@ -1,0 +1,268 @@
+"""The power of a body: the signs that it was lost, the mark that proves it kept, and what is refused then.
+
+A controller that loses its power for 10 ms may begin anew (RC-420 manual 5.4.2): it calls the place where it
+stands 0, and takes its settings and its position table from flash memory. The mark is a text in a user
+comment, in RAM only: where it still stands, the power was kept.
+"""
+
+import re
+import secrets
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import inf
+from typing import Any, Final, Literal
+
+from gateway.core.errors import GatewayError, NotSent, PowerCycled
+from protocols.rorze.commands import COMMANDS
+from protocols.rorze.encoder import SetEncoderRatio
+from protocols.rorze.flash import SaveSettings
+from protocols.rorze.modes import SetOperatingMode
+from protocols.rorze.moves import RelativeMove
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.origin import CentreStallDog, OriginSearch
+from protocols.rorze.position import SetEncoderCount, SetPosition
+from protocols.rorze.programs import RunProgram, StepProgram
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import SetUserComment
+from protocols.table import Reply, Retry
+
+POWER_ON_POSITION = 0
+"""An assumption: what a controller calls its position, and the distance of its last homing (0PD), when it
+has been switched on; a loss of power of 10 ms may switch it on again (RC-420 manual 5.4.2)."""
+PROOF_HOLDS_S = 2.0
+"""A motion to a place is not written when its body was last proved to have kept its power longer ago."""
+LASTING_ERRORS = 0x76
+"""Bits of the controller status (9CD) that stay until they are cleared, and are gone after power-on: limit,
+EMS, initialisation, movement range, STALL."""
+ACKNOWLEDGE = (
+    "Home it; or see where it stands and that its settings are right, and acknowledge the power cycle."
+)
+
+NO_SETTINGS: Final = ("UDD", "9VD")
+"""Data memories change while a user program runs, and a comment may hold the mark."""
+
+Homed = Literal["yes", "no", "unknown"]
+Acknowledgement = Literal["homing", "set_position", "request"]
+
+RENAMING: Final = (SetPosition, SetEncoderCount, SetEncoderRatio, SetOperatingMode)
+"""After these the same place has another number."""
+
+_MARK = re.compile("GW-[0-9a-f]{8}")
+
+
+class ProofTooOld(NotSent):
+    """A motion waited so long that its body may have lost its power since it was asked."""
+
+
+def needs_place(command: RorzeCommand[Any]) -> bool:
+    """Whether a motion ends where a loss of power would not let it end.
+
+    So do moves to a position or by an entry of the position table, interpolated moves, and programs.
+    """
+    if command.retry is Retry.READ:
+        return False
+    if isinstance(command, RelativeMove):
+        return isinstance(command.distance, PositionReference)
+    if isinstance(command, OriginSearch | CentreStallDog):
+        return False
+    return command.starts_motion() or isinstance(command, RunProgram | StepProgram)
+
+
+def is_setting(question: RorzeCommand[Any]) -> bool:
+    """Whether it asks for what only a host can change, and no user program."""
+    setter = COMMANDS.get(f"{question.code[:-1]}S")
+    asks = question.retry is Retry.READ and question.code[-1:] == "D" and question.code not in NO_SETTINGS
+    return asks and setter is not None and setter.retry is Retry.SETTING and not setter.program
+
+
+def new_mark() -> str:
+    """Make a mark that no body has had before."""
+    return f"GW-{secrets.token_hex(4)}"
+
+
+def is_mark(text: str) -> bool:
+    """Whether a comment is empty, or a mark of this gateway or of an earlier one: it may be overwritten."""
+    return not text or _MARK.fullmatch(text) is not None
+
+
+@dataclass(eq=False)
+class Power:
+    """What is known of a body's power. It asks nothing and has no clock: it is told."""
+
+    comment: int = 0
+    """Number of the user comment (9VS) that holds the mark, 1-7; 0: there is no mark."""
+    needs_origin: bool = True
+    """Whether a loss of power makes its position worthless."""
+    on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
+    homed: Homed = "unknown"
+    cycled: bool = False
+    """Whether it has lost its power, and was neither homed nor acknowledged since."""
+    certain: bool = True
+    """Whether that loss is certain."""
+    losses: int = 0
+    """Counts the losses of power that were noticed."""
+    mark: str | None = None
+    """What stands in the comment; None while none was written and read back."""
+    candidate: str | None = None
+    """What is being written."""
+    mark_due: bool = True
+    """The mark is to be written or looked at."""
+    taken: bool = False
+    """The comment holds somebody's own text, or there is none."""
+    proved_at: float = -inf
+    """When it was last known to have kept its power."""
+    changed: RorzeCommand[Any] | None = None
+    """A question for a setting that was answered otherwise than before, though nobody here has changed it."""
+    _settings: dict[str, str] = field(default_factory=dict)
+    """What settings were when they were last read, by the texts of their questions."""
+    _position: int | None = None
+    _errors: int = 0
+    _seen: bool = False
+    _silent: bool = False
+
+    @property
+    def is_guarded(self) -> bool:
+        """Whether a loss of power from now on shows as well as it can: by the mark, where one can be."""
+        return self.mark is not None or not self.comment or self.taken
+
+    # what it is told
+
+    def note_told(self, command: RorzeCommand[Any]) -> None:
+        """A command that is no mere read was queued, or its outcome is known."""
+        self._errors = 0
+        self._settings.clear()
+        unknown = command.code not in COMMANDS
+        if command.starts_motion() or unknown or isinstance(command, (RunProgram, StepProgram, *RENAMING)):
+            self._position = None
+
+    def note_done(self, command: RorzeCommand[Any]) -> None:
+        """A command was executed, or may have been: what is saved to flash memory proves nothing any more."""
+        overwritten = (
+            isinstance(command, SetUserComment)
+            and command.comment_number == self.comment
+            and command.text not in (self.mark, self.candidate)
+        )
+        if overwritten or isinstance(command, SaveSettings):
+            self._forget_mark()
+
+    def _forget_mark(self) -> None:
+        self.mark, self.candidate, self.mark_due, self.taken = None, None, True, False
+
+    def note_position_set(self, command: SetPosition) -> None:
+        """Somebody has said where it stands; the encoder's count, too, is lost with the power."""
+        if command.position == "encoder" or not self.is_guarded:
+            return
+        if self.homed == "no":
+            self.homed = "unknown"
+        self.acknowledge("set_position")
+
+    def note_read(self, question: RorzeCommand[Any], reply: Reply) -> None:
+        """A question was answered: a setting that has changed by itself is a sign."""
+        if is_setting(question) and self.differs(question, reply):
+            self.changed, self.mark_due = question, True
+
+    def differs(self, question: RorzeCommand[Any], reply: Reply) -> bool:
+        """Whether a setting is not what it was when it was first read."""
+        told = reply.written()
+        return self._settings.setdefault(question.code + question.written(), told) != told
+
+    def note_motion(self) -> None:
+        """It moves, or has moved, by no command of this gateway."""
+        self._position = None
+
+    def note_silence(self) -> None:
+        """It does not answer: it may be without power."""
+        self._silent = self.mark_due = True
+
+    # the signs
+
+    def contradicts(self, position: int, bits: int, tolerance: int = 0) -> bool:
+        """Whether what a body at rest says does not follow from what it said before."""
+        elsewhere = self._position is not None and abs(position - self._position) > tolerance
+        back_from_silence = self._silent and self._seen and self._position is None
+        signs = elsewhere or back_from_silence or bool(self._errors & ~bits)
+        return signs or self.changed is not None
+
+    def looks_switched_on(self, position: int, bits: int) -> bool:
+        """Whether a contradiction looks like a loss of power, as far as position and status can tell."""
+        fell_back = position == POWER_ON_POSITION and self._position != POWER_ON_POSITION
+        return fell_back or bool(self._errors & ~bits)
+
+    def note_rest(self, position: int, bits: int, at: float) -> None:
+        """It stands there, and that is believed."""
+        self._position, self._errors = position, bits & LASTING_ERRORS
+        self._seen, self._silent = True, False
+        self._forget_settings()
+        if self.mark is None:
+            self.proved_at = at
+
+    # the verdict
+
+    def note_marked(self, mark: str, at: float) -> None:
+        """A mark was written and read back."""
+        self.mark, self.candidate, self.mark_due = mark, None, False
+        self.note_kept(at)
+
+    def _forget_settings(self) -> None:
+        """What is told from now on counts, where it was not as before."""
+        if self.changed is not None:
+            self.changed = None
+            self._settings.clear()
+
+    def note_kept(self, at: float) -> None:
+        """Its mark stands."""
+        self.proved_at = at
+        self._silent = False
+
+    def lost(self, *, certain: bool) -> None:
+        """It has been switched off and on, or seems to: keep it from going to places until somebody knows."""
+        self.losses += 1
+        self.homed, self.cycled, self.certain = "no", self.needs_origin, certain
+        self._forget_mark()
+        self._position, self._errors, self._silent = None, 0, False
+        self.changed = None
+        self._settings.clear()
+        self.on_news("body.power_cycled", {"certain": certain})
+
+    def found_origin(self) -> None:
+        """An origin search has ended well."""
+        if not self.is_guarded:
+            return
+        self.homed = "yes"
+        self.acknowledge("homing")
+
+    def acknowledge(self, by: Acknowledgement) -> None:
+        """Let it go to places again."""
+        if self.cycled:
+            self.cycled = False
+            self.on_news("body.power_cycle.acknowledged", {"by": by})
+
+    # what is refused
+
+    def refusal(self, address: str, command: RorzeCommand[Any]) -> PowerCycled | None:
+        """Why a motion to a place must not be sent."""
+        if not self.cycled or not needs_place(command):
+            return None
+        has_been = "has been" if self.certain else "seems to have been"
+        return PowerCycled(
+            f"{address} {has_been} switched off and on: its position and its position table mean nothing "
+            f"now; {command.code} was not sent.",
+            ACKNOWLEDGE,
+        )
+
+    def lost_again(self, address: str) -> PowerCycled:
+        """Why a loss of power cannot be acknowledged: there was another one."""
+        return PowerCycled(f"{address} has been switched off and on once more.", ACKNOWLEDGE)
+
+    def refuses_write(self, address: str, command: RorzeCommand[Any], now: float) -> GatewayError | None:
+        """Why a command must not be written in this instant, whatever was true when it was queued."""
+        if not self.needs_origin or not needs_place(command):
+            return None
+        refusal = self.refusal(address, command)
+        if refusal is None and command.starts_motion() and now - self.proved_at > PROOF_HOLDS_S:
+            return ProofTooOld(
+                f"{address} was not asked right before whether it has kept its power; {command.code} was not "
+                "sent.",
+                "Try again.",
+            )
+        return refusal

@@ -1,0 +1,40 @@
+"""What is read to decide something: on a line that garbles frames it has to be read twice."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from operator import eq
+from typing import Any, TypeVar
+
+from gateway.core.errors import NotSent
+from gateway.rorze.line import Line
+from gateway.rorze.session import CLEAN_AFTER_S
+
+MOST_READINGS = 8
+"""What differs so often cannot be known."""
+
+T = TypeVar("T")
+
+
+def errs(line: Line) -> bool:
+    """Whether the line has lately garbled or lost a frame."""
+    error_at = line.last_error_at
+    return error_at is not None and asyncio.get_running_loop().time() - error_at < CLEAN_AFTER_S
+
+
+async def believed(line: Line, read: Callable[[], Awaitable[T]], agree: Callable[[Any, Any], bool] = eq) -> T:
+    """Give a reading; while the line errs, one that came twice in a row.
+
+    :raises NotSent: no two readings agree.
+    :raises GatewayError: it was not read.
+    """
+    found = await read()
+    for _ in range(MOST_READINGS):
+        if not errs(line):
+            return found
+        again = await read()
+        if agree(found, again):
+            return again
+        found = again
+    raise NotSent(
+        f"Line {line.id} garbles its frames: no two readings agree; nothing was sent.", "Try again."
+    )

@@ -1,0 +1,127 @@
+"""Scans: who answers on a line, configured or not."""
+
+import asyncio
+import secrets
+from collections import OrderedDict
+from datetime import UTC, datetime
+from typing import Literal
+
+from pydantic import Field
+
+from gateway.core.errors import BodyBusy, GatewayError, LineDown, NotFound, NotSent
+from gateway.core.events import EventHub
+from gateway.core.records import Record
+from gateway.rorze.exchange import Answered
+from gateway.rorze.line import Line
+from protocols.rorze.link import encode
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.position_table import GetNumberedPositionEntry
+from protocols.rorze.row import LAST_BODY
+
+HISTORY = 100
+PROBE_TIMEOUT_S = 0.1
+"""A body that is there answers within milliseconds; one that missed the first round is asked again."""
+ROUNDS = 2
+
+
+class FoundBody(Record):
+    """A body that answered."""
+
+    body_id: str
+    configured: bool = Field(description="Whether the configuration knows it.")
+
+
+class Scan(Record):
+    """One scan of a line."""
+
+    id: str
+    line_id: str
+    status: Literal["running", "finished", "failed"] = "running"
+    found: list[FoundBody] = Field(default_factory=list)
+    asked: int = Field(0, description="Body numbers asked so far, of 120.")
+    error: str | None = None
+    started_at: datetime
+    ended_at: datetime | None = None
+
+
+class Scans:
+    """The scans of all lines; one at a time on each."""
+
+    def __init__(self, events: EventHub) -> None:
+        self._events = events
+        self._scans: OrderedDict[str, Scan] = OrderedDict()
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+
+    def start(self, line: Line) -> Scan:
+        """Begin to ask all 120 body numbers, between the line's other work.
+
+        :raises BodyBusy: a scan of this line is running.
+        :raises LineDown: the line is down.
+        """
+        for running in self._tasks:
+            if self._scans[running].line_id == line.id:
+                raise BodyBusy(f"Scan {running} of line {line.id} is still running.", "Wait for it.")
+        if line.state == "down":
+            raise LineDown(
+                f"Line {line.id} is down: {line.down_reason}. Nothing was sent.", "Check the cable."
+            )
+        scan = Scan(id=secrets.token_hex(6), line_id=line.id, started_at=datetime.now(UTC))
+        self._scans[scan.id] = scan
+        while len(self._scans) > HISTORY:
+            self._scans.popitem(last=False)
+        task = asyncio.create_task(self._run(scan, line), name=f"scan {scan.id}")
+        self._tasks[scan.id] = task
+        task.add_done_callback(lambda _: self._tasks.pop(scan.id, None))
+        return scan
+
+    def get(self, scan_id: str) -> Scan:
+        """Find a scan.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        if scan_id not in self._scans:
+            raise NotFound(f"There is no scan {scan_id}.", "Start a new one.")
+        return self._scans[scan_id]
+
+    async def wait(self, scan_id: str, timeout_s: float) -> Scan:
+        """Give the scan when it is over, or as it is when the time is up."""
+        scan = self.get(scan_id)
+        if scan_id in self._tasks and timeout_s > 0:
+            await asyncio.wait([self._tasks[scan_id]], timeout=timeout_s)
+        return scan
+
+    async def close(self) -> None:
+        """Break off the scans that run."""
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _run(self, scan: Scan, line: Line) -> None:
+        try:
+            await self._ask_everybody(scan, line)
+        except GatewayError as error:
+            scan.status, scan.error = "failed", error.detail
+        except asyncio.CancelledError:
+            scan.status, scan.error = "failed", "The gateway is shutting down."
+        else:
+            scan.status = "finished"
+        scan.ended_at = datetime.now(UTC)
+        self._events.publish(f"line.scan.{scan.status}", f"/lines/{line.id}", scan.model_dump(mode="json"))
+
+    async def _ask_everybody(self, scan: Scan, line: Line) -> None:
+        frame = encode(0, GetNumberedPositionEntry(entry=PositionReference(position=2047)))
+        wire_s = 4 * len(frame) * line.transport.byte_time_s
+        missing = [body for body in range(LAST_BODY + 1) if line.can_address(body)]
+        for _ in range(ROUNDS):
+            for body in list(missing):
+                outcome = await line.probe(body, PROBE_TIMEOUT_S + wire_s)
+                if isinstance(outcome, NotSent):
+                    raise outcome
+                scan.asked = max(scan.asked, body + 1)
+                if isinstance(outcome, Answered):
+                    missing.remove(body)
+                    scan.found.append(
+                        FoundBody(body_id=f"{line.id}.{body:02X}", configured=body in line.bodies)
+                    )
+        scan.found.sort(key=lambda it: it.body_id)

@@ -1,0 +1,318 @@
+"""Software stops: sent ahead of everything, repeated, believed only when the controller stands still."""
+
+import asyncio
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from typing import Any
+
+from pydantic import Field
+
+from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
+from gateway.core.events import EventHub
+from gateway.core.lanes import Lane
+from gateway.core.records import Record
+from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState
+from gateway.core.stops import StopMode as StopMode
+from gateway.core.waiting import happens
+from gateway.rorze.bodies import Body, Group
+from gateway.rorze.exchange import Answered, Outcome
+from gateway.rorze.line import Line
+from protocols.rorze.interpolation import StartInterpolation
+from protocols.rorze.position import GetPosition
+from protocols.rorze.programs import EndProgram, GetProgramStatus
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import GetControllerStatus
+from protocols.rorze.stops import StopDecelerating, StopImmediately
+
+ATTEMPT_FRAMES = 2
+"""An attempt to stop a body that does not answer: the stop, and the end of the program."""
+PROGRAM_RUNS = 1
+"""Bit 0 of a program's status (URD)."""
+
+
+class StopReport(Record):
+    """How far the stop of one body has come."""
+
+    body_id: str
+    state: StopState = Field(
+        "requested", description="Only confirmed means that the controller itself reports standstill."
+    )
+    position: int | None = Field(None, description="In pulses, at standstill.")
+    detail: str | None = Field(None, description="Why it is not confirmed.")
+
+
+class Stops:
+    """The stops under way. A second stop of the same kind joins the first."""
+
+    def __init__(self, events: EventHub, groups_of: Callable[[Body], list[Group]]) -> None:
+        self._events = events
+        self._groups_of = groups_of
+        self._running: dict[tuple[Body, StopMode], _BodyStop] = {}
+        self._tasks: dict[_BodyStop, asyncio.Task[None]] = {}
+        """Of these, and of those that are confirmed and whose moves have not been recorded yet."""
+
+    def stop(self, bodies: Iterable[Body], mode: StopMode) -> "asyncio.Task[list[StopReport]]":
+        """Stop bodies; every stop frame is queued before this returns, first those that reach whole groups.
+
+        What is being stopped so already is stopped again by itself: it gets no further frame from here.
+        The result comes when all stand still, or after two seconds with what is known then.
+        """
+        wanted = self._with_interpolation_partners(bodies)
+        for body in wanted:
+            self._forbid_what_waits(body)
+        new = [body for body in wanted if (body, mode) not in self._running]
+        for group in self._groups_within(wanted):
+            if not set(new).isdisjoint(group.members):
+                _submit_quietly(group, mode)
+        for body in new:
+            self._begin(body, mode)
+        running = [self._running[body, mode] for body in wanted]
+        return asyncio.create_task(self._report(running), name="stop report")
+
+    def under_way(self, body: Body) -> bool:
+        """Whether a stop of the body is not confirmed yet."""
+        return any(stop.body is body for stop in self._tasks)
+
+    def on_line(self, line: Line) -> bool:
+        """Whether a stop of any body of a line is not confirmed yet."""
+        return any(stop.body.line is line for stop in self._tasks)
+
+    def in_reach_again(self, body: Body) -> None:
+        """A body that was silent answers again, or its line is up again: the next stop will be heard."""
+        for stop in self._tasks:
+            if stop.body is body:
+                stop.repeat_at_once()
+
+    def unconfirmed(self, body: Body) -> StopReport | None:
+        """How far a stop of the body has come that is not confirmed yet."""
+        reports = [stop.report for stop in self._tasks if stop.body is body]
+        return next((report for report in reports if report.state != "confirmed"), None)
+
+    async def confirmed(self) -> None:
+        """Wait until every stop is confirmed, and its move recorded."""
+        if self._tasks:
+            await asyncio.wait(self._tasks.values())
+
+    async def close(self) -> None:
+        """Give up repeating: nobody is there any more who could."""
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _with_interpolation_partners(self, bodies: Iterable[Body]) -> list[Body]:
+        """An axis of an interpolated move takes the others of its group with it."""
+        wanted = dict.fromkeys(bodies)
+        for body in list(wanted):
+            if body.move is not None and body.move.command == StartInterpolation.code:
+                for group in self._groups_of(body):
+                    if group.address == body.move.group_id:
+                        wanted |= dict.fromkeys(group.members)
+        return list(wanted)
+
+    def _groups_within(self, bodies: list[Body]) -> list[Group]:
+        groups = dict.fromkeys(group for body in bodies for group in self._groups_of(body))
+        return [group for group in groups if set(group.members) <= set(bodies)]
+
+    def _forbid_what_waits(self, body: Body) -> None:
+        """Nothing admitted before the stop, for the body or a group it is in, can be written after it."""
+        numbers = {body.number, *(group.number for group in self._groups_of(body))}
+        for number in numbers:
+            body.line.gate.stop(number)
+        body.line.cancel(lambda it: it.body in numbers and it.lane is Lane.COMMAND, StoppedFirst())
+
+    def _begin(self, body: Body, mode: StopMode) -> None:
+        stop = _BodyStop(body, mode, self._events)
+        stop.submit()
+        task = asyncio.create_task(self._see_through(stop), name=f"stop {body.address}")
+        self._running[body, mode], self._tasks[stop] = stop, task
+        task.add_done_callback(lambda _: self._over(stop))
+        stop.publish("requested")
+
+    def _over(self, stop: "_BodyStop") -> None:
+        """Forget a stop, which a gateway that closes may not even have begun to see through."""
+        del self._tasks[stop]
+        self._forget(stop)
+
+    def _forget(self, stop: "_BodyStop") -> None:
+        if self._running.get((stop.body, stop.mode)) is stop:
+            del self._running[stop.body, stop.mode]
+
+    async def _report(self, stops: "list[_BodyStop]") -> list[StopReport]:
+        running = [self._tasks[stop] for stop in stops if stop in self._tasks]
+        if running:
+            await asyncio.wait(running, timeout=CONFIRM_WITHIN_S)
+        return [stop.report for stop in stops]
+
+    async def _see_through(self, stop: "_BodyStop") -> None:
+        """Repeat it until it is confirmed; from then on another stop is one of its own."""
+        await stop.see_through()
+        stop.withdraw()
+        self._forget(stop)
+        stop.body.was_stopped(stop.report.position)
+        stop.publish("confirmed")
+        await _move_recorded(stop.body)
+
+
+class _BodyStop(Stopping):
+    """The stop of one body, and of the user program that could start its next move."""
+
+    def __init__(self, body: Body, mode: StopMode, events: EventHub) -> None:
+        self.report = StopReport(body_id=body.address)
+        super().__init__(mode, self.report)
+        self.body = body
+        self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
+        self._events = events
+        self._stop: asyncio.Future[Outcome] | None = None
+        self._end: asyncio.Future[Outcome] | None = None
+        """Of the program."""
+        self._answers = True
+        """If not, the body may be dead, and nobody else need wait for it."""
+        self._why: str | None = f"{body.address} has not told yet whether its motor stands still."
+        self.tell()
+
+    # sending
+
+    def submit(self) -> None:
+        """Send the stop, unless the last one still waits for its turn or its reply.
+
+        The end of the program follows the reply, for the link may take one frame at a time; where none is
+        to be expected it goes at once.
+        """
+        if _under_way(self._stop):
+            return
+        lane = self._lane()
+        try:
+            self._stop = self._send(_stop_of(self.mode), self.note_written)
+        except GatewayError as error:
+            self.note_not_sent(error)
+            return
+        if lane is Lane.AGAIN:
+            self._end_program()
+        self._stop.add_done_callback(lambda stop: self._note(lane, stop.result()))
+
+    def _lane(self) -> Lane:
+        return Lane.STOP if self._answers else Lane.AGAIN
+
+    def _send(
+        self, command: RorzeCommand[Any], on_written: Callable[[float], None] | None = None
+    ) -> "asyncio.Future[Outcome]":
+        return self.body.line.submit(self.body.number, command, self._lane(), on_written=on_written)
+
+    def _note(self, lane: Lane, outcome: Outcome) -> None:
+        if self.report.state == "confirmed":  # the end of a program would end the next move
+            return
+        self._answers = not isinstance(outcome, NoReply)
+        if isinstance(outcome, Answered):
+            self.report.state = "acknowledged"
+        if isinstance(outcome, NotSent):
+            self.note_not_sent(outcome)
+        elif isinstance(outcome, NoReply) and lane is Lane.STOP:
+            self.submit()
+        elif lane is Lane.STOP:
+            self._end_program()
+
+    def _end_program(self) -> None:
+        """End the user program, too (RC-420 manual 14, UES)."""
+        if _under_way(self._end):
+            return
+        immediately = self.mode == "immediate"
+        with suppress(GatewayError):
+            self._end = self._send(
+                EndProgram(motor="stop_immediately" if immediately else "stop_decelerating")
+            )
+
+    def withdraw(self) -> None:
+        """Take back what still waits: it would stop the next move."""
+        number = self.body.number
+        self.body.line.cancel(lambda it: it.body == number and it.lane is Lane.AGAIN, StoppedFirst())
+
+    def repeat_at_once(self) -> None:
+        """Wait no longer with the next repetition: it will be heard."""
+        self._answers = True
+        super().repeat_at_once()
+
+    def pause_s(self, took_s: float = 0.0) -> float:
+        """How long to wait; where silence holds up everybody, the silent share half of the line's time."""
+        line, pause_s = self.body.line, super().pause_s(took_s)
+        if self._answers or line.interject_stops:
+            return pause_s
+        return max(pause_s, 2 * len(line.offline) * ATTEMPT_FRAMES * line.reply_timeout_s - took_s)
+
+    # seeing
+
+    async def stands_still(self) -> bool:
+        """Whether the status says so twice, and no program runs that could move the motor again."""
+        await _over(self._stop)
+        await _over(self._end)
+        try:
+            self._why = await self._why_not_still()
+        except GatewayError as error:
+            # That nothing was sent is true of the question, but people would take it for the stop.
+            reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail
+            self._why = f"Nobody knows whether the motor of {self.body.address} stands still: {reason}"
+        else:
+            self._answers = True
+        self.tell()
+        return self._why is None
+
+    async def _why_not_still(self) -> str | None:
+        if await self._runs_pulses():
+            return "The motor has not come to rest."
+        if await self._runs_program():
+            return "A user program runs that could move the motor again."
+        position, _ = await self.body.ask(GetPosition(), lane=Lane.PROOF)
+        if await self._runs_pulses():
+            return "The motor has not come to rest."
+        self.report.position = position.pulses
+        return None
+
+    async def _runs_pulses(self) -> bool:
+        status, _ = await self.body.ask(GetControllerStatus(bit=0), lane=Lane.PROOF)
+        return bool(status.on)
+
+    async def _runs_program(self) -> bool:
+        try:
+            program, _ = await self.body.ask(GetProgramStatus(), lane=Lane.PROOF)
+        except ControllerRefused:  # it has no programs
+            return False
+        return bool(program.status & PROGRAM_RUNS)
+
+    def replies_heard(self) -> int:
+        """All of its line: while others are heard, its own turn comes."""
+        return self.body.line.counters["replies"]
+
+    # telling
+
+    def why_not(self) -> list[str]:
+        """What the controller has told, or why it has not."""
+        return [self._why] if self._why else []
+
+    def publish(self, what: str) -> None:
+        """Tell everybody how far it has come."""
+        self._events.publish(f"body.stop.{what}", f"/bodies/{self.body.address}", self.report.model_dump())
+
+
+async def _move_recorded(body: Body) -> None:
+    """Wait a little until the stopped move is over in the records too: a new one may then follow at once."""
+    if body.move is not None:
+        await happens(body.free, RECORD_WITHIN_S)
+
+
+def _under_way(future: "asyncio.Future[Outcome] | None") -> bool:
+    return future is not None and not future.done()
+
+
+async def _over(future: "asyncio.Future[Outcome] | None") -> None:
+    if future is not None:
+        await asyncio.wait({future})
+
+
+def _stop_of(mode: StopMode) -> StopImmediately | StopDecelerating:
+    return StopImmediately() if mode == "immediate" else StopDecelerating()
+
+
+def _submit_quietly(group: Group, mode: StopMode) -> None:
+    """One frame for all members; the single frames behind it do not depend on it."""
+    with suppress(GatewayError):
+        group.line.submit(group.number, _stop_of(mode), Lane.STOP)

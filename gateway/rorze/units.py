@@ -1,0 +1,63 @@
+"""Lengths and angles to pulses and back: one factor for each body, set in the configuration."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from gateway.core.errors import InvalidRequest
+
+Unit = Literal["pulse", "mm", "um", "deg", "mdeg"]
+_IN_BASE: dict[str, tuple[str, float]] = {
+    "mm": ("mm", 1.0),
+    "um": ("mm", 0.001),
+    "deg": ("deg", 1.0),
+    "mdeg": ("deg", 0.001),
+}
+
+
+class Scale(BaseModel):
+    """How many pulses one unit is, for a body."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    unit: Literal["mm", "um", "deg", "mdeg"]
+    pulses_per_unit: Annotated[float, Field(gt=0, le=1_000_000_000, allow_inf_nan=False)]
+
+    def pulses(self, value: float, unit: Unit) -> int:
+        """The nearest whole number of pulses.
+
+        :raises InvalidRequest: a length was given for an angle, or an angle for a length.
+        """
+        return round(value * self._factor(unit))
+
+    def value(self, pulses: int) -> float:
+        """The length or angle of so many pulses, in the scale's own unit."""
+        return pulses / self.pulses_per_unit
+
+    def _factor(self, unit: Unit) -> float:
+        if unit == "pulse":
+            return 1.0
+        dimension, size = _IN_BASE[unit]
+        own_dimension, own_size = _IN_BASE[self.unit]
+        if dimension != own_dimension:
+            raise InvalidRequest(
+                f"This body moves in {self.unit}, not in {unit}; nothing was sent.", "Use its unit."
+            )
+        return self.pulses_per_unit * size / own_size
+
+
+def to_pulses(value: float, unit: Unit, scale: Scale | None) -> int:
+    """Convert a distance or position to whole pulses.
+
+    :raises InvalidRequest: pulses are not whole, or the body has no scale, or another dimension.
+    """
+    if unit == "pulse":
+        if value != int(value):
+            raise InvalidRequest(f"{value} is not a whole number of pulses; nothing was sent.", "Round it.")
+        return int(value)
+    if scale is None:
+        raise InvalidRequest(
+            f"This body has no pulses_per_unit, so {unit} means nothing to it; nothing was sent.",
+            "Give pulses, or configure the body's scale.",
+        )
+    return scale.pulses(value, unit)

@@ -1,0 +1,170 @@
+"""Request bodies: what is not exactly JSON, or not exactly one thing, is refused and never a fault."""
+
+import json
+import math
+
+import pytest
+from fastapi import FastAPI
+from httpx2 import Response
+from hypothesis import given
+from hypothesis import strategies as st
+from starlette.testclient import TestClient
+
+from api.common import problems
+from api.common.requests import RequestModel, new_router
+from api.common.strict_json import MAX_BODY_BYTES, MAX_DEPTH, MAX_DIGITS, MAX_KEYS, NotStrict, parse
+
+# No deeper than a request may be, and no numbers that are too large for JSON.
+JSON = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers(-(10**30), 10**30)
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=10,
+)
+
+
+class Pulses(RequestModel):
+    """A body with one strict number."""
+
+    pulses: int
+
+
+def client() -> TestClient:
+    app = FastAPI()
+    problems.install(app)
+    router = new_router("test")
+
+    @router.post("/pulses", name="take_pulses")
+    async def take_pulses(body: Pulses) -> int:
+        return body.pulses
+
+    app.router.routes[:0] = router.routes
+    return TestClient(app, raise_server_exceptions=False)
+
+
+CLIENT = client()
+
+
+def post(content: bytes, content_type: str = "application/json") -> Response:
+    return CLIENT.post("/pulses", content=content, headers={"content-type": content_type})
+
+
+@given(JSON)
+def test_honest_json_is_read_as_it_is(value: object) -> None:
+    assert parse(json.dumps(value).encode()) == value
+
+
+@given(st.binary(max_size=200))
+def test_no_bytes_make_the_reader_fail_otherwise_than_by_refusing(data: bytes) -> None:
+    try:
+        parse(data)
+    except ValueError:
+        return
+
+
+@given(st.binary(max_size=200) | JSON.map(lambda value: json.dumps(value).encode()))
+def test_no_body_is_ever_a_fault_of_the_server(data: bytes) -> None:
+    answer = post(data)
+    assert answer.status_code in (200, 400, 422)
+    if answer.status_code != 200:
+        assert answer.headers["content-type"] == "application/problem+json"
+
+
+def test_a_good_body_is_taken() -> None:
+    answer = post(b'{"pulses": 500}')
+    assert (answer.status_code, answer.json()) == (200, 500)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"pulses": true}',
+        '{"pulses": "500"}',
+        '{"pulses": 5.0}',
+        '{"pulses": 5e2}',
+        '{"pulses": null}',
+        '{"pulses": NaN}',
+        '{"pulses": Infinity}',
+        '{"pulses": -Infinity}',
+        '{"pulses": 1e400}',
+        '{"pulses": ' + "9" * 5000 + "}",
+        '{"pulses": -' + "9" * 5000 + "}",
+        '{"pulses": 5, "pulses": 5}',
+        '{"pulses": 5, "more": 1}',
+        '{"pulses": "\\ud800"}',
+        '{"\\ud800": 5}',
+        "[5]",
+        "5",
+        "{}",
+        "null",
+        "[" * (MAX_DEPTH + 1) + "]" * (MAX_DEPTH + 1),
+        "[" * 10_000 + "]" * 10_000,
+        json.dumps({f"a{number}": 1 for number in range(MAX_KEYS + 1)}),
+    ],
+)
+def test_what_could_mean_something_else_is_422(text: str) -> None:
+    answer = post(text.encode())
+    assert answer.status_code == 422
+    assert answer.json()["type"].endswith(":invalid-request")
+    assert answer.json()["moved"] == "no"
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"{",
+        b"{'pulses': 5}",
+        b'{"pulses": 05}',
+        b'{"pulses": +5}',
+        b'{"pulses": 1_000}',
+        b'{"pulses": 5} trailing',
+        b'\xef\xbb\xbf{"pulses": 5}',
+        b'{"pulses": "\xff"}',
+        '{"pulses": 5}'.encode("utf-16"),
+    ],
+)
+def test_what_is_no_json_is_400(data: bytes) -> None:
+    assert post(data).status_code == 400
+
+
+@pytest.mark.parametrize("content_type", ["text/plain", "application/x-www-form-urlencoded", ""])
+def test_another_content_type_is_415(content_type: str) -> None:
+    answer = post(b'{"pulses": 5}', content_type)
+    assert answer.status_code == 415
+    assert "application/json" in answer.json()["detail"]
+
+
+def test_a_charset_beside_the_content_type_does_no_harm() -> None:
+    assert post(b'{"pulses": 5}', "application/json; charset=utf-8").status_code == 200
+
+
+def test_a_body_over_64_kib_is_413() -> None:
+    answer = post(b'{"pulses": ' + b" " * MAX_BODY_BYTES + b"5}")
+    assert answer.status_code == 413
+    assert answer.headers["content-type"] == "application/problem+json"
+
+
+def test_every_number_that_is_read_is_finite() -> None:
+    value = parse(b"[1e308, -1.5]")
+    assert isinstance(value, list)
+    assert all(math.isfinite(number) for number in value)
+    with pytest.raises(NotStrict):
+        parse(b"[1e309]")
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ('{"axes": {"X": {"value": NaN}}}', "axes.X.value"),
+        ('{"positions": [{}, {"number": 1e999}]}', "positions.1.number"),
+        ("[1, -Infinity]", "1"),
+        ('{"pulses": ' + "9" * (MAX_DIGITS + 1) + "}", "pulses"),
+        ("NaN", "it"),
+    ],
+)
+def test_what_is_no_finite_number_is_told_with_its_place(text: str, place: str) -> None:
+    with pytest.raises(NotStrict, match=f"^{place} is not a number"):
+        parse(text.encode())

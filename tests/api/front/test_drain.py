@@ -1,0 +1,73 @@
+"""Peers that do not take what is sent to them."""
+
+import asyncio
+from typing import cast
+
+from api.front.drain import Drain
+from tests.gateway.rorze.far_end import virtual
+
+
+class Wire:
+    """A transport with bytes that the peer has not taken."""
+
+    def __init__(self, left: int, *, closing: bool = False) -> None:
+        self.left = left
+        self.closing = closing
+        self.aborted = False
+
+    def get_write_buffer_size(self) -> int:
+        return self.left
+
+    def is_closing(self) -> bool:
+        return self.closing
+
+    def abort(self) -> None:
+        self.aborted = True
+
+
+def watched(wire: Wire) -> Drain:
+    drain = Drain(cast("asyncio.Transport", wire), 10.0)
+    drain.watch()
+    return drain
+
+
+@virtual
+async def test_a_peer_that_takes_nothing_is_cut_off() -> None:
+    wire = Wire(5)
+    watched(wire)
+    await asyncio.sleep(9.9)
+    assert not wire.aborted
+    await asyncio.sleep(0.2)
+    assert wire.aborted
+
+
+@virtual
+async def test_a_peer_that_takes_a_little_is_not_until_it_stops() -> None:
+    wire = Wire(5)
+    watched(wire)
+    for _ in range(4):
+        await asyncio.sleep(9.0)
+        wire.left -= 1
+        assert not wire.aborted
+    await asyncio.sleep(20.0)
+    assert wire.aborted
+
+
+@virtual
+async def test_a_closed_transport_that_does_not_end_is_aborted_even_without_bytes() -> None:
+    wire = Wire(0, closing=True)
+    watched(wire)
+    await asyncio.sleep(10.1)
+    assert wire.aborted
+
+
+@virtual
+async def test_nobody_is_cut_off_who_has_taken_everything_or_is_not_watched_any_more() -> None:
+    done, stopped = Wire(5), Wire(5)
+    watched(done)
+    drain = watched(stopped)
+    done.left = 0
+    drain.stop()
+    await asyncio.sleep(30.0)
+    assert not done.aborted
+    assert not stopped.aborted

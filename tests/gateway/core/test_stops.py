@@ -1,0 +1,177 @@
+"""A stop is repeated, in good time and for as long as it takes."""
+
+import asyncio
+
+import pytest
+
+from gateway.core.errors import LineDown
+from gateway.core.stops import CONFIRM_WITHIN_S, HURRY_S, REPEAT_S, UNCONFIRMED, StopMode, Stopping
+from gateway.rorze.stops import StopReport
+from tests.gateway.rorze.far_end import until, virtual
+
+DOWN = LineDown("The line is down. Nothing was sent.")
+
+
+class Scripted(Stopping):
+    """A stop of something that stands still when a test says so."""
+
+    def __init__(self, mode: StopMode = "immediate", proof_takes_s: float = 0.0) -> None:
+        self.report = StopReport(body_id="line1.3F")
+        super().__init__(mode, self.report)
+        self.proof_takes_s = proof_takes_s
+        self.still = False
+        self.others_are_heard = False
+        self.submitted_at: list[float] = []
+        self.published: list[tuple[str, str | None]] = []
+
+    def submit(self) -> None:
+        self.submitted_at.append(now())
+
+    async def stands_still(self) -> bool:
+        await asyncio.sleep(self.proof_takes_s)
+        return self.still
+
+    def replies_heard(self) -> int:
+        return int(now() * 1000) if self.others_are_heard else 0
+
+    def why_not(self) -> list[str]:
+        return ["It moves."]
+
+    def publish(self, what: str) -> None:
+        self.published.append((what, self.report.detail))
+
+    def submitted(self, since: float, until: float) -> list[float]:
+        """When it was submitted in a part of its time."""
+        return [at for at in self.submitted_at if since < at <= until]
+
+
+def now() -> float:
+    """The time of the running loop."""
+    return asyncio.get_running_loop().time()
+
+
+@virtual
+async def test_standstill_ends_it_and_nothing_is_repeated() -> None:
+    stop = Scripted()
+    stop.still = True
+    await stop.see_through()
+    assert (stop.report.state, stop.report.detail) == ("confirmed", None)
+    assert stop.submitted_at == []
+    await asyncio.sleep(2 * CONFIRM_WITHIN_S)
+    assert stop.published == []
+
+
+@virtual
+async def test_it_is_repeated_fast_for_a_minute_then_once_a_second_and_only_standstill_ends_it() -> None:
+    stop, began_at = Scripted(), now()
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(1000.0)
+    assert len(stop.submitted(began_at, began_at + 10.0)) == pytest.approx(10.0 / REPEAT_S, abs=1)
+    assert len(stop.submitted(began_at + 900.0, began_at + 1000.0)) == pytest.approx(100, abs=1)
+    assert not task.done()
+    stop.still = True
+    await asyncio.sleep(1.1)
+    assert task.done()
+
+
+@virtual
+async def test_people_are_warned_once() -> None:
+    stop = Scripted()
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(10 * HURRY_S)
+    assert stop.published == [("unconfirmed", f"It moves. {UNCONFIRMED}")]
+    stop.still = True
+    await task
+
+
+@virtual
+async def test_while_nobody_is_heard_it_is_repeated_without_waiting_for_the_proof() -> None:
+    stop, began_at = Scripted(proof_takes_s=5.0), now()
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(1.0)
+    assert len(stop.submitted(began_at, now())) >= 9
+    stop.others_are_heard = True
+    await asyncio.sleep(1.0)
+    assert len(stop.submitted(began_at + 1.01, now())) <= 1, "its turn will come"
+    stop.still = True
+    await task
+
+
+@virtual
+async def test_what_answers_slowly_is_not_taken_for_silent() -> None:
+    stop, began_at = Scripted(proof_takes_s=0.4), now()
+    stop.silent_after_s = 0.5
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(5.0)
+    assert len(stop.submitted(began_at, now())) == pytest.approx(10, abs=1), "once for each proof"
+    stop.still = True
+    await task
+
+
+@virtual
+async def test_who_is_in_reach_again_need_not_wait_for_the_next_repetition() -> None:
+    stop = Scripted(proof_takes_s=4.0)
+    stop.others_are_heard = True
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(2 * HURRY_S)
+    submitted = len(stop.submitted_at)
+    await until(lambda: len(stop.submitted_at) > submitted)
+    await asyncio.sleep(5.0)
+    asked_at = now()
+    stop.repeat_at_once()
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert stop.submitted_at[-1] == asked_at
+    stop.still = True
+    await task
+
+
+@virtual
+async def test_in_the_long_run_others_have_at_least_half_of_the_time() -> None:
+    stop = Scripted(proof_takes_s=4.0)
+    stop.others_are_heard = True
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(HURRY_S + 100.0)
+    first, second = stop.submitted_at[-2:]
+    assert second - first == pytest.approx(8.0)
+    stop.still = True
+    await task
+
+
+@virtual
+async def test_a_motor_that_decelerates_is_given_two_seconds() -> None:
+    stop, began_at = Scripted("decelerate"), now()
+    stop.report.state = "acknowledged"
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(CONFIRM_WITHIN_S - 0.05)
+    assert stop.submitted_at == []
+    await asyncio.sleep(1.0)
+    assert len(stop.submitted(began_at, now())) >= 8
+    stop.still = True
+    await task
+
+
+@virtual
+async def test_whoever_cancels_it_gives_it_up() -> None:
+    stop = Scripted()
+    task = asyncio.create_task(stop.see_through())
+    await asyncio.sleep(1.0)
+    task.cancel()
+    await asyncio.wait({task})
+    submitted = len(stop.submitted_at)
+    await asyncio.sleep(HURRY_S)
+    assert len(stop.submitted_at) == submitted
+    assert stop.published == []
+    assert stop.report.state != "confirmed"
+
+
+@virtual
+async def test_a_stop_that_was_not_sent_says_so_until_it_is() -> None:
+    stop = Scripted()
+    stop.note_not_sent(DOWN)
+    assert (stop.report.state, stop.report.detail) == ("not_sent", DOWN.detail)
+    stop.note_written(now())
+    stop.tell()
+    assert (stop.report.state, stop.report.detail) == ("sent", "It moves.")
+    stop.note_not_sent(DOWN)
+    assert (stop.report.state, stop.report.detail) == ("sent", "It moves."), "the first one is on its way"

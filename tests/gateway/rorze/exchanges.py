@@ -1,0 +1,23 @@
+"""Exchanges to put into queues, without a line."""
+
+import asyncio
+from typing import Any
+
+from gateway.core.lanes import Lane
+from gateway.rorze.exchange import Exchange, Outcome
+from gateway.rorze.line import lane_of
+from protocols.rorze.link import encode
+from protocols.rorze.row import RorzeCommand
+
+
+def exchange(command: RorzeCommand[Any], body: int = 2, lane: Lane | None = None, **more: Any) -> Exchange:
+    """A command for a body, in the lane of its nature."""
+    lane = lane_of(command) if lane is None else lane
+    return Exchange(body, command, encode(body, command), lane, **more)
+
+
+def waiting(one: Exchange, loop: asyncio.AbstractEventLoop) -> "asyncio.Future[Outcome]":
+    """Somebody who waits for it."""
+    future: asyncio.Future[Outcome] = loop.create_future()
+    one.wait_for(future)
+    return future

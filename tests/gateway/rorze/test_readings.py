@@ -1,0 +1,79 @@
+"""What decides something is read twice while the line errs."""
+
+import asyncio
+from collections.abc import Awaitable, Callable, Iterable
+
+import pytest
+
+from gateway.core.errors import NotSent
+from gateway.rorze.readings import believed
+from protocols.rorze.moves import MoveTo
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.position_table import SetPositionEntry
+from simulator.rorze.controller import Response
+from tests.gateway.rorze.far_end import FarEnd, running_line, virtual
+from tests.plants import Rig, finished, in_virtual_time, rig
+
+
+def readings(of: Iterable[int]) -> Callable[[], Awaitable[int]]:
+    left = iter(of)
+
+    async def read() -> int:
+        return next(left)
+
+    return read
+
+
+@virtual
+async def test_a_single_reading_is_believed_on_a_clean_line() -> None:
+    async with running_line(FarEnd()) as line:
+        assert await believed(line, readings([7])) == 7
+        line._talk.last_error_at = asyncio.get_running_loop().time()
+        await asyncio.sleep(10.0)
+        assert await believed(line, readings([7])) == 7
+
+
+@virtual
+async def test_two_equal_readings_in_a_row_are_believed_on_a_line_that_errs() -> None:
+    async with running_line(FarEnd()) as line:
+        line._talk.last_error_at = asyncio.get_running_loop().time()
+        assert await believed(line, readings([5, 7, 7])) == 7
+        assert await believed(line, readings([5, 6]), agree=lambda one, other: abs(one - other) < 2) == 6
+        with pytest.raises(NotSent, match="no two readings agree"):
+            await believed(line, readings(range(100)))
+
+
+def garble_once(rig: Rig, monkeypatch: pytest.MonkeyPatch, question: str, answer: str) -> list[str]:
+    """Answer one question wrongly, in a form that cannot be told from a right answer."""
+    execute = rig.axis().execute
+    garbled: list[str] = []
+
+    def once(text: str, now: float) -> Response:
+        if text == question and not garbled:
+            garbled.append(text)
+            return Response(answer)
+        return execute(text, now)
+
+    monkeypatch.setattr(rig.axis(), "execute", once)
+    return garbled
+
+
+ENTRY = PositionReference(position=3)
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"), [("6PD", "+000000501"), ("9CD", "H04"), ("3PDP[3]", "+000000701")]
+)
+@in_virtual_time
+async def test_start_and_target_of_a_move_are_read_twice_while_the_line_garbles(
+    question: str, answer: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with rig() as it:
+        await it.body().ask(SetPositionEntry(entry=ENTRY, pulses=700))
+        await finished(it, MoveTo(position=500))
+        it.plant.line("line1")._talk.last_error_at = asyncio.get_running_loop().time()
+        garbled = garble_once(it, monkeypatch, question, answer)
+        move = await finished(it, MoveTo(position=ENTRY))
+        assert garbled
+        assert (move.start_position, move.target_position, move.position) == (500, 700, 700)
+        assert move.status == "succeeded"
