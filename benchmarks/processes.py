@@ -13,7 +13,7 @@ START_S = 20.0
 """A program that has not started by then never will."""
 END_S = 10.0
 
-MOTION_GATEWAY = ("-c", "from gateway.cli import main; main()")
+MOTION_GATEWAY = ("-c", "from app.cli import main; main()")
 """The command line as the installed script runs it, also where it is not installed."""
 
 

@@ -44,7 +44,7 @@ from gateway.wind_down import SUBJECT, WindDown
 from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP
 from protocols.rorze.status import GetControllerStatus
-from protocols.table import Retry
+from protocols.table import Effect
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
 from transports.trace_file import TraceFile
@@ -417,7 +417,7 @@ class Plant:
 
     def _motion_while_stopping(self, line: Line, exchange: Exchange) -> GatewayError | None:
         """Until a stop is confirmed nothing is sent that could move the motor again."""
-        if exchange.command.retry not in (Retry.NEVER, Retry.CONDITIONAL):
+        if exchange.command.effect is not Effect.MOTION:
             return None
         numbers = line.groups.get(exchange.body, [exchange.body])
         stopping = [

@@ -45,6 +45,25 @@ class Retry(StrEnum):
     """Harmless to repeat: a software stop is repeated until standstill is proved."""
 
 
+class Effect(StrEnum):
+    """What a command does: who may send it, and which way it goes, is decided by this alone."""
+
+    READ = "read"
+    """Changes nothing."""
+    SETTING = "setting"
+    """Changes what the controller keeps or shows: no motor moves because of it."""
+    MOTION = "motion"
+    """Could move a motor, or changes how it moves."""
+    STOP = "stop"
+    """Stops a motor."""
+    MAINTENANCE = "maintenance"
+    """Changes what only a set-up should: the flash memory, user programs, the communication."""
+
+
+_EFFECTS = {Retry.READ: Effect.READ, Retry.SETTING: Effect.SETTING, Retry.STOP: Effect.STOP}
+"""What a row does that names no effect: its retry class leaves only one."""
+
+
 class Wire:
     """How one value is written on the wire, as a regular expression without groups and two functions."""
 
@@ -312,6 +331,10 @@ class Command(Spoken, Generic[R_co]):
 
     code: ClassVar[str] = ""
     retry: ClassVar[Retry] = Retry.NEVER
+    effect: ClassVar[Effect] = Effect.MOTION
+    """Rows whose retry class leaves several effects name theirs."""
+    starts: ClassVar[bool] = True
+    """Of a motion: it begins at once, and the controller shows its end. A program only may move something."""
     echo: ClassVar[tuple[str, ...]] = ()
     """Fields that the reply repeats and that must be equal."""
     example: ClassVar[tuple[str, ...]] = ()
@@ -332,6 +355,21 @@ class Command(Spoken, Generic[R_co]):
         if cls._reply_type is None:
             raise TypeError(f"{cls.__name__} does not say what is answered")
         return cls._reply_type
+
+    @classmethod
+    def _take_columns(cls, columns: Mapping[str, object]) -> None:
+        """Note the columns that a row gives; the others are those of its base."""
+        for name, value in columns.items():
+            if value is not None:
+                setattr(cls, name, value)
+        retry = columns["retry"]
+        if isinstance(retry, Retry) and columns["effect"] is None and retry in _EFFECTS:
+            cls.effect = _EFFECTS[retry]
+
+    @classmethod
+    def starts_motion(cls) -> bool:
+        """Whether it sets a motor moving, to an end that the controller shows."""
+        return cls.effect is Effect.MOTION and cls.starts
 
     @classmethod
     def name(cls) -> str:

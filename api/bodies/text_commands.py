@@ -19,7 +19,7 @@ from gateway.core.move_record import Move
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.notation import Text
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Reply, Retry, WireFault
+from protocols.table import Effect, Reply, Retry, WireFault
 
 
 class TextRoute(StrictRoute):
@@ -59,6 +59,7 @@ class Verbatim(
     args="{text}",
     errors=frozenset({0x23, 0x49, 0x4A, 0x5D}),
     retry=Retry.NEVER,
+    starts=False,
 ):
     """A command that is not in the table: it is sent as it was written, once."""
 
@@ -84,7 +85,7 @@ async def send_raw(request: Request, body_id: BodyId, raw: RawRequest, wait: Wai
         )
     body = plant.body(body_id)
     command = _read(raw.text)
-    if command.retry is not Retry.STOP:
+    if command.effect is not Effect.STOP:
         require_no_key(request)
     if command.starts_motion():
         return await perform(request, body, command, wait)

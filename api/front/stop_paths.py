@@ -4,9 +4,9 @@ from typing import Final
 
 from protocols.fics.commands import ROWS as FICS_ROWS
 from protocols.rorze.commands import COMMANDS
-from protocols.table import Retry
+from protocols.table import Effect
 
-_STOPS = (row.name() for row in (*COMMANDS.values(), *FICS_ROWS) if row.retry is Retry.STOP)
+_STOPS = (row.name() for row in (*COMMANDS.values(), *FICS_ROWS) if row.effect is Effect.STOP)
 _ENDINGS: Final = ("/stop", *(f"/commands/{name}" for name in _STOPS))
 
 

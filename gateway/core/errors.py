@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar, Literal, Protocol
 
-from protocols.table import Command, Retry
+from protocols.table import Command, Effect
 
 Moved = Literal["no", "yes", "unknown"]
 
@@ -159,8 +159,7 @@ class PowerCycled(NotSent):
 class NoReply(GatewayError):
     """The command was written, and no reply could be credited to it.
 
-    Reads and settings move nothing, whether they were executed or not; of every other `command`, and of one
-    that is not told, nobody knows.
+    Only motion could have moved something; of a `command` that is not told, nobody knows.
     """
 
     kind = "no-reply"
@@ -169,7 +168,7 @@ class NoReply(GatewayError):
 
     def __init__(self, detail: str, remedy: str = "", command: Command[Any] | None = None) -> None:
         super().__init__(detail, remedy)
-        if command is not None and command.retry in (Retry.READ, Retry.SETTING):
+        if command is not None and command.effect not in (Effect.MOTION, Effect.STOP):
             self.moved = "no"
             self.retryable = command.may_repeat()
 
@@ -243,15 +242,13 @@ class ControllerRefused(ControllerError):
     def __init__(
         self, address: str, command_code: str, error_code: str | None, text: ErrorText, *, lasting: bool
     ) -> None:
-        super().__init__(
-            f"{address} refused {command_code}: {text.en} Nothing moved because of it.",
-            command_code,
-            error_code,
-            text,
-        )
+        super().__init__(self._told(address, command_code, text), command_code, error_code, text)
         self.address = address
         self.lasting = lasting
         self.detail_ja += " このコマンドではモータは動いていません。"
+
+    def _told(self, address: str, command_code: str, text: ErrorText) -> str:
+        return f"{address} refused {command_code}: {text.en} Nothing moved because of it."
 
 
 class CommandGarbled(ControllerRefused):
@@ -264,13 +261,15 @@ class CommandGarbled(ControllerRefused):
 
     def __init__(self, address: str, command_code: str, error_code: str | None, text: ErrorText) -> None:
         super().__init__(address, command_code, error_code, text, lasting=False)
-        self.detail = (
-            f"{command_code} was sent as the manual has it, and {address} refused what arrived: "
-            f"{text.en} The line has damaged it, or the controller is not the one that is configured. "
-            "Nothing moved because of it."
-        )
         self.remedy = (
             "Send it again if it is still wanted; if that does not help, check the line and the "
             "configuration."
         )
         self.remedy_ja = "必要であれば再送信してください。繰り返す場合は配線と設定を確認してください。"
+
+    def _told(self, address: str, command_code: str, text: ErrorText) -> str:
+        return (
+            f"{command_code} was sent as the manual has it, and {address} refused what arrived: "
+            f"{text.en} The line has damaged it, or the controller is not the one that is configured. "
+            "Nothing moved because of it."
+        )

@@ -30,7 +30,7 @@ from protocols.rorze.status import (
     SetUserComment,
     names_of,
 )
-from protocols.table import Reply, Retry
+from protocols.table import Effect, Reply
 
 R = TypeVar("R", bound=Reply)
 
@@ -261,7 +261,7 @@ class Body:
 
         What was read before it was written is heard in between, and is undone by the second time.
         """
-        if command.retry is Retry.READ or isinstance(command, SetUserComment):
+        if command.effect is Effect.READ or isinstance(command, SetUserComment):
             return
         self.told += 1
         self.rest = None
@@ -278,7 +278,7 @@ class Body:
         While it has a move, not a single reading but the judgement of the move says whether it moves.
         """
         self._heard_at = at
-        if command.retry is not Retry.READ:
+        if command.effect is not Effect.READ:
             self._was_done(command)
         self._saw_setting(command, reply)
         if isinstance(command, GetPosition) and isinstance(reply, SignedPulses):

@@ -29,7 +29,7 @@ from protocols.rorze.link import (
 )
 from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
-from protocols.table import Retry
+from protocols.table import Effect
 from transports.base import Transport
 
 log = logging.getLogger(__name__)
@@ -418,9 +418,9 @@ def _group_definition(group: int, members: list[int]) -> SetGroup:
     return SetGroup(group=f"{group:02X}", members=[f"{member:02X}" for member in members])
 
 
-_LANES = {Retry.STOP: Lane.STOP, Retry.READ: Lane.READ}
+_LANES = {Effect.STOP: Lane.STOP, Effect.READ: Lane.READ}
 
 
 def lane_of(command: RorzeCommand[Any]) -> Lane:
     """The lane a command belongs to by its nature."""
-    return _LANES.get(command.retry, Lane.COMMAND)
+    return _LANES.get(command.effect, Lane.COMMAND)

@@ -24,7 +24,7 @@ from protocols.rorze.position import SetEncoderCount, SetPosition
 from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import SetUserComment
-from protocols.table import Reply, Retry
+from protocols.table import Effect, Reply
 
 POWER_ON_POSITION = 0
 """An assumption: what a controller calls its position, and the distance of its last homing (0PD), when it
@@ -59,7 +59,7 @@ def needs_place(command: RorzeCommand[Any]) -> bool:
 
     So do moves to a position or by an entry of the position table, interpolated moves, and programs.
     """
-    if command.retry is Retry.READ:
+    if command.effect is Effect.READ:
         return False
     if isinstance(command, RelativeMove):
         return isinstance(command.distance, PositionReference)
@@ -71,8 +71,8 @@ def needs_place(command: RorzeCommand[Any]) -> bool:
 def is_setting(question: RorzeCommand[Any]) -> bool:
     """Whether it asks for what only a host can change, and no user program."""
     setter = COMMANDS.get(f"{question.code[:-1]}S")
-    asks = question.retry is Retry.READ and question.code[-1:] == "D" and question.code not in NO_SETTINGS
-    return asks and setter is not None and setter.retry is Retry.SETTING and not setter.program
+    asks = question.effect is Effect.READ and question.code[-1:] == "D" and question.code not in NO_SETTINGS
+    return asks and setter is not None and setter.effect is Effect.SETTING and not setter.program
 
 
 def new_mark() -> str:

@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from protocols.fics.notation import LAST_UNIT, AxisName, Digits, Hex, Token
 from protocols.fics.row import Deed, Query
-from protocols.table import Reply, Retry, Wire
+from protocols.table import Effect, Reply, Retry, Wire
 
 ERROR_PATTERN = r"E[0-9]{2}|[0-9]{3}"
 
@@ -26,6 +26,7 @@ class TakeCurrentError(
     code="ERR",
     during_upload=True,
     retry=Retry.NEVER,
+    effect=Effect.READ,
     example=("ERR", "ERR E05", "ERR", "ERR 183", "ERR", "ERR E00"),
 ):
     """エラー状態の問い合わせ: take the present error.
@@ -153,5 +154,5 @@ class GetErrorDetail(
     """エラー状態の詳細問い合わせ: get the details of the latest error; clears nothing."""
 
 
-class ResetErrors(Deed, code="DRT", retry=Retry.CONDITIONAL, example=("DRT", "DRT")):
+class ResetErrors(Deed, code="DRT", retry=Retry.CONDITIONAL, effect=Effect.SETTING, example=("DRT", "DRT")):
     """エラーリセット: reset the errors of the system and the state EMERGENCY."""

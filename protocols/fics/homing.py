@@ -13,7 +13,7 @@ from protocols.fics.axis_settings import (
 )
 from protocols.fics.notation import AXES, Cut, ListLength, PerAxis, Whole, Within
 from protocols.fics.row import Deed, Query
-from protocols.table import Reply, Retry
+from protocols.table import Effect, Reply, Retry
 
 TYPES = (
     "0 encoder Z phase, 1 no Z phase, 2 and 3 the same without turning back at the sensor, "
@@ -23,7 +23,7 @@ TypeNumber = Annotated[int, Within(0, 6)]
 
 
 class HomeRobot(
-    Deed, code="ORG", blocked="abc", motion=True, retry=Retry.CONDITIONAL, example=("ORG", "ORG")
+    Deed, code="ORG", blocked="abc", retry=Retry.CONDITIONAL, effect=Effect.MOTION, example=("ORG", "ORG")
 ):
     """原点復帰: home all axes, or the mechanism as program 999 does it."""
 

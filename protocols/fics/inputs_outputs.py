@@ -6,7 +6,7 @@ from pydantic import Field
 
 from protocols.fics.notation import Bit, Channel, Hex, Switch
 from protocols.fics.row import Deed, Query
-from protocols.table import Reply, Retry
+from protocols.table import Effect, Reply, Retry
 
 CHANNEL = "Number of the channel of eight bits, from 1."
 
@@ -34,6 +34,7 @@ class SwitchOutput(
     code="IOT",
     args="{channel}-{bit}:{on}",
     retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
     example=("IOT 1-7:+", "IOT", "IOT 2-0:-", "IOT"),
 ):
     """DO出力の制御: switch an output on or off."""

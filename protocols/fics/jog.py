@@ -6,7 +6,7 @@ from pydantic import AfterValidator, Field
 
 from protocols.fics.notation import AxisName, Direction, Whole, expected
 from protocols.fics.row import Deed, WhenAnswered
-from protocols.table import Retry
+from protocols.table import Effect, Retry
 
 AXIS = "X Y Z .. for a user axis, A B C .. for a motor axis, @ for theta."
 
@@ -17,8 +17,8 @@ class StartJog(
     args="{axis}{direction}",
     answered=WhenAnswered.AT_ONCE,
     blocked="abc",
-    motion=True,
     retry=Retry.NEVER,
+    effect=Effect.MOTION,
     example=("JOG X+", "JOG"),
 ):
     """JOG動作の開始: start to jog an axis, which then moves until it is stopped.
@@ -66,8 +66,8 @@ class StepAxis(
     code="JTE",
     args="{axis}{steps}",
     blocked="abc",
-    motion=True,
     retry=Retry.NEVER,
+    effect=Effect.MOTION,
     example=("JTE X-10", "JTE", "JTE @255", "JTE"),
 ):
     """微小相対動作: move an axis by a small amount, homed or not.

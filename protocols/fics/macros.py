@@ -6,7 +6,7 @@ from pydantic import AfterValidator, Field
 
 from protocols.fics.notation import Cut, Decimal, Number, PerAxis, Token, expected
 from protocols.fics.row import Deed
-from protocols.table import Retry
+from protocols.table import Effect, Retry
 
 MOST_ARGUMENTS = 4
 
@@ -46,8 +46,8 @@ class RunMacro(
     Deed,
     args="{macro}< {arguments}>",
     blocked="abc",
-    motion=True,
     retry=Retry.NEVER,
+    effect=Effect.MOTION,
     example=("PCK 10,,-30.5,4", "PCK", "PCK", "PCK"),
 ):
     """マクロ実行: run a macro, whose name is the command's."""

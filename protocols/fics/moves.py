@@ -4,10 +4,10 @@ from pydantic import Field
 
 from protocols.fics.notation import AXES, Coordinates, PositionNumber
 from protocols.fics.row import Deed
-from protocols.table import Retry
+from protocols.table import Effect, Retry
 
 
-class AxesMove(Deed, args="{coordinates}", blocked="abc", motion=True):
+class AxesMove(Deed, args="{coordinates}", blocked="abc", effect=Effect.MOTION):
     """What moves of given axes have in common; mm, pulse or degree as each axis is set up."""
 
     coordinates: Coordinates = Field(description=AXES)
@@ -26,9 +26,9 @@ class MoveToPosition(
     code="POM",
     args="{position}",
     blocked="abc",
-    motion=True,
     ranged=True,
     retry=Retry.NEVER,
+    effect=Effect.MOTION,
     example=("POM 1999", "POM"),
 ):
     """指定ポジション移動: move the present unit to a stored position."""

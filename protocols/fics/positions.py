@@ -4,7 +4,7 @@ from pydantic import Field
 
 from protocols.fics.notation import AXES, Coordinates, PositionNumber, StoredCoordinates
 from protocols.fics.row import Deed, Query
-from protocols.table import Reply, Retry
+from protocols.table import Effect, Reply, Retry
 
 LAST_POSITION = 1999
 
@@ -16,6 +16,7 @@ class BeginPositionUpload(
     args="1<,{first}>",
     blocked="abc",
     retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
     example=("POF 1", "POF", "POF 1,100", "POF"),
 ):
     """ポジションデータ設定開始: begin to upload positions.
@@ -36,6 +37,7 @@ class EndPositionUpload(
     blocked="abc",
     during_upload=True,
     retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
     example=("POF 2", "POF"),
 ):
     """ポジションデータ設定終了: end the upload of positions."""
@@ -48,6 +50,7 @@ class UploadPosition(
     blocked="abc",
     during_upload=True,
     retry=Retry.NEVER,
+    effect=Effect.SETTING,
     example=("POS 100,,-30.5", "POS"),
 ):
     """ポジションデータ設定: upload the next position."""
@@ -91,6 +94,7 @@ class ClearPositions(
     args="<{first}><,{count}>",
     blocked="abc",
     retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
     example=("PCL", "PCL", "PCL 5", "PCL", "PCL 5,10", "PCL", "PCL ,10", "PCL"),
 ):
     """ポジションデータクリア: clear positions."""

@@ -5,7 +5,7 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import ClassVar, Final, TypeVar
 
-from protocols.table import Ack, Command, Reply, Retry
+from protocols.table import Ack, Command, Effect, Reply, Retry
 
 R_co = TypeVar("R_co", bound=Reply, covariant=True)
 
@@ -58,8 +58,6 @@ class FicsCommand(Command[R_co], args=""):
     """The states in which it is refused."""
     during_upload: ClassVar[bool] = False
     """Allowed between POF 1 and POF 2."""
-    motion: ClassVar[bool] = False
-    """Sets axes moving: until it ends it blocks others as (c), and (d) unless it is a macro."""
     answered_as: ClassVar[str] = ""
     """The name its answers carry, where it is not its own."""
     ranged: ClassVar[bool] = False
@@ -75,11 +73,11 @@ class FicsCommand(Command[R_co], args=""):
         answered: WhenAnswered | None = None,
         blocked: str | None = None,
         during_upload: bool | None = None,
-        motion: bool | None = None,
         answered_as: str | None = None,
         ends_with: str | None = None,
         ranged: bool | None = None,
         retry: Retry | None = None,
+        effect: Effect | None = None,
         echo: tuple[str, ...] | None = None,
         example: tuple[str, ...] | None = None,
     ) -> None:
@@ -90,15 +88,11 @@ class FicsCommand(Command[R_co], args=""):
             "answered": answered,
             "blocked": None if blocked is None else frozenset(map(Block, blocked)),
             "during_upload": during_upload,
-            "motion": motion,
             "answered_as": answered_as,
             "ends_with": ends_with,
             "ranged": ranged,
         }
-        columns |= {"retry": retry, "echo": echo, "example": example}
-        for name, value in columns.items():
-            if value is not None:
-                setattr(cls, name, value)
+        cls._take_columns(columns | {"retry": retry, "effect": effect, "echo": echo, "example": example})
 
     def text(self) -> str:
         """The command as it stands on the wire, without terminator."""
@@ -126,11 +120,6 @@ class FicsCommand(Command[R_co], args=""):
         no_such_macro = error == NO_SUCH_MACRO and bool(self.code)
         out_of_range = error == OUT_OF_RANGE and (self.ranged or not self.model_fields_set)
         return error == WRONG_FORM or no_such_macro or out_of_range
-
-    @classmethod
-    def starts_motion(cls) -> bool:
-        """Whether axes move until its end is reported or seen."""
-        return cls.motion
 
 
 class Query(FicsCommand[R_co], answered=WhenAnswered.ALWAYS, retry=Retry.READ):

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from protocols.fics.notation import Digits, Token, Unit, Whole, Within
 from protocols.fics.row import Deed, Query
-from protocols.table import Reply, Retry, Wire
+from protocols.table import Effect, Reply, Retry, Wire
 
 FOLDER_WIDTH = 14
 
@@ -24,7 +24,13 @@ class GetUnit(Query[UnitNumbers], code="UNT", blocked="abd", example=("UNT", "UN
 
 
 class SelectUnit(
-    Deed, code="UNT", args="{unit}", blocked="abd", retry=Retry.CONDITIONAL, example=("UNT 2", "UNT")
+    Deed,
+    code="UNT",
+    args="{unit}",
+    blocked="abd",
+    retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
+    example=("UNT 2", "UNT"),
 ):
     """ユニットの切り替え: select the unit that later commands speak to.
 
@@ -63,6 +69,7 @@ class SetCommunicationMode(
     blocked="c",
     ranged=True,
     retry=Retry.CONDITIONAL,
+    effect=Effect.MAINTENANCE,
     example=("MOD 3", "MOD"),
 ):
     """通信モードの切り替え: set the communication mode.

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field
 from protocols.rorze.notation import Digits, Flag, Number, PaddedHundredths, TwoDecimals, Word, two_decimals
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.stall_sensor import Enabled, StallError
-from protocols.table import Ack, Reply, Retry
+from protocols.table import Ack, Effect, Reply, Retry
 
 MULTIPLIER = "Edges counted per encoder line: two or four."
 RATIO = "Motor pulses per encoder count, 1.00-99999.99, at most two decimals."
@@ -219,6 +219,7 @@ class ClearEncoderStallError(
     code="PRS",
     moving=False,
     retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
     example=("&3FPRS", ">&3FPRS"),
 ):
     """脱調検出状態解除: clear the STALL error found by the encoder."""

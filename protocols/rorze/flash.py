@@ -6,7 +6,7 @@ from pydantic import Field
 
 from protocols.rorze.notation import Word
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Retry
+from protocols.table import Ack, Effect, Retry
 
 FLASH_S = 1.5
 """What reading, writing or erasing the flash memory takes, before the reply."""
@@ -25,6 +25,7 @@ class EraseFlash(
     errors=frozenset({0x4A, 0x50}),
     takes_s=FLASH_S,
     retry=Retry.CONDITIONAL,
+    effect=Effect.MAINTENANCE,
     example=("&3FFESPosp", ">&3FFES", "&3FFESInit", ">&3FFES", "&3FFESUpgm", ">&3FFES"),
 ):
     """フラッシュメモリ消去: erase positions, settings or the user program from flash memory.
@@ -43,6 +44,7 @@ class SaveSettings(
     errors=frozenset({0x50}),
     takes_s=FLASH_S,
     retry=Retry.CONDITIONAL,
+    effect=Effect.MAINTENANCE,
     example=("&3FFIS", ">&3FFIS"),
 ):
     """初期化データ書込み: write the present settings to flash memory, to be loaded at power-on.
@@ -59,6 +61,7 @@ class LoadPositions(
     errors=frozenset({0x50}),
     takes_s=FLASH_S,
     retry=Retry.CONDITIONAL,
+    effect=Effect.MAINTENANCE,
     example=("&3FFPD", ">&3FFPD"),
 ):
     """ポジションパルス読み込み: load the position table from flash memory; the present one is lost.
@@ -75,6 +78,7 @@ class SavePositions(
     errors=frozenset({0x50}),
     takes_s=FLASH_S,
     retry=Retry.CONDITIONAL,
+    effect=Effect.MAINTENANCE,
     example=("&3FFPS", ">&3FFPS"),
 ):
     """ポジションパルス書込み: write the position table to flash memory.
@@ -92,6 +96,7 @@ class LoadProgram(
     errors=frozenset({0x50}),
     takes_s=FLASH_S,
     retry=Retry.CONDITIONAL,
+    effect=Effect.MAINTENANCE,
     example=("&3FFUD", ">&3FFUD"),
 ):
     """ユーザープログラム読み込み: load the user program from flash memory; the present one is lost.
@@ -108,6 +113,7 @@ class SaveProgram(
     errors=frozenset({0x50}),
     takes_s=FLASH_S,
     retry=Retry.CONDITIONAL,
+    effect=Effect.MAINTENANCE,
     example=("&3FFUS", ">&3FFUS"),
 ):
     """ユーザープログラム書込み: write the user program to flash memory.

@@ -17,7 +17,7 @@ from protocols.rorze.notation import (
     Word,
 )
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.table import Ack, Effect, Reply, Retry
 
 SENSORS = "0 STALL, 1 ORG, 2 CW limit, 3 CCW limit, 4 INP, 5 EMS"
 
@@ -117,6 +117,7 @@ class PulseOutput(
     args="{bit},{duration_ms}",
     errors=frozenset({0x4A}),
     retry=Retry.NEVER,
+    effect=Effect.SETTING,
     example=("&3FCBS1,1000", ">&3FCBS"),
 ):
     """汎用出力の1ショット反転出力の設定: invert a general output for a time.
@@ -335,6 +336,7 @@ class SetInterruptMode(
     moving=False,
     errors=frozenset({0x4A, 0x50}),
     retry=Retry.NEVER,
+    effect=Effect.SETTING,
     example=("&3FCPS8,1", ">&3FCPS", "&3FCPS8,0", ">&3FCPS"),
 ):
     """割込みモード設定: arm an interrupt for the next move, or switch it off.
@@ -364,6 +366,7 @@ class ClearErrorOutputStatus(
     RorzeCommand[Ack],
     code="CRS",
     retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
     example=("&3FCRS", ">&3FCRS"),
 ):
     """エラー出力状態解除: take back all error outputs; each takes the opposite of its error state."""

@@ -19,7 +19,7 @@ from protocols.rorze.notation import (
 )
 from protocols.rorze.position import SignedPulses
 from protocols.rorze.row import R_co, RorzeCommand
-from protocols.table import Ack, Reply, Retry, Wire
+from protocols.table import Ack, Effect, Reply, Retry, Wire
 
 NOT_MOVING = frozenset({0x50})
 PREPARATION_ERRORS = frozenset({*range(0x40, 0x49), 0x4A, 0x50, 0x51, 0x52, 0x55})
@@ -71,7 +71,9 @@ class Interpolation(RorzeCommand[R_co], modes="02", moving=False, program=False,
     """What all interpolation commands have in common: not in encoder mode, at standstill, not in programs."""
 
 
-class Preparation(Interpolation[Ack], errors=PREPARATION_ERRORS, retry=Retry.CONDITIONAL):
+class Preparation(
+    Interpolation[Ack], errors=PREPARATION_ERRORS, retry=Retry.CONDITIONAL, effect=Effect.SETTING
+):
     """What the preparations of a move have in common: HPS must come before, and HMM starts the move."""
 
     pattern: Slot | None = None
@@ -250,6 +252,7 @@ class TurnFinger(
     code="HFM",
     args="<A[{pattern}],>F:{angle}|{angle}",
     retry=Retry.NEVER,
+    effect=Effect.MOTION,
     example=("&01HFMA[0],F:90000", ">&01HFM"),
 ):
     """指定フィンガー方向に移動: turn the finger to a direction, moving axis 2 only.
@@ -342,6 +345,7 @@ class StartInterpolation(
     code="HMM",
     errors=NOT_MOVING,
     retry=Retry.NEVER,
+    effect=Effect.MOTION,
     example=("&80HMM", ">&80HMM"),
 ):
     """同期補間移動開始: start the prepared interpolated move."""
@@ -364,6 +368,7 @@ class MoveToExtensionStart(
     args="<A[{pattern}],>X:{x},Y:{y}|<A[{pattern}],>H[{path}]",
     errors=PREPARATION_ERRORS,
     retry=Retry.NEVER,
+    effect=Effect.MOTION,
     example=("&01HNMA[1],X:100,Y:200", ">&01HNM", "&01HNMA[1],H[3]", ">&01HNM"),
 ):
     """アーム伸縮のための移動開始位置に移動: turn axes 0 and 2 towards the target of an extension.

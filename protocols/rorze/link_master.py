@@ -6,7 +6,7 @@ from pydantic import AfterValidator, Field
 
 from protocols.rorze.notation import Flag, Text
 from protocols.rorze.row import LinkMasterCommand
-from protocols.table import Ack, Reply, Retry, Wire
+from protocols.table import Ack, Effect, Reply, Retry, Wire
 
 MEMBER_PATTERN = r"[0-6][0-9A-F]|7[0-7]"
 GROUP_PATTERN = r"8[0-9A-F]|9[0-9A-E]"
@@ -53,6 +53,7 @@ class IdentifyControllers(
     code="XID",
     program=False,
     retry=Retry.SETTING,
+    effect=Effect.MAINTENANCE,
     # The manual prints the command only; the list in the reply is an assumption.
     example=("&7FXID", ">&7FXID00,02,3F"),
 ):
@@ -69,6 +70,7 @@ class SetReplyFormat(
     program=False,
     errors=frozenset({0x4A}),
     retry=Retry.SETTING,
+    effect=Effect.MAINTENANCE,
     example=("&7FXRSM1", ">&7FXRS"),
 ):
     """応答書式の設定: set the form of replies.
@@ -88,6 +90,7 @@ class SetGroup(
     program=False,
     errors=frozenset({0x4A}),
     retry=Retry.SETTING,
+    effect=Effect.MAINTENANCE,
     example=("&7FXVS80,02,03,04", ">&7FXVS"),
 ):
     """仮想ボディ・ナンバーの設定: set the members of a virtual body."""

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from protocols.rorze.notation import BILLION, Number, PositionRef, Pulses, Slot, Word
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Retry
+from protocols.table import Ack, Effect, Retry
 
 Distance = Annotated[int, Field(ge=1, lt=BILLION), Number()]
 Endless = Annotated[Literal["endless"], Word(endless="Z")]
@@ -15,7 +15,9 @@ Endless = Annotated[Literal["endless"], Word(endless="Z")]
 MOVE_ERRORS = frozenset({*range(0x40, 0x49), 0x4A, 0x50, 0x51, 0x52, 0x55, 0x5D, 0x5E, 0x62})
 
 
-class RelativeMove(RorzeCommand[Ack], moving=False, errors=MOVE_ERRORS, retry=Retry.NEVER):
+class RelativeMove(
+    RorzeCommand[Ack], moving=False, errors=MOVE_ERRORS, retry=Retry.NEVER, effect=Effect.MOTION
+):
     """What the moves by a distance have in common."""
 
     distance: Distance | PositionRef | Endless = Field(
@@ -24,7 +26,9 @@ class RelativeMove(RorzeCommand[Ack], moving=False, errors=MOVE_ERRORS, retry=Re
     pattern: Slot | None = Field(default=None, description="Acceleration pattern; left out, number 30.")
 
 
-class AbsoluteMove(RorzeCommand[Ack], moving=False, errors=MOVE_ERRORS, retry=Retry.CONDITIONAL):
+class AbsoluteMove(
+    RorzeCommand[Ack], moving=False, errors=MOVE_ERRORS, retry=Retry.CONDITIONAL, effect=Effect.MOTION
+):
     """What the moves to a position have in common."""
 
     position: Pulses | PositionRef = Field(

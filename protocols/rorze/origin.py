@@ -7,12 +7,14 @@ from pydantic import Field
 from protocols.rorze.notation import Digits, Number
 from protocols.rorze.position import SignedPulses
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.table import Ack, Effect, Reply, Retry
 
 HOMING_ERRORS = frozenset({*range(0x40, 0x49), 0x50, 0x51})
 
 
-class OriginSearch(RorzeCommand[Ack], moving=False, errors=HOMING_ERRORS, retry=Retry.CONDITIONAL):
+class OriginSearch(
+    RorzeCommand[Ack], moving=False, errors=HOMING_ERRORS, retry=Retry.CONDITIONAL, effect=Effect.MOTION
+):
     """What the five methods of homing have in common."""
 
 
@@ -59,6 +61,7 @@ class CentreStallDog(
     moving=False,
     errors=frozenset({0x50, 0x51, 0x52, 0x55}),
     retry=Retry.CONDITIONAL,
+    effect=Effect.MOTION,
     example=("&3F0QM", ">&3F0QM"),
 ):
     """脱調中心合わせ: move to the centre of the stall dog.

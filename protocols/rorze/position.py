@@ -6,7 +6,7 @@ from pydantic import Field
 
 from protocols.rorze.notation import Pulses, SignedValue, Word
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.table import Ack, Effect, Reply, Retry
 
 
 class SignedPulses(Reply, args="{pulses}"):
@@ -34,6 +34,7 @@ class SetEncoderCount(
     moving=False,
     errors=frozenset({0x4A, 0x50}),
     retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
     example=("&3F6ES5000", ">&3F6ES", "&3F6ESP", ">&3F6ES"),
 ):
     """エンコーダカウント設定: set the encoder count.
@@ -68,6 +69,7 @@ class SetPosition(
     moving=False,
     errors=frozenset({0x4A, 0x50}),
     retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
     example=("&3F6PS5000", ">&3F6PS", "&3F6PSC", ">&3F6PS"),
 ):
     """現在ポジション設定: set the present position without moving.

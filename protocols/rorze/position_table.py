@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field, WithJsonSchema
 from protocols.rorze.notation import BILLION, Digits, Number, PositionRef, Pulses, SignedValue
 from protocols.rorze.position import SignedPulses
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.table import Ack, Effect, Reply, Retry
 
 # The pages list 4A only; an index stepped past the table is 5D (13.4.3).
 ENTRY_ERRORS = frozenset({0x4A, 0x5D})
@@ -31,7 +31,7 @@ Divisor = Annotated[
 ]
 
 
-class EntryArithmetic(RorzeCommand[Ack], errors=ENTRY_ERRORS, retry=Retry.NEVER):
+class EntryArithmetic(RorzeCommand[Ack], errors=ENTRY_ERRORS, retry=Retry.NEVER, effect=Effect.SETTING):
     """What the four operations on an entry have in common."""
 
     entry: PositionRef
@@ -74,6 +74,7 @@ class ClearPositionEntries(
     code="3CS",
     errors=frozenset({0x4A}),
     retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
     example=("&3F3CS", ">&3F3CS"),
 ):
     """全ポジションパルスのクリア: set all position entries to 0."""

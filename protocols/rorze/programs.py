@@ -17,7 +17,7 @@ from protocols.rorze.notation import (
     Word,
 )
 from protocols.rorze.row import R_co, RorzeCommand
-from protocols.table import Ack, Reply, Retry, Wire
+from protocols.table import Ack, Effect, Reply, Retry, Wire
 
 LAST_ADDRESS = 6038
 STEPS = LAST_ADDRESS + 1
@@ -130,6 +130,7 @@ class ClearProgram(
     moving=False,
     errors=frozenset({0x50, 0x5A}),
     retry=Retry.CONDITIONAL,
+    effect=Effect.MAINTENANCE,
     example=("&3FUCS", ">&3FUCS"),
 ):
     """RAM領域消去: clear the user program in RAM; the copy in flash stays."""
@@ -278,6 +279,8 @@ class RunProgram(
     args="*{label}|{address}|",
     errors=frozenset({0x4A, 0x5A, 0x5B}),
     retry=Retry.CONDITIONAL,
+    effect=Effect.MOTION,
+    starts=False,
     example=("&3FURG*ST1", ">&3FURG", "&3FURG125", ">&3FURG"),
 ):
     """実行開始: run the user program from a label or address, or from its beginning."""
@@ -289,6 +292,8 @@ class StepProgram(
     args="*{label}|{address}|",
     errors=frozenset({0x4A, 0x5A, 0x5B}),
     retry=Retry.NEVER,
+    effect=Effect.MOTION,
+    starts=False,
     example=("&3FUSG*ST1", ">&3FUSG", "&3FUSG", ">&3FUSG"),
 ):
     """1アドレス実行: execute one address of the user program.
@@ -332,6 +337,7 @@ class AddProgramInstruction(
     moving=False,
     errors=frozenset({0x4A, 0x50, 0x5A, 0x5B}),
     retry=Retry.NEVER,
+    effect=Effect.MAINTENANCE,
     example=("&3FUWS00M", ">&3FUWS"),
 ):
     """1アドレス転送: add an instruction or a label at the end of the user program in RAM."""

@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import ClassVar, Final, Literal, TypeVar
 
 from protocols.rorze.notation import PositionReference
-from protocols.table import Command, Reply, Retry
+from protocols.table import Command, Effect, Reply, Retry
 
 R_co = TypeVar("R_co", bound=Reply, covariant=True)
 
@@ -50,6 +50,8 @@ class RorzeCommand(Command[R_co]):
         errors: frozenset[int] | None = None,
         takes_s: float | None = None,
         retry: Retry | None = None,
+        effect: Effect | None = None,
+        starts: bool | None = None,
         echo: tuple[str, ...] | None = None,
         example: tuple[str, ...] | None = None,
     ) -> None:
@@ -63,9 +65,7 @@ class RorzeCommand(Command[R_co]):
             "errors": errors,
         }
         columns |= {"takes_s": takes_s, "retry": retry, "echo": echo, "example": example}
-        for name, value in columns.items():
-            if value is not None:
-                setattr(cls, name, value)
+        cls._take_columns(columns | {"effect": effect, "starts": starts})
 
     def rules_out(self, error: int | None) -> bool:
         """Whether it cannot be refused so as it was written: something else has arrived (RC-420 manual 21).
@@ -81,11 +81,6 @@ class RorzeCommand(Command[R_co]):
     def is_only_question(self) -> bool:
         """Whether every command of its code asks the same, and changes nothing: a read without parameters."""
         return self.retry is Retry.READ and not self.__dict__
-
-    @classmethod
-    def starts_motion(cls) -> bool:
-        """Whether the controller answers at once and then moves: a third letter M (RC-420 manual 12)."""
-        return cls.code.endswith("M")
 
 
 def _steps(value: object) -> bool:

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from protocols.rorze.notation import Digits, Flag, FlagValue, Number
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.table import Ack, Effect, Reply, Retry
 
 
 class Enabled(Reply, args="{enabled}"):
@@ -64,6 +64,7 @@ class ClearStallSensorError(
     code="QRS",
     moving=False,
     retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
     example=("&3FQRS", ">&3FQRS"),
 ):
     """脱調検出状態解除: clear the STALL error found by the STALL sensor."""

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from protocols.rorze.notation import FlagValue, Hex, Number, Text
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.table import Ack, Effect, Reply, Retry
 
 CONTROLLER_STATUS_BITS = (
     "pulses_running",
@@ -63,7 +63,11 @@ class GetControllerStatus(
 
 
 class ClearControllerStatus(
-    RorzeCommand[Ack], code="9CS", retry=Retry.CONDITIONAL, example=("&3F9CS", ">&3F9CS")
+    RorzeCommand[Ack],
+    code="9CS",
+    retry=Retry.CONDITIONAL,
+    effect=Effect.SETTING,
+    example=("&3F9CS", ">&3F9CS"),
 ):
     """コントローラ・ステータスのクリア: clear the error bits of the controller status.
 

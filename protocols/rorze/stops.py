@@ -6,13 +6,15 @@ from pydantic import Field
 
 from protocols.rorze.notation import Slot, Speed, UpTo
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.table import Ack, Effect, Reply, Retry
 
 # The page of 5DS lists 56 only, but excludes homing in its cautions as the others do: that is 5C.
 SPEED_CHANGE_ERRORS = frozenset({0x56, 0x5C})
 
 
-class MoveChange(RorzeCommand[Ack], errors=SPEED_CHANGE_ERRORS, retry=Retry.NEVER):
+class MoveChange(
+    RorzeCommand[Ack], errors=SPEED_CHANGE_ERRORS, retry=Retry.NEVER, effect=Effect.MOTION, starts=False
+):
     """What the changes of a running move have in common: not while homing or interpolating."""
 
 

@@ -57,8 +57,7 @@ def test_only_what_was_never_sent_has_a_status_that_clients_repeat() -> None:
     for kind in kinds():
         error = kind.__new__(kind)
         GatewayError.__init__(error, "It happened.", "Look.")
-        # a refusal without its code, and one of a robot
-        vars(error).update(error=None, fics_error="E01")
+        vars(error).update(error_code=None, lasting=False)
         problem = problem_of(error, "/")
         if problem.status in REPEATED_BY_CLIENTS:
             assert issubclass(kind, NotSent)

@@ -155,8 +155,9 @@ async def test_the_speed_of_a_standing_motor_cannot_be_changed(stand: Stand) -> 
 async def test_a_body_that_falls_silent_is_never_a_reason_to_repeat_blindly(stand: Stand) -> None:
     stand.port.machine.faults.set(Switch(Fault.LOST, Direction.REPLIES, probability=1.0))
     answer = await stand.client.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"})
-    assert (answer.status_code, answer.json()["moved"]) == (409, "unknown")
+    assert (answer.status_code, answer.json()["moved"]) == (409, "no")
     assert answer.json()["type"].endswith(":no-reply")
+    assert not answer.json()["retryable"]
 
 
 @pytest.mark.parametrize(
