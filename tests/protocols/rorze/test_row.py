@@ -5,7 +5,7 @@ from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.notation import PositionRef, PositionReference, Pulses
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply, Retry
+from protocols.table import Ack, Effect, Reply, Retry
 
 
 class Base(RorzeCommand[Ack], moving=False, errors=frozenset({0x4A}), retry=Retry.READ):
@@ -18,7 +18,9 @@ class One(Base, code="1XD", args="{entry}", modes="0", takes_s=1.5):
     """一: one."""
 
 
-class Two(Base, code="2XM", args="{entry}", moving=True, program=False, echo=("entry",)):
+class Two(
+    Base, code="2XM", args="{entry}", moving=True, program=False, effect=Effect.MOTION, echo=("entry",)
+):
     """二: two, with a colon: here."""
 
 
@@ -54,7 +56,7 @@ def test_a_read_that_steps_the_position_index_is_not_repeatable(position: object
     assert One(entry=entry).may_repeat() is repeatable
 
 
-def test_the_third_letter_tells_what_starts_motion() -> None:
+def test_the_effect_tells_what_starts_motion() -> None:
     assert Two.starts_motion()
     assert not One.starts_motion()
 
