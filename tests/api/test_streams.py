@@ -49,8 +49,8 @@ async def test_events_of_other_bodies_are_left_out(stand: Stand) -> None:
     async with socket(stand, "/events?bodies=00,01") as client:
         await client.message()
         await move(stand)
-        stand.plant.events.publish("test.mark", "/bodies/arm.00", {})
-        assert (await client.event())["type"] == "test.mark"
+        stand.plant.events.publish("body.online", "/bodies/arm.00", {})
+        assert (await client.event())["type"] == "body.online"
 
 
 @on_stand()
@@ -73,12 +73,12 @@ async def test_a_malformed_cursor_or_filter_closes_the_socket_with_a_reason(stan
 
 @on_stand()
 async def test_a_client_that_does_not_read_is_closed_and_can_go_on_later(stand: Stand) -> None:
-    async with socket(stand, "/events?types=test.mark") as client:
+    async with socket(stand, "/events?types=line.message") as client:
         await client.message()
         await asyncio.sleep(0.1)  # it has read all there is
         client.reading.clear()
         for number in range(MAX_BACKLOG + 100):
-            stand.plant.events.publish("test.mark", "/lines/arm", {"number": number})
+            stand.plant.events.publish("line.message", "/lines/arm", {"frame": f"number {number}"})
             await asyncio.sleep(0)
         client.reading.set()
         first = await client.event()
@@ -89,13 +89,13 @@ async def test_a_client_that_does_not_read_is_closed_and_can_go_on_later(stand: 
 
 @on_stand()
 async def test_what_a_client_says_disturbs_nothing(stand: Stand) -> None:
-    async with socket(stand, "/events?types=test.mark") as client:
+    async with socket(stand, "/events?types=line.message") as client:
         await client.message()
         await client.say({"type": "websocket.receive", "text": "{" * 1000})
         await client.say({"type": "websocket.receive", "bytes": b"\xff"})
         await asyncio.sleep(0.1)
-        stand.plant.events.publish("test.mark", "/lines/arm", {})
-        assert (await client.event())["type"] == "test.mark"
+        stand.plant.events.publish("line.message", "/lines/arm", {"frame": ">&7C"})
+        assert (await client.event())["type"] == "line.message"
 
 
 @on_stand()

@@ -1,0 +1,149 @@
+"""The events as documents: `python -m api.asyncapi` writes openapi/asyncapi.yaml and docs/events.md anew."""
+
+import re
+from pathlib import Path
+from typing import Any, Literal
+
+import yaml
+from pydantic import BaseModel
+from pydantic.json_schema import models_json_schema
+
+from api.common.version import VERSION
+from gateway.core.event_types import EventType
+from gateway.core.events import CloudEvent
+from gateway.event_types import EVENT_TYPES
+
+_ROOT = Path(__file__).parent.parent
+PATH = _ROOT / "openapi" / "asyncapi.yaml"
+PAGE = _ROOT / "docs" / "events.md"
+
+_SCHEMAS = "#/components/schemas/"
+_MESSAGES = "#/components/messages/"
+
+INTRODUCTION = """\
+# Events
+
+Every type of event that the gateway publishes, with its subject and its data: a CloudEvent 1.0 each, the same
+over the WebSocket `/events`, `GET /events/stream` and `GET /events` ([how to read them](api.md#events)). The
+same table is `openapi/asyncapi.yaml`, for generators.
+
+| Type | Subject | Data | When | Since |
+|---|---|---|---|---|
+"""
+
+
+def document() -> str:
+    """The AsyncAPI 3.0 document of the event streams, the same for every configuration."""
+    text: str = yaml.safe_dump(_asyncapi(), sort_keys=False, allow_unicode=True, width=110)
+    return text
+
+
+def page() -> str:
+    """The table of events, and the members of their data."""
+    rows = "".join(map(_row, EVENT_TYPES.values()))
+    schemas = _schemas()
+    data = "".join(_section(model, schemas[model.__name__]) for model in _models())
+    return f"{INTRODUCTION}{rows}\n## Data\n{data}"
+
+
+def _asyncapi() -> dict[str, Any]:
+    messages = {_message_name(row): _message(row) for row in EVENT_TYPES.values()}
+    return {
+        "asyncapi": "3.0.0",
+        "info": {
+            "title": "motion-gateway events",
+            "version": VERSION,
+            "description": "What happens at the plant, one CloudEvent in each text frame.",
+        },
+        "servers": {"gateway": {"host": "127.0.0.1:8420", "protocol": "ws"}},
+        "channels": {
+            "events": {
+                "address": "/events",
+                "description": "All events from now on, or after a cursor.",
+                "messages": {name: {"$ref": _MESSAGES + name} for name in messages},
+                "bindings": {"ws": {"query": _query()}},
+            }
+        },
+        "operations": {
+            "sendEvents": {
+                "action": "send",
+                "channel": {"$ref": "#/channels/events"},
+                "summary": "The gateway sends each event when it happens.",
+                "x-right": "view",
+            }
+        },
+        "components": {"messages": messages, "schemas": _schemas()},
+    }
+
+
+def _query() -> dict[str, Any]:
+    texts = {
+        "after": "Only events after this cursor.",
+        "bodies": "Only events of these bodies, groups and robots: addresses joined by commas.",
+        "types": "Only events of these types, joined by commas, such as body.move.*,line.down.",
+    }
+    described = {name: {"type": "string", "description": text} for name, text in texts.items()}
+    return {"type": "object", "properties": described}
+
+
+def _message_name(row: EventType) -> str:
+    return "".join(word.capitalize() for word in re.split(r"[._]", row.name))
+
+
+def _message(row: EventType) -> dict[str, Any]:
+    told = {
+        "type": {"const": row.name},
+        "subject": {"type": "string", "description": row.subject},
+        "data": {"$ref": _SCHEMAS + row.data.__name__},
+    }
+    return {
+        "name": row.name,
+        "title": row.name,
+        "summary": f"{row.when[0].upper()}{row.when[1:]}.",
+        "contentType": "application/cloudevents+json",
+        "payload": {"allOf": [{"$ref": f"{_SCHEMAS}CloudEvent"}, {"type": "object", "properties": told}]},
+        "x-since": row.since,
+    }
+
+
+def _models() -> list[type[BaseModel]]:
+    return list(dict.fromkeys(row.data for row in EVENT_TYPES.values()))
+
+
+def _schemas() -> dict[str, Any]:
+    models: list[type[BaseModel]] = [CloudEvent, *_models()]
+    wanted: list[tuple[type[BaseModel], Literal["serialization"]]] = [(it, "serialization") for it in models]
+    _, together = models_json_schema(wanted, ref_template=_SCHEMAS + "{model}")
+    definitions: dict[str, Any] = together["$defs"]
+    return dict(sorted(definitions.items()))
+
+
+def _row(row: EventType) -> str:
+    name = row.data.__name__
+    return f"| `{row.name}` | `{row.subject}` | [{name}](#{name.lower()}) | {row.when} | {row.since} |\n"
+
+
+def _section(model: type[BaseModel], schema: dict[str, Any]) -> str:
+    fields = "".join(
+        f"- `{name}`: {_shape(field)}. {field.get('description', '')}".rstrip() + "\n"
+        for name, field in schema.get("properties", {}).items()
+    )
+    told = schema.get("description", "")
+    return f"\n### {model.__name__}\n{told}\n\n{fields or '- nothing'}".rstrip() + "\n"
+
+
+def _shape(field: dict[str, Any]) -> str:
+    if "$ref" in field:
+        return str(field["$ref"]).removeprefix(_SCHEMAS)
+    if "anyOf" in field:
+        return " or ".join(map(_shape, field["anyOf"]))
+    if "enum" in field:
+        return "one of " + ", ".join(f"`{value}`" for value in field["enum"])
+    if field.get("type") == "array":
+        return f"a list of {_shape(field['items'])}"
+    return str(field.get("type", "any value"))
+
+
+if __name__ == "__main__":
+    PATH.write_text(document(), "utf-8")
+    PAGE.write_text(page(), "utf-8")

@@ -1,0 +1,138 @@
+"""The types of events: each with its subject, its data and the version that brought it.
+
+Each family has a table of its own; `gateway.event_types` joins them. What stands in none is not published:
+the tests check every event of every plant.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class EventData(BaseModel):
+    """What an event tells."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+class Nothing(EventData):
+    """The type says all."""
+
+
+class Unreadable(EventData):
+    """Why the state could not be learned."""
+
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class EventType:
+    """One type of events."""
+
+    name: str
+    """Such as `line.down`; words joined by dots, the subject's kind first."""
+    subject: str
+    """The path of what it is about, with its parts in braces."""
+    data: type[BaseModel]
+    when: str
+    """One sentence, without its full stop."""
+    since: str = "0.1.0"
+    """The version of the gateway that brought it."""
+
+
+def table_of(*types: Iterable[EventType]) -> Mapping[str, EventType]:
+    """Join tables, by the names of the types.
+
+    :raises ValueError: two have one name.
+    """
+    rows = [row for part in types for row in part]
+    table = {row.name: row for row in rows}
+    if len(table) < len(rows):
+        raise ValueError("two types of events have one name")
+    return table
+
+
+MOVE_NEWS: Mapping[str, str] = {
+    "queued": "a move waits for its turn",
+    "sent": "its command is on the wire",
+    "started": "it is seen to move",
+    "succeeded": "it has ended as it should",
+    "failed": "it has ended otherwise",
+    "stopped": "a stop has ended it",
+    "rejected": "the controller has refused its command, or has not executed it: nothing moved",
+    "cancelled": "it was not sent, and will not be",
+    "lost": "it could not be followed to its end",
+    "unknown": "nobody can tell whether it was executed, or how it has ended",
+}
+"""What is told of a move, in the order of its life."""
+
+
+def move_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
+    """The types of the moves of `what`; the data is the move's record as it is then."""
+    return [EventType(f"{what}.move.{news}", subject, data, when) for news, when in MOVE_NEWS.items()]
+
+
+# lines
+
+LINE = "/lines/{line_id}"
+
+
+class LineUp(EventData):
+    """Who has answered when the line was set up."""
+
+    controllers: str | None = Field(None, description="What an RC-400 answered to XID.")
+    mode: int | None = Field(None, description="The communication mode of a Fics: 2 or 3.")
+
+
+class LineDown(EventData):
+    """Why a line cannot be used."""
+
+    reason: str
+
+
+LINES = (
+    EventType("line.up", LINE, LineUp, "somebody answers on the line, and it is set up"),
+    EventType("line.down", LINE, LineDown, "its port has gone, or nobody answers any more; follows each up"),
+)
+
+# the gateway and its stream
+
+GATEWAY = "/gateway"
+EVENTS = "/events"
+
+
+class LoopHeld(EventData):
+    """For how long the gateway did nothing."""
+
+    seconds: float = Field(description="0.25 at least.")
+    cancelled: bool = Field(description="Whether what waited is not sent any more: above 2 s.")
+
+
+class ShuttingDown(EventData):
+    """How the gateway ends."""
+
+    on_exit: str = Field(description="What becomes of motors that move, as configured.")
+
+
+class LeftMoving(EventData):
+    """What still moves, or is not seen to stand still, when the gateway ends."""
+
+    move_id: str | None = Field(description="Its move, if it has one.")
+    detail: str
+
+
+class Gap(EventData):
+    """The place in the stream at which events are missing."""
+
+    requested: str = Field(description="The cursor that was asked for.")
+    first_available: str = Field(description="The cursor of the oldest event that can be had.")
+
+
+OF_THE_GATEWAY = (
+    EventType("gateway.loop.held", GATEWAY, LoopHeld, "the gateway was suspended or held up"),
+    EventType("gateway.shutting_down", GATEWAY, ShuttingDown, "nothing begins any more"),
+    EventType("stream.gap", EVENTS, Gap, "events are missing at this place of the stream"),
+)
+
+CORE = (*LINES, *OF_THE_GATEWAY)

@@ -1,0 +1,91 @@
+"""The types of events of robots and of their units."""
+
+from pydantic import Field
+
+from gateway.core.event_types import EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
+from gateway.fics.jogs import JogSession
+from gateway.fics.move_record import RobotMove
+from gateway.fics.stops import RobotStopReport
+from gateway.fics.system_errors import RobotErrorRecord
+
+ROBOT, UNIT = "/robots/{robot_id}", "/robots/{robot_id}/units/{unit}"
+
+
+class Overdue(EventData):
+    """A move that takes longer than its way and its speeds explain."""
+
+    move_id: str
+    longest_s: float | None
+
+
+class StopRefusal(RobotStopReport):
+    """How far a stop has come that the robot has refused."""
+
+    error: str = Field(description="The refusal, such as E03.")
+
+
+class ErrorsReset(EventData):
+    """Who has reset the error that stood."""
+
+    by: str = Field(description="gateway, or elsewhere.")
+
+
+class SpeedsKnown(EventData):
+    """The speeds in percent that are set again, by unit and axis, and the axes that are at 100 %."""
+
+    speeds: dict[str, dict[str, float]]
+    full_speed: dict[str, list[str]]
+
+
+class RobotPowerLoss(SpeedsKnown):
+    """How sure the gateway is, and what it will set again."""
+
+    certain: bool
+
+
+class UnitChange(EventData):
+    """The selected unit, as the gateway had left it and as it was found."""
+
+    expected: int
+    found: int
+
+
+TYPES = (
+    *move_types("robot", UNIT, RobotMove),
+    EventType("robot.move.overdue", UNIT, Overdue, "a move takes longer than its way and speeds explain"),
+    *(
+        EventType(f"robot.stop.{news}", ROBOT, data, when)
+        for news, data, when in (
+            ("requested", RobotStopReport, "a stop is asked for"),
+            ("confirmed", RobotStopReport, "all axes stand still, as the robot says"),
+            (
+                "unconfirmed",
+                RobotStopReport,
+                "it is not confirmed after two seconds, and is repeated on",
+            ),
+            ("refused", StopRefusal, "the robot has refused the stop"),
+        )
+    ),
+    EventType("robot.motion.foreign", ROBOT, Nothing, "it moves, and the gateway has not started that"),
+    EventType("robot.online", ROBOT, Nothing, "it answers again"),
+    EventType("robot.offline", ROBOT, Nothing, "it does not answer any more"),
+    EventType("robot.unreadable", ROBOT, Unreadable, "the watch could not learn its state"),
+    EventType("robot.error", ROBOT, RobotErrorRecord, "an error of the system stands"),
+    EventType("robot.errors.reset", ROBOT, ErrorsReset, "the error that stood is reset"),
+    EventType("robot.power_cycled", ROBOT, RobotPowerLoss, "it has lost its power, or seems to"),
+    EventType("robot.speeds.restored", ROBOT, SpeedsKnown, "the speeds that were known are set again"),
+    EventType("robot.power_cycle.acknowledged", ROBOT, Nothing, "somebody knows of the loss of power"),
+    EventType("robot.unit.changed", ROBOT, UnitChange, "somebody else has selected another unit"),
+    *(
+        EventType(f"robot.jog.{news}", ROBOT, JogSession, when)
+        for news, when in {
+            "started": "an axis jogs",
+            "stopping": "the axis is told to stop, and may still move",
+            "ended": "it was ended by request or at a limit, and the axis stands still",
+            "lost": "its heartbeat stayed away, and the axis stands still",
+            "stopped": "a stop or the end of the gateway has ended it, and the axis stands still",
+            "not_stopped": "the axis did not stand still within a second: the whole robot is being stopped",
+        }.items()
+    ),
+    EventType("robot.left_moving", ROBOT, LeftMoving, "the gateway ends, and it moves as far as is known"),
+)

@@ -1,0 +1,118 @@
+"""The types of events of bodies, of their groups and of their lines."""
+
+from pydantic import Field
+
+from gateway.core.event_types import LINE, EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
+from gateway.core.move_record import Move
+from gateway.rorze.power import Acknowledgement
+from gateway.rorze.scans import Scan
+from gateway.rorze.stops import StopReport
+
+BODY, GROUP = "/bodies/{body_id}", "/groups/{group_id}"
+
+
+class WentOffline(EventData):
+    """Why a body counts as silent."""
+
+    asked: bool = Field(description="False where nobody on its line was heard, and it was not asked itself.")
+
+
+class StatusChange(EventData):
+    """The bits of its controller status that are set (RC-420 manual 13.8.1)."""
+
+    status: list[str]
+
+
+class BodyPowerLoss(EventData):
+    """How sure the gateway is."""
+
+    certain: bool
+
+
+class PowerAcknowledged(EventData):
+    """What lets it go to places again."""
+
+    by: Acknowledgement
+
+
+class MarkMissing(EventData):
+    """Why no mark can be kept in a body."""
+
+    comment: int = Field(description="The number of the user comment, 1-7.")
+    detail: str
+
+
+class ControllerEvent(EventData):
+    """A frame 7E: the fields that its ESS setting names, in the order they came."""
+
+    C: int | None = Field(None, description="Sensors (CLD).")
+    M: int | None = Field(None, description="Controller status (9CD).")
+    S: int | None = None
+    I: int | None = Field(None, description="Inputs.")  # noqa: E741  # the letter of the frame
+    O: int | None = Field(None, description="Outputs.")  # noqa: E741  # the letter of the frame
+    P: int | None = Field(None, description="Position in pulses.")
+
+
+class EndFrame(EventData):
+    """A frame 7D of a body that is not in the configuration."""
+
+    command: str
+    cause: int = Field(description="The byte of 9MD, 0 after a normal end.")
+
+
+class Strangers(EventData):
+    """Bodies that have obeyed a command to a group, and are no members of it."""
+
+    bodies: list[str]
+
+
+class Strictness(EventData):
+    """Whether acknowledgements are believed only between two fences."""
+
+    strict: bool
+
+
+class LineMessage(EventData):
+    """A frame of a special address that nobody knows."""
+
+    frame: str
+
+
+BODIES = (
+    *move_types("body", BODY, Move),
+    *(
+        EventType(f"body.stop.{news}", BODY, StopReport, when)
+        for news, when in {
+            "requested": "a stop is asked for",
+            "confirmed": "the motor stands still, as its controller says",
+            "unconfirmed": "it is not confirmed after two seconds, and is repeated on",
+        }.items()
+    ),
+    EventType("body.motion.foreign", BODY, Nothing, "it moves, and the gateway has not started that"),
+    EventType("body.online", BODY, Nothing, "it answers again"),
+    EventType("body.offline", BODY, WentOffline, "it does not answer any more"),
+    EventType("body.unreadable", BODY, Unreadable, "the health poll could not learn its state"),
+    EventType("body.status.changed", BODY, StatusChange, "bits of its controller status have changed"),
+    EventType("body.power_cycled", BODY, BodyPowerLoss, "it has lost its power, or seems to"),
+    EventType("body.power_cycle.acknowledged", BODY, PowerAcknowledged, "it may go to places again"),
+    EventType("body.power_mark.missing", BODY, MarkMissing, "no mark can be kept in it"),
+    EventType("body.controller_event", BODY, ControllerEvent, "it has reported a change of state (frame 7E)"),
+    EventType("body.end_frame", BODY, EndFrame, "an unknown body has ended a move (frame 7D)"),
+    EventType("body.left_moving", BODY, LeftMoving, "the gateway ends, and it moves as far as is known"),
+)
+
+LINES = (
+    EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),
+    EventType("line.strict", LINE, Strictness, "a reply came twice, or none has for an hour"),
+    EventType("line.message", LINE, LineMessage, "a frame came that nobody knows"),
+    *(
+        EventType(f"line.scan.{status}", LINE, Scan, when)
+        for status, when in {
+            "running": "a scan has begun, or has found a body",
+            "finished": "it has asked all 120 body numbers",
+            "failed": "it was broken off",
+        }.items()
+    ),
+)
+
+TYPES = (*BODIES, *LINES)

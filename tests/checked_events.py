@@ -1,0 +1,30 @@
+"""A hub that publishes what stands in the table of events, and fails the test on anything else."""
+
+import re
+
+from pydantic import BaseModel
+from pydantic_core import to_json
+
+from gateway.core.event_types import EventType
+from gateway.core.events import Data, Event, EventHub
+from gateway.event_types import EVENT_TYPES
+
+_BRACED = re.compile(r"\\\{\w+\\\}")
+
+
+def subject_fits(row: EventType, subject: str) -> bool:
+    """Whether a subject has the form of its type's."""
+    return re.fullmatch(_BRACED.sub("[^/]+", re.escape(row.subject)), subject) is not None
+
+
+class CheckedHub(EventHub):
+    """Refuses events of no known type, about something else, or with other data."""
+
+    def publish(self, type_: str, subject: str, data: Data, correlation: str | None = None) -> Event:
+        row = EVENT_TYPES.get(type_)
+        assert row is not None, f"{type_} stands in no table of events"
+        assert subject_fits(row, subject), f"{type_} is about {row.subject}, not {subject}"
+        event = super().publish(type_, subject, data, correlation)
+        if not (isinstance(data, BaseModel) and type(data) is row.data):
+            row.data.model_validate_json(to_json(event.data))
+        return event
