@@ -122,8 +122,8 @@ def _rorze_info(row: Row) -> CommandInfo:
         while_moving=row.moving,
         in_programs=row.program,
         errors=[
-            CommandError(code=f"0x{code:02X}", ja=lookup(code).ja, en=lookup(code).en)
-            for code in sorted(row.errors)
+            CommandError(code=f"0x{code:02X}", ja=error.ja, en=error.en)
+            for code, error in ((code, lookup(code, row.code)) for code in sorted(row.errors))
         ],
     )
 

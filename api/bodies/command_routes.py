@@ -137,7 +137,7 @@ def describe(row: Row) -> str:
         f"Example: `{row.example[0]}`"
         + (f" is answered `{row.example[1]}`." if len(row.example) > 1 else "."),
     ]
-    errors = [f"- 0x{code:02X}: {lookup(code).en}" for code in sorted(row.errors)]
+    errors = [f"- 0x{code:02X}: {lookup(code, row.code).en}" for code in sorted(row.errors)]
     listed = "Errors:\n\n" + "\n".join(errors) if errors else ""
     return "\n\n".join(part for part in (f"{japanese}: {english}.", more, *facts, listed) if part)
 

@@ -12,7 +12,7 @@ LASTING = frozenset({0x23, *range(0x40, 0x48), 0x4A, 0x54, 0x5B, 0x5D, 0x5E, 0x5
 
 def refused(address: str, command: RorzeCommand[Any], error: int | None) -> ControllerRefused:
     """The error of a command that a body, or the link master, has refused."""
-    code, text = None if error is None else f"0x{error:02X}", lookup(error)
+    code, text = None if error is None else f"0x{error:02X}", lookup(error, command.code)
     if command.rules_out(error):
         return CommandGarbled(address, command.code, code, text)
     return ControllerRefused(address, command.code, code, text, lasting=error in LASTING)

@@ -177,8 +177,8 @@ _ROWS = (
         0x54,
         "脱調検出インターバルが設定されていない。",
         "The interval of the STALL detection is not set.",
-        "コマンドQISで脱調検出間隔を設定してください。",
-        "Set the interval with QIS.",
+        "コマンドQISで脱調検出間隔 (ドグの周期) を設定してください。",
+        "Set the interval, the period of the dogs, with QIS.",
     ),
     _command(
         0x55,
@@ -205,8 +205,8 @@ _ROWS = (
         0x5B,
         "ユーザープログラムの指定アドレスが無い。",
         "The user program has no such address.",
-        "コマンドUEDで最終アドレスを確認し、存在するアドレスを指定してください。",
-        "Read the last address with UED and name one that exists.",
+        "コマンドUEDでプログラムの終わりを確認し、それより前のアドレスを指定してください。",
+        "Read with UED where the program ends, and name an address before it.",
     ),
     _command(
         0x5C,
@@ -292,15 +292,71 @@ ERRORS: Final[Mapping[int, ErrorRow]] = MappingProxyType(
 )
 """Every error the manual names, by code (RC-420 manual 12 and 21)."""
 
+_NO_ADDRESS = _command(
+    0x5B,
+    "ユーザープログラム未設定または、存在しないアドレスを指定した。",
+    "There is no user program, or it has no such address.",
+    "コマンドUEDでプログラムの終わりを確認し、存在するアドレスかラベルを指定してください。",
+    "Read with UED where the program ends, and name an address or a label that it has.",
+)
 
-def lookup(code: int | None) -> ErrorRow:
-    """Give the row of a code; a code the manual does not name, or none at all, gets a row that says so."""
+OWN_ERRORS: Final[Mapping[str, Mapping[int, ErrorRow]]] = MappingProxyType(
+    {
+        "0QM": {
+            0x52: _command(
+                0x52,
+                "移動開始直前にSTALLセンサがONしていない。",
+                "The STALL sensor is not on, so there is no dog to centre.",
+                "コマンドCLDのビット0が1となる位置へ移動するか、コマンドDLSで論理を訂正してください。",
+                "Move to where the STALL sensor is on (CLD bit 0), or correct its logic with DLS.",
+            ),
+            0x55: _command(
+                0x55,
+                "CW、CCWのセンサのいずれかがONしている。",
+                "A limit sensor, CW or CCW, is on.",
+                "コマンドCLDでリミットセンサの状態を確認し、反対方向へ移動してから実行してください。",
+                "See which limit is on (CLD) and move away from it first.",
+            ),
+        },
+        "01M": {
+            0x54: _command(
+                0x54,
+                "脱調関連設定がされていない。",
+                "The STALL detection is not set up: it is off, or has no interval.",
+                "コマンドQSS1で脱調検出を有効にし、コマンドQISで脱調検出間隔を設定してください。",
+                "Switch the STALL detection on with QSS1, and set its interval with QIS.",
+            )
+        },
+        "UWS": {
+            0x5B: _command(
+                0x5B,
+                "ユーザープログラム領域を超えている。",
+                "The user program's memory is full.",
+                "コマンドUBDで残りステップ数を確認し、プログラムを短くしてください。",
+                "Read the steps that are left with UBD, and shorten the program.",
+            )
+        },
+        **{code: {0x5B: _NO_ADDRESS} for code in ("UPD", "URG", "USG", "UWD")},
+    }
+)
+"""Errors that a command's own page explains otherwise than chapter 21: there the page counts."""
+
+
+def lookup(code: int | None, command: str = "") -> ErrorRow:
+    """Give the row of a code, in the meaning it has for the command, given by its three letters.
+
+    A code the manual does not name, or none at all, gets a row that says so.
+    """
     if code is None:
         return _unnamed(code, "エラーコードのないエラー応答です。", "The controller gave no error code.")
-    return ERRORS.get(code) or _unnamed(
-        code,
-        f"取扱説明書にないエラーコードです (0x{code:02X})。",
-        f"The manual does not name error code {code:02X}h.",
+    return (
+        OWN_ERRORS.get(command, {}).get(code)
+        or ERRORS.get(code)
+        or _unnamed(
+            code,
+            f"取扱説明書にないエラーコードです (0x{code:02X})。",
+            f"The manual does not name error code {code:02X}h.",
+        )
     )
 
 

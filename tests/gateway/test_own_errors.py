@@ -1,0 +1,33 @@
+"""A refusal is told in the meaning that the command's own page gives its code."""
+
+import pytest
+
+from api.problems import problem_of
+from gateway.errors import ControllerRefused
+from protocols.rorze.origin import CentreStallDog, HomeWithStallDetection
+from protocols.rorze.row import RorzeCommand
+from protocols.table import Ack
+from simulator.rorze.world import STALL
+from tests.plants import in_virtual_time, rig
+
+
+@pytest.mark.parametrize(
+    ("command", "code", "cause", "remedies"),
+    [
+        (HomeWithStallDetection(), "0x54", "not set up", ("QSS", "QIS")),
+        (CentreStallDog(), "0x52", "STALL sensor is not on", ("CLD", "DLS")),
+    ],
+)
+@in_virtual_time
+async def test_the_remedy_is_that_of_the_command_in_both_languages(
+    command: RorzeCommand[Ack], code: str, cause: str, remedies: tuple[str, ...]
+) -> None:
+    async with rig() as it:
+        it.touch(0x3F, lambda axis: axis.world.forced.update({STALL: False}))
+        with pytest.raises(ControllerRefused) as caught:
+            await it.body().ask(command)
+        english, japanese = problem_of(caught.value, "/"), problem_of(caught.value, "/", japanese=True)
+        assert (english.code, english.moved) == (code, "no")
+        assert cause in english.detail
+        assert not japanese.detail.isascii()
+        assert all(name in english.remedy and name in japanese.remedy for name in remedies)
