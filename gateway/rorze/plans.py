@@ -15,7 +15,7 @@ from protocols.rorze.notation import PositionReference
 from protocols.rorze.patterns import GetPattern, GetSpeedChange
 from protocols.rorze.position import GetPosition
 from protocols.rorze.position_table import GetPositionEntry
-from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, steady
+from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, plan_slow
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.speeds import (
     GetFallingAccelerationShare,
@@ -102,9 +102,8 @@ async def _pulses(body: Body, amount: int) -> int:
 
 async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:
     up, down = await _parameters_of_pattern(body, command.pattern)
-    if command.code.startswith("2"):
-        return steady(distance, up.low, up, down)
-    return plan(distance, up, down, await _speed_changes(body, command.pattern))
+    make = plan_slow if command.code.startswith("2") else plan
+    return make(distance, up, down, await _speed_changes(body, command.pattern))
 
 
 async def _speed_changes(body: Body, pattern: int | None) -> list[SpeedChange]:

@@ -310,6 +310,22 @@ def plan(
     return Profile(curve, distance, tuple(legs), brake_at, acceleration, deceleration)
 
 
+def plan_slow(
+    distance: int | None,
+    acceleration: SpeedParameters,
+    deceleration: SpeedParameters,
+    changes: Sequence[SpeedChange] = (),
+) -> Profile:
+    """A low-speed move of `distance` pulses at OL, endless if None (RC-420 manual 13.2.2).
+
+    It does not make the speed changes of its pattern, an assumption; but they must suit it as they must a
+    high-speed move (RC-420 manual 13.3.7). Raises ProfileError 0x62 or 0x65 when they do not.
+    """
+    if changes:
+        plan(distance, acceleration, deceleration, changes)
+    return steady(distance, acceleration.low, acceleration, deceleration)
+
+
 def steady(
     distance: int | None, speed: int, acceleration: SpeedParameters, deceleration: SpeedParameters
 ) -> Profile:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from api.problems import problem_of
-from gateway.errors import ControllerRefused
+from api.common.problems import problem_of
+from gateway.core.errors import ControllerRefused
 from protocols.rorze.origin import CentreStallDog, HomeWithStallDetection
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack

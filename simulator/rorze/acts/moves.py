@@ -12,7 +12,7 @@ from protocols.rorze.moves import (
     MoveToSlowly,
 )
 from protocols.rorze.notation import PositionReference
-from protocols.rorze.profile import Profile, ProfileError, plan, steady
+from protocols.rorze.profile import Profile, ProfileError, plan, plan_slow
 from simulator.rorze.actions import OUT_OF_RANGE, Refused, acts_out
 from simulator.rorze.acts.encoder import correction
 from simulator.rorze.acts.patterns import Ramps, changes_of, ramps_of
@@ -55,11 +55,9 @@ def require_free(axis: Rc420, direction: Direction) -> None:
 
 
 def _profile(axis: Rc420, distance: int | None, pattern: int | None, low: bool) -> Profile:
-    up, down = ramps_of(axis, pattern)
-    if low:
-        return steady(distance, up.low, up, down)
+    make = plan_slow if low else plan
     try:
-        return plan(distance, up, down, changes_of(axis, pattern))
+        return make(distance, *ramps_of(axis, pattern), changes_of(axis, pattern))
     except ProfileError as error:
         raise Refused(error.code) from None
 

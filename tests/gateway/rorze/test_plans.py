@@ -2,6 +2,7 @@
 
 import pytest
 
+from gateway.core.errors import ControllerRefused
 from gateway.rorze.plans import PlannedMove, plan_of
 from protocols.rorze.encoder import SetEncoderRatio
 from protocols.rorze.modes import SetOperatingMode
@@ -52,6 +53,7 @@ async def prepare(rig: Rig) -> None:
         (MoveCounterclockwise(distance=50_000, pattern=12), 50_000),
         (MoveClockwise(distance=90_000, pattern=13), 90_000),
         (MoveClockwiseSlowly(distance=2_000, pattern=12), 2_000),
+        (MoveClockwiseSlowly(distance=90_000, pattern=13), 90_000),
         (MoveTo(position=-20_000), 20_000),
         (MoveTo(position=PositionReference(position=25), pattern=12), 7_000),
     ],
@@ -63,7 +65,7 @@ async def test_the_planned_duration_is_that_of_the_pulses(command: RorzeCommand[
         planned = await plan_of(it.body(), command)
         assert not it.truth.of("pulses_start")
         [move] = await it.plant.moves.start(it.body(), command)
-        await it.plant.moves.wait(move.id, 60.0)
+        await it.plant.moves.wait(move.id, 200.0)
         [begun], [over] = it.truth.of("pulses_start"), it.truth.of("pulses_stop")
         assert planned.distance == distance
         assert planned.target_position == move.target_position == move.position
@@ -102,10 +104,21 @@ async def test_what_only_the_motion_can_tell_is_not_guessed(command: RorzeComman
         assert planned.note is not None
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        MoveClockwise(distance=100, pattern=29),
+        MoveClockwise(distance=10_000, pattern=13),
+        MoveClockwiseSlowly(distance=10_000, pattern=13),
+    ],
+)
 @in_virtual_time
-async def test_a_move_that_would_be_refused_says_so() -> None:
+async def test_a_move_that_would_be_refused_says_so(command: RorzeCommand[Ack]) -> None:
     async with rig() as it:
-        planned = await plan_of(it.body(), MoveClockwise(distance=100, pattern=29))
+        await prepare(it)
+        planned = await plan_of(it.body(), command)
+        with pytest.raises(ControllerRefused):
+            await it.body().ask(command)
         assert isinstance(planned, PlannedMove)
         assert planned.duration_s is None
         assert planned.note is not None

@@ -14,6 +14,7 @@ from protocols.rorze.profile import (
     SpeedParameters,
     first_moment,
     plan,
+    plan_slow,
     ramp_pulses,
     ramp_time_s,
     resolve_changes,
@@ -185,7 +186,8 @@ def test_an_endless_move_runs_at_oh_for_ever() -> None:
 
 
 def test_a_low_speed_move_has_no_ramps() -> None:
-    move = steady(500, UP.low, UP, DOWN)
+    move = plan_slow(500, UP, DOWN)
+    assert move == steady(500, UP.low, UP, DOWN)
     assert duration_of(move) == 0.1
     assert [move.speed(at_s) for at_s in (0, 0.05, 0.0999)] == [5_000] * 3
     assert [move.emitted(at_s) for at_s in (0, 0.05, 0.1, 1)] == [0, 250, 500, 500]
@@ -258,9 +260,10 @@ def test_a_speed_change_is_complete_at_its_t_and_starts_at_its_f() -> None:
 def test_speed_changes_that_do_not_fit_are_refused(
     code: int, distance: int | None, changes: list[SpeedChange]
 ) -> None:
-    with pytest.raises(ProfileError) as refusal:
-        plan(distance, UP, DOWN, changes)
-    assert refusal.value.code == code
+    for make in (plan, plan_slow):
+        with pytest.raises(ProfileError) as refusal:
+            make(distance, UP, DOWN, changes)
+        assert refusal.value.code == code
 
 
 def test_an_endless_move_may_end_on_any_speed() -> None:

@@ -282,12 +282,23 @@ def test_speed_changes_set_before_the_move(bench: Bench) -> None:
     assert bench.until_end() == ("1+M", 0)
 
 
-def test_speed_changes_that_do_not_suit_refuse_the_move(bench: Bench) -> None:
+@pytest.mark.parametrize("code", CODES)
+def test_speed_changes_that_do_not_suit_refuse_the_move(bench: Bench, code: str) -> None:
+    """13.3.7: commands 1 and 2."""
     bench.sent("OLSS[1],50", "OHSS[1],50000", "OSSS[1],100000", "OASS[1],50", "OBSS[1],50")
     bench.sent("SPSA[17],A:S[1],D:S[1]", "SESA[17],0,F78000,S10000")
-    assert bench.send("1+MA[17],150000") == "@62"
+    assert bench.send(f"{code}A[17],150000") == "@62"
     bench.sent("SESA[17],1,F80000,S50000")
-    assert bench.send("1+MA[17],150000") == "@65"
+    assert bench.send(f"{code}A[17],150000") == "@65"
+    bench.sent("SESA[17]", f"{code}A[17],150000")
+
+
+def test_a_low_speed_move_makes_no_speed_changes(bench: Bench) -> None:
+    bench.sent("OLSS[1],500", "OHSS[1],50000", "OSSS[1],100000", "OASS[1],50", "OBSS[1],50")
+    bench.sent("SPSA[17],A:S[1],D:S[1]", "SESA[17],0,F30000,S10000", "SESA[17],1,F60000,S50000")
+    bench.sent("2+MA[17],150000")
+    assert bench.until_end() == ("2+M", 0)
+    assert bench.now == pytest.approx(150_000 / 500)
 
 
 def test_encoder_mode_counts_by_the_encoder(bench: Bench) -> None:
