@@ -5,7 +5,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
 
 from api import catalogue, health, lines, stops, streams
-from api.bodies.info import command_routes, groups, info, moves, text_commands
+from api.bodies import command_routes, groups, info, moves, text_commands
 from api.common import problems
 from api.common.security import SameSite
 from api.common.version import VERSION

@@ -21,7 +21,7 @@ Written from the rows in `protocols/` by `python -m protocols.reference`; `GET /
 the schemas of parameters and replies. *Retry* says what comes of repeating a command when no reply came.
 By itself the gateway repeats only `read` and software stops. `setting`: read back, and repeat what
 differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is
-done twice.
+done twice. Whatever steps the position index (`P[+]`, `P[-]`) is never repeated.
 """
 _RORZE_HEAD = """\
 ## RC-420 and RC-400

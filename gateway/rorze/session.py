@@ -544,6 +544,8 @@ def _unusable(kind: type[NoReply], exchange: Exchange, what: str) -> NoReply:
 def _remedy(exchange: Exchange) -> str:
     if exchange.command.may_repeat():
         return "Ask again."
-    if exchange.command.retry is Retry.SETTING:
+    if exchange.command.retry_class() is Retry.SETTING:
         return "Read back whether it was set."
+    if exchange.command.steps_index():
+        return "Read status, position and the position index (3ID) before anything else."
     return "Read status and position before anything else."

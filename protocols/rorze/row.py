@@ -74,9 +74,17 @@ class RorzeCommand(Command[R_co]):
         """
         return error in OF_THE_FORM and error not in self.errors
 
+    def steps_index(self) -> bool:
+        """Whether it steps the position index, with `P[+]` or `P[-]` (RC-420 manual 13.4.3)."""
+        return any(map(_steps, self.__dict__.values()))
+
+    def retry_class(self) -> Retry:
+        """The retry class of this very command: each time it steps the position index is another step."""
+        return Retry.NEVER if self.steps_index() else self.retry
+
     def may_repeat(self) -> bool:
         """Whether it may be sent again by itself: a read that does not step the position index."""
-        return self.retry is Retry.READ and not any(map(_steps, self.__dict__.values()))
+        return self.retry_class() is Retry.READ
 
     def is_only_question(self) -> bool:
         """Whether every command of its code asks the same, and changes nothing: a read without parameters."""

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from api.bodies.info import command_routes
+from api.bodies import command_routes
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.row import LinkMasterCommand
 from protocols.table import Reply, Retry

@@ -4,6 +4,7 @@ from pydantic import Field, ValidationError
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.notation import PositionRef, PositionReference, Pulses
 from protocols.rorze.position import GetPosition
+from protocols.rorze.position_table import SetPositionEntry
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack, Effect, Reply, Retry
 
@@ -54,6 +55,12 @@ def test_name_and_titles_come_from_the_class() -> None:
 def test_a_read_that_steps_the_position_index_is_not_repeatable(position: object, repeatable: bool) -> None:
     entry = PositionReference.model_validate({"position": position})
     assert One(entry=entry).may_repeat() is repeatable
+
+
+@pytest.mark.parametrize("text", ["P[+],50", "P[-],50", "P[+]"])
+def test_a_setting_that_steps_the_position_index_is_no_setting_to_repeat(text: str) -> None:
+    assert SetPositionEntry.read(text).retry_class() is Retry.NEVER
+    assert SetPositionEntry.read("P[25],50").retry_class() is Retry.SETTING
 
 
 def test_the_effect_tells_what_starts_motion() -> None:
