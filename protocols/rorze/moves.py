@@ -11,8 +11,8 @@ from protocols.table import Ack, Effect, Retry
 Distance = Annotated[int, Field(ge=1, lt=BILLION), Number()]
 Endless = Annotated[Literal["endless"], Word(endless="Z")]
 
-# The pages do not list 5E and 62, but what they mean (21, 13.3.7) can only befall a move.
-MOVE_ERRORS = frozenset({*range(0x40, 0x49), 0x4A, 0x50, 0x51, 0x52, 0x55, 0x5D, 0x5E, 0x62})
+# The pages do not list 5E, 62, 65 and 66, but what they mean (21, 13.3.7) befalls moves.
+MOVE_ERRORS = frozenset({*range(0x40, 0x49), 0x4A, 0x50, 0x51, 0x52, 0x55, 0x5D, 0x5E, 0x62, 0x65, 0x66})
 
 
 class RelativeMove(

@@ -135,9 +135,9 @@ def two_decimals(value: float) -> float:
 
 
 class Hundredths(Wire):
-    """A number with two decimals in replies; any or none in commands."""
+    """A number with two decimals in replies; one or two in commands, after a point that has to be there."""
 
-    pattern = r"\d{1,9}(?:\.\d{1,2})?"
+    pattern = r"\d{1,9}\.\d{1,2}"
 
     def encode(self, value: Any) -> str:
         """Write two decimals."""

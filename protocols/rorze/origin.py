@@ -9,7 +9,8 @@ from protocols.rorze.position import SignedPulses
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack, Effect, Reply, Retry
 
-HOMING_ERRORS = frozenset({*range(0x40, 0x49), 0x50, 0x51})
+# The pages do not list 66, but it keeps the motor from moving (21).
+HOMING_ERRORS = frozenset({*range(0x40, 0x49), 0x50, 0x51, 0x66})
 
 
 class OriginSearch(
@@ -59,7 +60,7 @@ class CentreStallDog(
     RorzeCommand[Ack],
     code="0QM",
     moving=False,
-    errors=frozenset({0x50, 0x51, 0x52, 0x55}),
+    errors=frozenset({0x50, 0x51, 0x52, 0x55, 0x66}),
     retry=Retry.CONDITIONAL,
     effect=Effect.MOTION,
     example=("&3F0QM", ">&3F0QM"),

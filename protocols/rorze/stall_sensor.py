@@ -21,10 +21,13 @@ class StallError(Reply, args="{stalled}"):
     stalled: FlagValue = Field(description="0 no STALL error, 1 STALL error.")
 
 
-class StallInterval(Reply, args="{interval}"):
-    """The distance between the edges of the STALL sensor's dogs."""
+INTERVAL = "Period of the dogs, from ON edge to ON edge, in pulses, 100-65535; checked every half of it."
 
-    interval: Annotated[int, Field(ge=100, le=65_535), Digits(5)] = Field(description="In pulses, 100-65535.")
+
+class StallInterval(Reply, args="{interval}"):
+    """The period of the STALL sensor's dogs."""
+
+    interval: Annotated[int, Field(ge=100, le=65_535), Digits(5)] = Field(description=INTERVAL)
 
 
 class GetStallSensorInterval(
@@ -33,7 +36,7 @@ class GetStallSensorInterval(
     retry=Retry.READ,
     example=("&3FQID", ">&3FQID00100"),
 ):
-    """脱調検出間隔取得: get the distance between the edges of the STALL sensor's dogs."""
+    """脱調検出間隔取得: get the period of the STALL sensor's dogs."""
 
 
 class SetStallSensorInterval(
@@ -45,9 +48,13 @@ class SetStallSensorInterval(
     retry=Retry.SETTING,
     example=("&3FQIS100", ">&3FQIS"),
 ):
-    """脱調検出間隔設定: set the distance between the edges of the STALL sensor's dogs; 2048 by default."""
+    """脱調検出間隔設定: set the period of the STALL sensor's dogs; 2048 by default.
 
-    interval: Annotated[int, Field(ge=100, le=65_535), Number()] = Field(description="In pulses, 100-65535.")
+    Half of it is the interval of the checks: one in the middle of each dog, one in each gap (RC-420 manual
+    13.6.2).
+    """
+
+    interval: Annotated[int, Field(ge=100, le=65_535), Number()] = Field(description=INTERVAL)
 
 
 class GetStallSensorError(

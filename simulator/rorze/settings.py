@@ -107,7 +107,7 @@ class Settings:
     adjust_speed: int = 0  # PLS
     encoder_stall_detection: int = 0  # PSS
     adjust_delay: int = 3  # PTS, 10 ms
-    stall_interval: int = 2048  # QIS, pulses
+    stall_interval: int = 2048  # QIS, pulses: the period of the dogs
     stall_detection: int = 0  # QSS
     patterns: tuple[Pattern | None, ...] = field(default_factory=_patterns)  # SPS
 

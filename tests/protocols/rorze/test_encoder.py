@@ -68,7 +68,14 @@ def test_every_ratio_arrives_and_comes_back(hundredths: int) -> None:
     assert encoder.GetEncoderRatio().read_reply(reply.written()) == reply
 
 
-@pytest.mark.parametrize("parameters", ["0.99", "100000.00", "0"])
+@pytest.mark.parametrize("parameters", ["200", "200.", "200.005", "H64"])
+def test_a_ratio_is_written_with_a_point_and_one_or_two_decimals(parameters: str) -> None:
+    assert encoder.SetEncoderRatio.read("200.5").ratio == 200.5
+    with pytest.raises(SyntaxFault):
+        encoder.SetEncoderRatio.read(parameters)
+
+
+@pytest.mark.parametrize("parameters", ["0.99", "100000.00", "0.0"])
 def test_a_ratio_outside_its_range_is_refused(parameters: str) -> None:
     with pytest.raises(RangeFault):
         encoder.SetEncoderRatio.read(parameters)

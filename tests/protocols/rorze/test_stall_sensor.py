@@ -44,6 +44,12 @@ def test_values_outside_their_range_are_refused(row: Row, parameters: str) -> No
         row.read(parameters)
 
 
+def test_the_interval_is_told_to_be_the_period_of_the_dogs() -> None:
+    """13.6.2: half of it lies between two checks."""
+    for model in (sensor.StallInterval, sensor.SetStallSensorInterval):
+        assert "Period" in str(model.model_fields["interval"].description)
+
+
 @pytest.mark.parametrize("value", [True, "1", 1.0, 2, None])
 def test_detection_is_switched_with_0_or_1_and_nothing_else(value: object) -> None:
     with pytest.raises(ValidationError):
