@@ -6,11 +6,13 @@ import os
 import tty
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from math import inf
 from pathlib import Path
 from time import monotonic
 from typing import Protocol, TypeVar, cast
+
+from simulator.wire import up_to_each_cr
 
 T = TypeVar("T")
 
@@ -110,7 +112,7 @@ class _Wire:
 
     def put(self, data: bytes, now: float) -> None:
         """Start sending, behind what is still being sent."""
-        for part in _up_to_each_cr(data):
+        for part in up_to_each_cr(data):
             self._free_at = max(self._free_at, now) + len(part) * self._byte_time_s
             self._under_way.append((self._free_at, part))
 
@@ -121,14 +123,6 @@ class _Wire:
     def take(self) -> bytes:
         """Take the part that has arrived."""
         return self._under_way.popleft()[1]
-
-
-def _up_to_each_cr(data: bytes) -> Iterator[bytes]:
-    *frames, rest = data.split(b"\r")
-    for frame in frames:
-        yield frame + b"\r"
-    if rest:
-        yield rest
 
 
 class PacedClockwork(Clockwork):

@@ -1,6 +1,7 @@
 """The line between a host and a simulated machine: frames travel both ways in given time, faults included."""
 
 import heapq
+import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from math import inf
@@ -9,6 +10,13 @@ from typing import NamedTuple
 from protocols.lines import CR
 from simulator.faults import Direction, Fault, Faults
 from simulator.truth import TruthLog
+
+_PART = re.compile(rb"[^\r]*\r[\r\n]*|[^\r]+")
+
+
+def up_to_each_cr(data: bytes) -> list[bytes]:
+    """Cut data into frames and a rest; more CR and LF that come with a frame's CR belong to it."""
+    return _PART.findall(data)
 
 
 class _Due(NamedTuple):
@@ -52,8 +60,8 @@ class Wire:
 
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes from the host; without a CR for too long, what has come goes on as it is."""
-        *ends, self._arriving = (self._arriving + data).split(CR)
-        frames = [end + CR for end in ends]
+        frames = up_to_each_cr(self._arriving + data)
+        self._arriving = frames.pop() if frames and CR not in frames[-1] else b""
         if len(self._arriving) > self._longest:
             frames.append(self._arriving)
             self._arriving = b""

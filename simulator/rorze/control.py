@@ -108,6 +108,7 @@ class LinkChange(Strict):
     absent_bodies: Literal["silent", "error"] | None = None
     interjection: Literal["accept", "drop"] | None = None
     line_end: Literal["\r", "\r\n"] | None = None
+    excess_line_ends: Literal["invalid", "ignored"] | None = None
 
 
 class ProgramMessage(Strict):

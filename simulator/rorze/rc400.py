@@ -8,6 +8,7 @@ from math import inf
 from random import Random
 from typing import Generic, Literal, Protocol, TypeVar
 
+from protocols.lines import CR
 from protocols.rorze.link import MoveEnded, Request, RequestReader, StatusChanged
 from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
 from protocols.rorze.row import EVENT, LINK_MASTER, MOVE_ENDED
@@ -25,6 +26,10 @@ PROGRAM_MESSAGE, PROGRAM_MESSAGE_CODE = 0x7C, "USD"
 
 LONGEST_FRAME = 1024
 """Bytes without a CR after which the link master stops waiting for one."""
+
+_EXCESS = re.compile(rb"\r[\r\n]+\Z")
+_NO_COMMAND = b"\0"
+"""Makes a line that is no command of any line."""
 
 STATUS_DIGITS = {"C": 2, "M": 2, "S": 2, "I": 4, "O": 4}
 """Hexadecimal digits of an event's fields (RC-420 manual 13.11.3)."""
@@ -44,6 +49,8 @@ class LinkSettings:
     """What becomes of a command that arrives before the last reply has left."""
     line_end: Literal["\r", "\r\n"] = "\r"
     """Ends every frame to the host; RC-420 manual 17.1 hints that XRS can add the LF."""
+    excess_line_ends: Literal["invalid", "ignored"] = "invalid"
+    """What another CR, or an LF, does to the command whose CR it comes with (RC-420 manual 17.1)."""
 
 
 class Axis(Protocol):
@@ -210,6 +217,8 @@ class Rc400(Generic[A]):
     # Commands
 
     def _hear(self, number: int | None, piece: bytes, now: float) -> None:
+        if self.settings.excess_line_ends == "invalid":
+            piece = _EXCESS.sub(_NO_COMMAND + CR, piece)
         for request in self._reader.feed(piece):
             if not isinstance(request, Request) or len(request.text) < CODE_LENGTH:
                 continue  # an assumption: what has no code cannot be answered

@@ -213,11 +213,15 @@ def test_on_a_paced_line_every_byte_takes_its_time(monkeypatch: pytest.MonkeyPat
         await asyncio.sleep(4 * BYTE_S)
         line.feed(b"34\r")
         await asyncio.sleep(1.0)
+        line.feed(b"5\r\n")
+        await asyncio.sleep(1.0)
         line.stop()
 
     run_virtual(story())
-    assert [data for _, data in parrot.heard] == [b"1234\r", b"12", b"34\r"]
-    assert [at for at, _ in parrot.heard] == pytest.approx([5 * BYTE_S, 7 * BYTE_S, 10 * BYTE_S])
+    assert [data for _, data in parrot.heard] == [b"1234\r", b"12", b"34\r", b"5\r\n"]
+    # The LF comes with its CR: a line that has another end than CR is known by it.
+    heard_at = [5 * BYTE_S, 7 * BYTE_S, 10 * BYTE_S, 1.0 + 7 * BYTE_S]
+    assert [at for at, _ in parrot.heard] == pytest.approx(heard_at)
     # The second command queues behind the first, and its reply behind the first reply.
     assert [data for _, data in ear.heard] == [b"1234\r", b"1234\r", b"tick\r"]
     assert [at for at, _ in ear.heard] == pytest.approx([10 * BYTE_S, 15 * BYTE_S, 0.5 + 5 * BYTE_S])

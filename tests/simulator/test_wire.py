@@ -50,7 +50,15 @@ def test_a_frame_is_heard_with_its_number_when_its_cr_has_come() -> None:
     assert bench.wire.requests == 2
 
 
-@given(st.lists(st.sampled_from([b"a", b"bc", b"\r", b"0123456789"])))
+def test_more_line_ends_that_come_with_a_cr_belong_to_its_frame() -> None:
+    bench = Bench()
+    bench.wire.receive(b"one\r\r\ntwo\r\nthr", 0.0)
+    bench.wire.receive(b"ee\r", 1.0)
+    bench.wire.receive(b"\n4\r", 2.0)
+    assert [data for _, data, _ in bench.heard] == [b"one\r\r\n", b"two\r\n", b"three\r", b"\n4\r"]
+
+
+@given(st.lists(st.sampled_from([b"a", b"bc", b"\r", b"\n", b"0123456789"])))
 def test_nothing_is_lost_however_it_comes_and_nothing_is_kept_for_ever(pieces: list[bytes]) -> None:
     bench = Bench()
     for piece in pieces:

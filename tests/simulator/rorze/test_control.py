@@ -125,6 +125,7 @@ async def test_link_settings_are_changed_one_by_one(bench: Bench) -> None:
         "absent_bodies": "error",
         "interjection": "accept",
         "line_end": "\r",
+        "excess_line_ends": "invalid",
     }
     assert bench.ask("&056PD") == ">&056PD@\r"
     assert (await bench.http.get("/link")).json()["requests"] == 1

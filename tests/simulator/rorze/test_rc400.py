@@ -69,9 +69,27 @@ def test_a_half_command_dies_of_poison() -> None:
 
 def test_poison_alone_and_stray_line_ends_are_not_answered() -> None:
     line = build()
-    line.receive(POISON + b"\r\r\n\n\r&3F\r&3F6\r", 0.0)
-    assert heard(line, 0.0) == ""
+    for rest in (POISON, b"\r\r\n\n\r", b"&3F\r&3F6\r"):
+        line.receive(rest, 0.0)
+        assert heard(line, 0.0) == ""
     assert ask(line, "&3F6PD") == ">&3F6PD\r"
+
+
+@pytest.mark.parametrize("end", [b"\r\r", b"\r\n", b"\r\r\n"])
+def test_another_line_end_with_the_cr_makes_a_command_invalid(end: bytes) -> None:
+    """The table of 17.1."""
+    line = build()
+    line.receive(b"&3F1+M5" + end + b"&3F6PS7" + end + b"&3F6P", 0.0)
+    line.receive(b"D" + end, 1.0)
+    assert (heard(line, 1.0), line.axes[0x3F].done) == ("", [])
+    assert ask(line, "&3F6PD", 2.0) == ">&3F6PD\r"
+
+
+@pytest.mark.parametrize("end", [b"\r\r", b"\r\n", b"\r\r\n"])
+def test_other_line_ends_can_be_ignored(end: bytes) -> None:
+    line = build(LinkSettings(excess_line_ends="ignored"))
+    line.receive(b"&3F6PS7" + end + b"&3F6PD" + end, 0.0)
+    assert heard(line, 0.0) == ">&3F6PS7\r>&3F6PD\r"
 
 
 def test_nobody_answers_for_a_body_that_is_not_there() -> None:
@@ -377,7 +395,8 @@ def test_whatever_comes_and_goes_wrong_time_runs_on_and_ends(
 @given(st.lists(commands), st.lists(st.integers(1, 7), max_size=40))
 def test_how_the_hosts_bytes_are_split_makes_no_difference(texts: list[str], cuts: list[int]) -> None:
     data = "".join(f"{text}\r" for text in texts).encode("latin-1")
-    whole, pieces = build(), build()
+    # Whether a CR comes with the one before it is the one difference a split may make.
+    whole, pieces = (build(LinkSettings(excess_line_ends="ignored")) for _ in range(2))
     whole.receive(data, 0.0)
     place = 0
     for cut in cuts:
