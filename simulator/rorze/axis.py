@@ -31,8 +31,11 @@ class Axis:
         """Whether a loss of power leaves the position as it is: the manual does not say."""
 
     def power_on(self, now: float) -> None:
-        """Load flash into RAM; the counters start from 0 (RC-420 manual 18)."""
-        self.settings = self.flash.settings
+        """Load flash into RAM; the counters start from 0 (RC-420 manual 18).
+
+        The defaults stand in for settings that cannot be read, an assumption.
+        """
+        self.settings = Settings() if self.flash.damaged else self.flash.settings
         self.positions = list(self.flash.positions)
         if self.keeps_position:
             return

@@ -2,13 +2,15 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from fastapi import FastAPI, HTTPException, Path
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from protocols.rorze.notation import BILLION
 from simulator.control import Hold, Power, Strict, Touchable, add_faults, add_truth
+from simulator.rorze.breakdowns import INTERNAL_ERRORS, Breakdown
 from simulator.rorze.controller import Rc420
 from simulator.rorze.line import Rc400Line
 from simulator.rorze.rc400 import LinkSettings
@@ -33,6 +35,15 @@ SENSOR_BITS: Mapping[SensorName, int] = {
     "in_position": IN_POSITION,
     "ems": EMS,
 }
+
+
+_INTERNAL = [f"{code:02X}" for code in sorted(INTERNAL_ERRORS)]
+
+
+def _is_internal(code: str) -> str:
+    if code not in _INTERNAL:
+        raise ValueError(f"not one of {', '.join(_INTERNAL)}")
+    return code
 
 
 class BrownOut(Strict):
@@ -74,6 +85,21 @@ class Mechanics(Strict):
     slipped: int | None = Field(
         default=None, gt=-BILLION, lt=BILLION, description="Pulses the motor did not follow, CW positive."
     )
+
+
+class InternalError(Strict):
+    """An error from inside the controller; 0 commands switch it off."""
+
+    code: Annotated[str, AfterValidator(_is_internal)] = Field(
+        description=f"Two hexadecimal digits, one of {', '.join(_INTERNAL)}."
+    )
+    next_commands: int = Field(default=1, ge=0, le=1_000_000, description="So many get it, and are not done.")
+
+
+class FlashMemory(Strict):
+    """The settings in flash memory."""
+
+    damaged: bool = Field(description="Whether they will be found wrong at the next power-on.")
 
 
 class BodyState(Strict):
@@ -126,6 +152,7 @@ def create_control(line: Rc400Line, port: Touchable) -> FastAPI:
     """Build the interface to a line that runs in this event loop."""
     app = FastAPI(title="Simulated RC-400 line", docs_url=None, redoc_url=None)
     _add_bodies(app, line, port)
+    _add_breakdowns(app, line, port)
     _add_power(app, line, port)
     _add_link(app, line, port)
     add_faults(app, line.faults)
@@ -134,17 +161,7 @@ def create_control(line: Rc400Line, port: Touchable) -> FastAPI:
 
 
 def _add_bodies(app: FastAPI, line: Rc400Line, port: Touchable) -> None:
-    def change(body_id: str, deed: Callable[[Rc420], None]) -> BodyState:
-        axis = _axis(line, body_id)
-
-        def act(now: float) -> BodyState:
-            axis.advance(now)
-            deed(axis)
-            axis.sense(now)
-            line.look_after(axis.body)
-            return _state(axis, now)
-
-        return port.touch(act)
+    change = partial(_change, line, port)
 
     @app.get("/bodies")
     async def list_bodies() -> list[BodyState]:
@@ -177,6 +194,21 @@ def _add_bodies(app: FastAPI, line: Rc400Line, port: Touchable) -> None:
         """Send a text as a user program would; it reaches the host only after XID."""
         body = _axis(line, body_id).body
         port.touch(lambda now: line.send_program_message(body, message.text, now))
+
+
+def _add_breakdowns(app: FastAPI, line: Rc400Line, port: Touchable) -> None:
+    change = partial(_change, line, port)
+
+    @app.put("/bodies/{body_id}/errors")
+    async def break_down(body_id: BodyId, error: InternalError) -> BodyState:
+        """Answer the next commands with an error of the hardware or of the RS-485 line."""
+        breakdown = Breakdown(int(error.code, 16), error.next_commands)
+        return change(body_id, lambda axis: setattr(axis, "breakdown", breakdown))
+
+    @app.put("/bodies/{body_id}/flash")
+    async def damage_flash(body_id: BodyId, memory: FlashMemory) -> BodyState:
+        """Damage or mend the settings in flash memory."""
+        return change(body_id, lambda axis: setattr(axis.flash, "damaged", memory.damaged))
 
 
 def _add_power(app: FastAPI, line: Rc400Line, port: Touchable) -> None:
@@ -220,6 +252,20 @@ def _axis(line: Rc400Line, body_id: str) -> Rc420:
         known = ", ".join(f"{body:02X}" for body in line.axes)
         raise HTTPException(404, f"This line has no body {body_id.upper()}; it has {known}.")
     return axis
+
+
+def _change(line: Rc400Line, port: Touchable, body_id: str, deed: Callable[[Rc420], None]) -> BodyState:
+    """Do something to a controller, and let it and the line notice."""
+    axis = _axis(line, body_id)
+
+    def act(now: float) -> BodyState:
+        axis.advance(now)
+        deed(axis)
+        axis.sense(now)
+        line.look_after(axis.body)
+        return _state(axis, now)
+
+    return port.touch(act)
 
 
 def _hold(axis: Rc420, sensor: int, on: bool | None) -> None:

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from math import floor
 
+from protocols.rorze.errors import ErrorKind, lookup
 from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.link import MoveEnded, StatusChanged
 from protocols.rorze.profile import SpeedChange
 from protocols.table import Retry
 from simulator.rorze.actions import Delayed, Order, Refused, understand
 from simulator.rorze.axis import Axis
+from simulator.rorze.breakdowns import Breakdown
 from simulator.rorze.events import EventReporter, StatusValues
 from simulator.rorze.io import Ports
 from simulator.rorze.motion import Direction
@@ -28,10 +30,20 @@ from simulator.rorze.settings import AXES, FARTHEST
 from simulator.rorze.world import CW, EMS, STALL
 from simulator.truth import TruthLog
 
-PULSES_RUNNING, LIMIT_ERROR, EMS_ERROR, COMMAND_ERROR, INITIALISATION_ERROR, RANGE_ERROR, STALL_ERROR = (
-    1 << bit for bit in range(7)
-)
+(
+    PULSES_RUNNING,
+    LIMIT_ERROR,
+    EMS_ERROR,
+    COMMAND_ERROR,
+    INITIALISATION_ERROR,
+    RANGE_ERROR,
+    STALL_ERROR,
+    COMMUNICATION_ERROR,
+) = (1 << bit for bit in range(8))
 """The controller status as 9CD tells it (RC-420 manual 13.8.2)."""
+
+_ERROR_BITS = {ErrorKind.COMMAND: COMMAND_ERROR, ErrorKind.COMMUNICATION: COMMUNICATION_ERROR}
+"""What an error does to the controller status; that a system error does nothing is an assumption."""
 
 MOVING = 0x50
 
@@ -78,6 +90,7 @@ class Rc420(Axis):
         self.body = body
         self.truth = truth
         self.powered = False
+        self.breakdown = Breakdown()
         self.power_on(now)
 
     # Power
@@ -88,7 +101,7 @@ class Rc420(Axis):
         self.program = self.flash.program
         self.next_program_address = 0
         self.memories = Memories()
-        self.status = 0
+        self.status = INITIALISATION_ERROR if self.flash.damaged else 0
         self.end_cause = 0
         self.stalls: set[StallFinder] = set()
         """Whoever has found a step-out that has not been cleared."""
@@ -128,12 +141,13 @@ class Rc420(Axis):
         """The response, and whether anything but reading was done; a refused command leaves the settings."""
         settings = self.settings
         try:
+            self.breakdown.strike()
             order = understand(text)
             self._check(order)
             outcome = order.act(self, order.command, now)
         except Refused as refusal:
             self.settings = settings
-            self.status |= COMMAND_ERROR
+            self.status |= _ERROR_BITS.get(lookup(refusal.code).kind, 0)
             return Response(f"@{refusal.code:02X}"), True
         changed = order.command.retry is not Retry.READ
         if outcome is None:

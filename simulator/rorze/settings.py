@@ -128,5 +128,7 @@ class Flash:
     """The flash memory: it survives the loss of power (FIS, FPS, FUS, FES)."""
 
     settings: Settings = field(default_factory=Settings)
+    damaged: bool = False
+    """Whether the settings cannot be read (RC-420 manual 13.8.2), until they are written or erased anew."""
     positions: tuple[int, ...] = (0,) * POSITIONS
     program: tuple[str, ...] = ()

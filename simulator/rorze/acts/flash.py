@@ -22,7 +22,7 @@ DONE = Delayed(None, FLASH_S)
 @acts_out(SaveSettings)
 def save_settings(axis: Rc420, command: SaveSettings, now: float) -> Delayed:
     axis.settings = replace(axis.settings, outputs=axis.io.outputs.steady)
-    axis.flash.settings = axis.settings
+    axis.flash.settings, axis.flash.damaged = axis.settings, False
     return DONE
 
 
@@ -56,7 +56,7 @@ def erase_flash(axis: Rc420, command: EraseFlash, now: float) -> Delayed:
         case "positions":
             axis.flash.positions = Flash().positions
         case "settings":
-            axis.flash.settings = Flash().settings
+            axis.flash.settings, axis.flash.damaged = Flash().settings, False
         case "program":
             axis.flash.program = Flash().program
     return DONE

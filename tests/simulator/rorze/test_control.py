@@ -154,6 +154,23 @@ async def test_the_truth_is_read_page_by_page(bench: Bench) -> None:
 
 
 @pytest.mark.anyio
+async def test_a_controller_breaks_down(bench: Bench) -> None:
+    await bench.change("PUT", "/bodies/3F/errors", code="4E", next_commands=2)
+    assert (bench.ask("&3F6PS7"), bench.ask("&3F6PD")) == (">&3F6PS@4E\r", ">&3F6PD@4E\r")
+    assert bench.ask("&3F6PD") == ">&3F6PD+000000000\r"
+    assert (await bench.change("PUT", "/bodies/3F/errors", code="4B"))["status"] == 0
+    assert (bench.ask("&3F9CD"), bench.ask("&3F9CD")) == (">&3F9CD@4B\r", ">&3F9CDH80\r")
+
+
+@pytest.mark.anyio
+async def test_flash_memory_is_damaged(bench: Bench) -> None:
+    await bench.change("PUT", "/bodies/3F/flash", damaged=True)
+    await bench.change("PUT", "/bodies/3F/power", on=False)
+    assert (await bench.change("PUT", "/bodies/3F/power", on=True))["status"] == 0x10
+    assert bench.ask("&3F9CD4") == ">&3F9CD1\r"
+
+
+@pytest.mark.anyio
 async def test_a_user_programs_text_is_sent(bench: Bench) -> None:
     bench.ask("&7FXID")
     await bench.change("POST", "/bodies/3F/messages", text="DONE")
@@ -178,6 +195,10 @@ async def test_a_user_programs_text_is_sent(bench: Bench) -> None:
         ("PUT", "/faults", {"fault": "cursed", "direction": "requests"}, 422),
         ("POST", "/bodies/3F/messages", {"text": "A]B\r>"}, 422),
         ("GET", "/truth?limit=0", None, 422),
+        ("PUT", "/bodies/3F/errors", {"code": "50"}, 422),
+        ("PUT", "/bodies/3F/errors", {"code": "4e"}, 422),
+        ("PUT", "/bodies/3F/errors", {"code": "4E", "next_commands": -1}, 422),
+        ("PUT", "/bodies/3F/flash", {"damaged": 1}, 422),
     ],
 )
 async def test_nonsense_is_refused(
