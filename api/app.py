@@ -9,7 +9,7 @@ from api.bodies import command_routes, groups, info, moves, text_commands
 from api.common import problems
 from api.common.security import SameSite
 from api.common.version import VERSION
-from api.front.protocols import documents
+from api.front import documents
 from api.robots import routes as robots
 from gateway.plant import Plant
 

@@ -6,7 +6,7 @@ from pydantic import AfterValidator, Field
 
 from protocols.rorze.notation import Digits, Flag, Number, PaddedHundredths, TwoDecimals, Word, two_decimals
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.stall_sensor import Enabled, StallError
+from protocols.rorze.stall_sensor import MOVING_ERRORS, SETTING_ERRORS, Enabled, StallError
 from protocols.table import Ack, Effect, Reply, Retry
 
 MULTIPLIER = "Edges counted per encoder line: two or four."
@@ -72,7 +72,7 @@ class SetEncoderMultiplier(
     code="PAS",
     args="{multiplier}",
     moving=False,
-    errors=frozenset({0x4A}),
+    errors=SETTING_ERRORS,
     retry=Retry.SETTING,
     example=("&3FPAS4", ">&3FPAS"),
 ):
@@ -98,7 +98,7 @@ class SetEncoderRatio(
     code="PBS",
     args="{ratio}",
     moving=False,
-    errors=frozenset({0x4A}),
+    errors=SETTING_ERRORS,
     retry=Retry.SETTING,
     example=("&3FPBS200.00", ">&3FPBS"),
 ):
@@ -121,7 +121,7 @@ class SetEncoderStallThreshold(
     code="PES",
     args="{threshold}",
     moving=False,
-    errors=frozenset({0x4A}),
+    errors=SETTING_ERRORS,
     retry=Retry.SETTING,
     example=("&3FPES128", ">&3FPES"),
 ):
@@ -146,7 +146,7 @@ class SetAdjustment(
     args="{enabled}",
     modes="1",
     moving=False,
-    errors=frozenset({0x4A}),
+    errors=SETTING_ERRORS,
     retry=Retry.SETTING,
     example=("&3FPJS1", ">&3FPJS"),
 ):
@@ -171,7 +171,7 @@ class SetAdjustmentLimit(
     args="{limit}",
     modes="1",
     moving=False,
-    errors=frozenset({0x4A}),
+    errors=SETTING_ERRORS,
     retry=Retry.SETTING,
     example=("&3FPKS800", ">&3FPKS"),
 ):
@@ -196,7 +196,7 @@ class SetAdjustmentSpeed(
     args="{speed}",
     modes="1",
     moving=False,
-    errors=frozenset({0x4A}),
+    errors=SETTING_ERRORS,
     retry=Retry.SETTING,
     example=("&3FPLS500", ">&3FPLS"),
 ):
@@ -218,6 +218,7 @@ class ClearEncoderStallError(
     RorzeCommand[Ack],
     code="PRS",
     moving=False,
+    errors=MOVING_ERRORS,
     retry=Retry.CONDITIONAL,
     effect=Effect.SETTING,
     example=("&3FPRS", ">&3FPRS"),
@@ -239,7 +240,7 @@ class SetEncoderStallDetection(
     code="PSS",
     args="{enabled}",
     moving=False,
-    errors=frozenset({0x4A}),
+    errors=SETTING_ERRORS,
     retry=Retry.SETTING,
     example=("&3FPSS1", ">&3FPSS"),
 ):
@@ -264,7 +265,7 @@ class SetAdjustmentDelay(
     args="{delay_10ms}",
     modes="1",
     moving=False,
-    errors=frozenset({0x4A}),
+    errors=SETTING_ERRORS,
     retry=Retry.SETTING,
     example=("&3FPTS3", ">&3FPTS"),
 ):

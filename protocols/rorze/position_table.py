@@ -89,7 +89,7 @@ class PositionIndex(Reply, args="{position}"):
 class GetPositionIndex(
     RorzeCommand[PositionIndex],
     code="3ID",
-    errors=frozenset({0x4A}),
+    errors=ENTRY_ERRORS,
     retry=Retry.READ,
     example=("&3F3ID", ">&3F3ID0050"),
 ):

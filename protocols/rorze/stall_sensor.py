@@ -21,6 +21,10 @@ class StallError(Reply, args="{stalled}"):
     stalled: FlagValue = Field(description="0 no STALL error, 1 STALL error.")
 
 
+# The pages list no errors, but do not allow these commands while the motor moves: that is 50 (21).
+MOVING_ERRORS = frozenset({0x50})
+SETTING_ERRORS = MOVING_ERRORS | {0x4A}
+
 INTERVAL = "Period of the dogs, from ON edge to ON edge, in pulses, 100-65535; checked every half of it."
 
 
@@ -44,7 +48,7 @@ class SetStallSensorInterval(
     code="QIS",
     args="{interval}",
     moving=False,
-    errors=frozenset({0x4A}),
+    errors=SETTING_ERRORS,
     retry=Retry.SETTING,
     example=("&3FQIS100", ">&3FQIS"),
 ):
@@ -70,6 +74,7 @@ class ClearStallSensorError(
     RorzeCommand[Ack],
     code="QRS",
     moving=False,
+    errors=MOVING_ERRORS,
     retry=Retry.CONDITIONAL,
     effect=Effect.SETTING,
     example=("&3FQRS", ">&3FQRS"),
@@ -91,7 +96,7 @@ class SetStallSensorDetection(
     code="QSS",
     args="{enabled}",
     moving=False,
-    errors=frozenset({0x4A}),
+    errors=SETTING_ERRORS,
     retry=Retry.SETTING,
     example=("&3FQSS1", ">&3FQSS"),
 ):

@@ -89,6 +89,12 @@ def test_a_rows_errors_stand_in_the_error_table(row: Row) -> None:
 
 
 @every_row
+def test_what_a_moving_motor_forbids_is_refused_with_50(row: Row) -> None:
+    """Chapter 21, whether the page lists it or not."""
+    assert row.moving or 0x50 in row.errors
+
+
+@every_row
 def test_a_rows_columns_have_sensible_values(row: Row) -> None:
     assert set(row.modes) <= set("012")
     assert row.modes

@@ -93,3 +93,8 @@ def test_an_answer_of_another_width_is_no_entry(payload: str) -> None:
 def test_an_answer_beyond_the_table_is_no_entry() -> None:
     with pytest.raises(RangeFault):
         position_table.GetNumberedPositionEntry(entry=NEXT).read_reply("P[2048],+000000050")
+
+
+def test_an_index_that_has_left_the_table_is_no_garbled_question() -> None:
+    """13.4.3: only 3IS helps then."""
+    assert not position_table.GetPositionIndex().rules_out(0x5D)
