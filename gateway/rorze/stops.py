@@ -28,7 +28,7 @@ ATTEMPT_FRAMES = 2
 """An attempt to stop a body that does not answer: the stop, and the end of the program."""
 PROGRAM_RUNS = 1
 """Bit 0 of a program's status (URD)."""
-UNKNOWN_CODE = 0x49
+UNKNOWN_CODE = "0x49"
 """A controller without user programs refuses the question for them so, or without a code."""
 
 
@@ -277,7 +277,7 @@ class _BodyStop(Stopping):
         try:
             program, _ = await self.body.ask(GetProgramStatus(), lane=Lane.PROOF)
         except ControllerRefused as refusal:
-            if refusal.error not in (None, UNKNOWN_CODE):
+            if refusal.error_code not in (None, UNKNOWN_CODE):
                 raise
             return False
         return bool(program.status & PROGRAM_RUNS)

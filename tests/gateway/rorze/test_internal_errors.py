@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from gateway.bodies import Body
-from gateway.errors import CommandGarbled, ControllerRefused, GatewayError, PowerCycled
-from gateway.move_record import MoveStatus
+from gateway.core.errors import CommandGarbled, ControllerRefused, GatewayError, PowerCycled
+from gateway.core.move_record import MoveStatus
+from gateway.rorze.bodies import Body
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.moves import MoveClockwise, MoveTo
 from protocols.rorze.position import GetPosition
@@ -55,7 +55,7 @@ async def test_a_move_that_meets_an_error_is_rejected_and_nothing_moves(error: i
     async with rig() as it:
         refusal = await refused_move(it, error)
         assert isinstance(refusal, ControllerRefused)
-        assert (refusal.error, refusal.moved) == (error, "no")
+        assert (refusal.error_code, refusal.moved) == (f"0x{error:02X}", "no")
         assert "Nothing moved" in refusal.detail
         [move] = it.plant.moves.of(it.body())
         assert (move.status, move.error is not None) == (MoveStatus.REJECTED, True)

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from gateway.errors import NoReply
+from gateway.core.errors import NoReply
 from protocols.rorze.position_table import SetPositionEntry
 from simulator.faults import Direction
 from tests.plants import in_virtual_time, lose, rig
