@@ -23,12 +23,13 @@ LAST_ADDRESS = 6038
 STEPS = LAST_ADDRESS + 1
 LARGEST_COUNT = 9_999_999
 
-_LABEL = "[0-9A-Za-z_]{1,13}"
+LABEL = "[0-9A-Za-z_]{1,13}"
+"""The name of a place in the program."""
 _MEMORY = r"D(?:1[0-9]{2}|[1-9]?[0-9])|[CT][12]?[0-9]"
 # Without spaces, which a controller ignores, and without the characters that begin a frame.
-_INSTRUCTION = rf"\*{_LABEL}|" r'[0-9A-Z][!"%\x27-~]{0,31}'
+_INSTRUCTION = rf"\*{LABEL}|" r'[0-9A-Z][!"%\x27-~]{0,31}'
 
-Label = Annotated[str, Field(pattern=f"^(?:{_LABEL})$"), Text(_LABEL)]
+Label = Annotated[str, Field(pattern=f"^(?:{LABEL})$"), Text(LABEL)]
 Address = Annotated[int, Field(ge=0, le=LAST_ADDRESS), Number()]
 AddressValue = Annotated[int, Field(ge=0, le=LAST_ADDRESS), Digits(5)]
 Memory = Annotated[str, Field(pattern=f"^(?:{_MEMORY})$"), Text("[DCT][0-9]{1,3}")]

@@ -1,0 +1,1 @@
+"""The language of user programs: instructions, operands, assembler (RC-420 manual 15, 16, 20)."""

@@ -1,0 +1,184 @@
+"""Program text to instructions and back: one instruction a line, comments after `;` (RC-420 manual 15.2)."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from protocols.rorze.programs import STEPS
+from protocols.rorze.user_program.instruction import (
+    Communication,
+    Instruction,
+    InstructionFault,
+    Label,
+    parse,
+)
+from protocols.rorze.user_program.operands import Offset, ToLabel
+
+MOST_LABELS = 500
+
+_BLANKS = " \t"
+_MESSAGE_LINE = re.compile(rf"[{_BLANKS}]*SDC")
+_COMMENT = re.compile(";.*")
+_COMMENT_AFTER_MESSAGE = re.compile(rf"(?:^|(?<=[{_BLANKS}]));.*")
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """What is wrong with a program text, and where: line and column count from 1."""
+
+    line: int
+    column: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Assembled:
+    """A program without faults."""
+
+    instructions: tuple[Instruction, ...]
+    """By address."""
+    lines: tuple[int, ...]
+    """The line of each address in the text, from 1."""
+    labels: Mapping[str, int]
+    """The address of each label."""
+    steps: int
+
+    def texts(self) -> tuple[str, ...]:
+        """The instructions as UWS takes them and UWD tells them."""
+        return tuple(instruction.text for instruction in self.instructions)
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """A line that has an instruction, without blanks and comment."""
+
+    number: int
+    text: str
+    columns: tuple[int, ...]
+    """Where each of its characters stands."""
+
+    def fault(self, at: int, reason: str) -> Fault:
+        """Something wrong at a character; after the last one, just behind it."""
+        column = self.columns[at] if at < len(self.columns) else self.columns[-1] + 1
+        return Fault(self.number, column, reason)
+
+
+def assemble(source: str) -> Assembled | tuple[Fault, ...]:
+    """Translate a program, or tell everything that is wrong with it, in the order of its lines.
+
+    Blanks are dropped, in messages (SDC) too, as a controller does. A comment after a message begins with a
+    blank and `;`, since a message may have a `;`.
+    """
+    lines = list(_lines(source))
+    parsed = [_parsed(line) for line in lines]
+    faults = [result for result in parsed if isinstance(result, Fault)]
+    faults += _without_room(lines, parsed)
+    labels = _labels(parsed)
+    faults += _duplicates(lines, parsed, labels)
+    faults += _lost_jumps(lines, parsed, labels)
+    if faults:
+        return tuple(sorted(faults, key=lambda fault: (fault.line, fault.column)))
+    instructions = tuple(result for result in parsed if not isinstance(result, Fault))
+    return Assembled(
+        instructions,
+        tuple(line.number for line in lines),
+        MappingProxyType(labels),
+        steps_of(instructions),
+    )
+
+
+def disassemble(instructions: Iterable[Instruction]) -> str:
+    """Write instructions as a program text that assembles to the same."""
+    return "".join(f"{_written(instruction)}\n" for instruction in instructions)
+
+
+def steps_of(instructions: Iterable[Instruction]) -> int:
+    """The room instructions take."""
+    return sum(instruction.steps for instruction in instructions)
+
+
+def _written(instruction: Instruction) -> str:
+    if isinstance(instruction, Label | Communication):
+        return instruction.text
+    code, operands = instruction.code, instruction.text[len(instruction.code) :]
+    if code == "SDC":
+        return instruction.text if operands.startswith(";") else f"{code} {operands}"
+    return f"{code} {operands.replace(',', ', ')}".rstrip()
+
+
+def _lines(source: str) -> Iterator[_Line]:
+    for number, line in enumerate(source.split("\n"), 1):
+        comment = _COMMENT_AFTER_MESSAGE if _MESSAGE_LINE.match(line) else _COMMENT
+        code = comment.sub("", line.removesuffix("\r"))
+        columns = [column for column, character in enumerate(code, 1) if character not in _BLANKS]
+        if columns:
+            yield _Line(number, "".join(code[column - 1] for column in columns), tuple(columns))
+
+
+def _parsed(line: _Line) -> Instruction | Fault:
+    try:
+        return parse(line.text)
+    except InstructionFault as fault:
+        return line.fault(fault.at, fault.reason)
+
+
+Parsed = Sequence[Instruction | Fault]
+
+
+def _labels(parsed: Parsed) -> dict[str, int]:
+    """The address of each label; the first counts where there are several."""
+    labels: dict[str, int] = {}
+    for address, result in enumerate(parsed):
+        if isinstance(result, Label):
+            labels.setdefault(result.name, address)
+    return labels
+
+
+def _duplicates(lines: Sequence[_Line], parsed: Parsed, labels: Mapping[str, int]) -> Iterator[Fault]:
+    for address, (line, result) in enumerate(zip(lines, parsed, strict=True)):
+        if isinstance(result, Label) and labels[result.name] != address:
+            first = lines[labels[result.name]].number
+            yield line.fault(0, f"The label {result.text} is there already, on line {first}.")
+
+
+def _without_room(lines: Sequence[_Line], parsed: Parsed) -> Iterator[Fault]:
+    """The first instruction beyond the room for steps, addresses and labels."""
+    steps = labels = 0
+    for line, result in zip(lines, parsed, strict=True):
+        if isinstance(result, Fault):
+            continue
+        steps += result.steps
+        labels += isinstance(result, Label)
+        if steps > STEPS:
+            yield line.fault(0, f"The program is too long from here: there is room for {STEPS} steps.")
+            return
+        if isinstance(result, Label) and labels == MOST_LABELS + 1:
+            yield line.fault(0, f"The program has too many labels: {MOST_LABELS} are allowed.")
+
+
+def _lost_jumps(lines: Sequence[_Line], parsed: Parsed, labels: Mapping[str, int]) -> Iterator[Fault]:
+    """Jumps to where nothing stands; a line with a fault counts as an instruction."""
+    for address, (line, result) in enumerate(zip(lines, parsed, strict=True)):
+        if isinstance(result, Fault | Label | Communication):
+            continue
+        for operand in result.operands:
+            reason = _lost(operand, address, len(parsed), labels)
+            if reason:
+                yield line.fault(_place_of_target(result.text), reason)
+
+
+def _lost(operand: object, address: int, length: int, labels: Mapping[str, int]) -> str:
+    """Why a jump leads nowhere; empty where it leads to an instruction."""
+    if isinstance(operand, ToLabel):
+        if operand.name not in labels:
+            return f"There is no label *{operand.name}."
+        return "" if labels[operand.name] + 1 < length else f"Nothing stands after the label *{operand.name}."
+    if isinstance(operand, Offset) and not 0 <= address + operand.addresses < length:
+        return f"The jump leads to address {address + operand.addresses}, where nothing stands."
+    return ""
+
+
+def _place_of_target(text: str) -> int:
+    """Where the target of a jump begins: it is the last operand."""
+    return text.rindex(",") + 1 if "," in text else len("JMP")
