@@ -87,13 +87,13 @@ class SavePositions(
     """
 
 
-# The pages of FUD and FUS are lost; their columns are those of FPD and FPS.
+# The pages of FUD and FUS are lost; their columns are those of FPD and FPS, 5A is that of UCS.
 class LoadProgram(
     RorzeCommand[Ack],
     code="FUD",
     moving=False,
     program=False,
-    errors=frozenset({0x50}),
+    errors=frozenset({0x50, 0x5A}),
     takes_s=FLASH_S,
     retry=Retry.CONDITIONAL,
     effect=Effect.MAINTENANCE,

@@ -74,6 +74,17 @@ def understand(text: str) -> Order:
     return order
 
 
+def order_of(command: RorzeCommand[Any]) -> Order:
+    """The order of a command that needs no decoding.
+
+    :raises Refused: 49 where it is not acted out.
+    """
+    entry = _TABLE.get(command.code)
+    if entry is None:
+        raise Refused(UNKNOWN_CODE)
+    return Order(command, entry[1])
+
+
 @lru_cache(maxsize=4096)
 def _decode(text: str) -> Order | int:
     entry = _TABLE.get(text[:CODE_LENGTH])

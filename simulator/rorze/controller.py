@@ -9,7 +9,7 @@ from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.link import MoveEnded, StatusChanged
 from protocols.rorze.profile import SpeedChange
 from protocols.table import Retry
-from simulator.rorze.actions import Delayed, Order, Refused, understand
+from simulator.rorze.actions import Delayed, Order, Outcome, Refused, understand
 from simulator.rorze.axis import Axis
 from simulator.rorze.breakdowns import Breakdown
 from simulator.rorze.events import EventReporter, StatusValues
@@ -26,6 +26,7 @@ from simulator.rorze.motor import (
     Task,
 )
 from simulator.rorze.program_memory import Memories
+from simulator.rorze.program_run import ProgramRun
 from simulator.rorze.settings import AXES, FARTHEST
 from simulator.rorze.world import CW, EMS, STALL
 from simulator.truth import TruthLog
@@ -101,6 +102,8 @@ class Rc420(Axis):
         self.program = self.flash.program
         self.next_program_address = 0
         self.memories = Memories()
+        self.run = ProgramRun(self, now)
+        self._text: tuple[float, str] | None = None
         self.status = INITIALISATION_ERROR if self.flash.damaged else 0
         self.end_cause = 0
         self.stalls: set[StallFinder] = set()
@@ -116,13 +119,17 @@ class Rc420(Axis):
         self.io = Ports(self, self.sensor_changed, now)
         self.events = EventReporter(self.status_values(now))
         self.powered = True
+        if self.settings.autostart and self.program:
+            self.run.start(self.program, 0, now)
         self._settle(now)
 
     def power_off(self, now: float) -> None:
         """Stop where it is; unsaved settings, positions and messages are lost."""
         self.advance(now)
         self.motor.cut_power(now)
+        self.run.cut_power()
         self.powered = False
+        self._text = None
         self._messages.clear()
         self._wake = None
 
@@ -131,6 +138,7 @@ class Rc420(Axis):
     def execute(self, text: str, now: float) -> Response:
         """Do a command, given as its code and parameters without blanks."""
         self.advance(now)
+        self.run.awake(now)
         response, changed = self._do(text, now)
         if changed:
             self._settle(now)
@@ -138,15 +146,12 @@ class Rc420(Axis):
         return response
 
     def _do(self, text: str, now: float) -> tuple[Response, bool]:
-        """The response, and whether anything but reading was done; a refused command leaves the settings."""
-        settings = self.settings
+        """The response, and whether anything but reading was done."""
         try:
             self.breakdown.strike()
             order = understand(text)
-            self._check(order)
-            outcome = order.act(self, order.command, now)
+            outcome = self.perform(order, now)
         except Refused as refusal:
-            self.settings = settings
             self.status |= _ERROR_BITS.get(lookup(refusal.code).kind, 0)
             return Response(f"@{refusal.code:02X}"), True
         changed = order.command.retry is not Retry.READ
@@ -156,6 +161,19 @@ class Rc420(Axis):
             payload = outcome.reply.written() if outcome.reply else ""
             return Response(payload, outcome.delay_s), changed
         return Response(outcome.written()), changed
+
+    def perform(self, order: Order, now: float) -> Outcome:
+        """Do a command of the host or of the program.
+
+        :raises Refused: it has had no effect, and leaves the settings.
+        """
+        settings = self.settings
+        try:
+            self._check(order)
+            return order.act(self, order.command, now)
+        except Refused:
+            self.settings = settings
+            raise
 
     def _check(self, order: Order) -> None:
         if str(self.settings.mode) not in order.command.modes:
@@ -167,12 +185,16 @@ class Rc420(Axis):
 
     def wake_at(self) -> float | None:
         """The next moment at which something happens by itself."""
-        return self._wake
+        moments = [at for at in (self._wake, self.run.next_at) if at is not None]
+        return min(moments, default=None)
 
     def advance(self, now: float) -> None:
         """Let everything happen that is due, in the order of time."""
-        while self._wake is not None and self._wake <= now:
-            self._happen(self._wake)
+        while (at := self.wake_at()) is not None and at <= now:
+            if at == self._wake:
+                self._happen(at)
+            elif self.run.step(at):
+                self._settle(at)
 
     def sense(self, now: float) -> None:
         """Look at the world again, after somebody has changed it by hand."""
@@ -210,8 +232,9 @@ class Rc420(Axis):
         self._check_range(pulses, now)
 
     def _settle(self, now: float) -> None:
-        """After any change: report it, and find out when to wake next."""
+        """After any change: report it, let the program see it, and find out when to wake next."""
         self._report(now)
+        self.run.awake(now)
         moments = [at for at in (self._motor_wakes(now), self.io.wake_at()) if at is not None]
         self._wake = min(moments, default=None)
 
@@ -258,6 +281,29 @@ class Rc420(Axis):
             self.status |= RANGE_ERROR
         if pulses == self._zero + direction * FARTHEST:
             self.motor.stop(NORMAL_END, now)
+
+    # The texts of a program
+
+    def send_text(self, text: str, now: float) -> None:
+        """Put a text (SDC, SDD) where the link master collects it; one that still waits there is lost."""
+        self._text = now, text
+
+    def text_waits(self) -> bool:
+        """Whether a text has not been collected (JMG)."""
+        return self._text is not None
+
+    def text_since(self) -> float | None:
+        """Since when a text waits to be collected."""
+        return None if self._text is None else self._text[0]
+
+    def take_text(self, now: float) -> str | None:
+        """Collect the text that waits."""
+        self.advance(now)
+        if self._text is None:
+            return None
+        (_, text), self._text = self._text, None
+        self._settle(now)
+        return text
 
     # Sensors
 

@@ -72,6 +72,12 @@ class Axis(Protocol):
     def take_messages(self) -> list[Message]:
         """What it has said by itself since the last call."""
 
+    def text_since(self) -> float | None:
+        """Since when a text of its program waits to be collected."""
+
+    def take_text(self, now: float) -> str | None:
+        """Collect the text that waits."""
+
     def power_off(self, now: float) -> None:
         """Cut its power."""
 
@@ -119,6 +125,8 @@ class Rc400(Generic[A]):
         self._events_on = False
         self._move_ends_on = False
         self._groups: dict[int, list[int]] = {}
+        self._collecting: set[int] = set()
+        """Bodies whose text is on its way."""
         self._reader = RequestReader()
         self._unanswered = 0
         self.powered = True
@@ -178,7 +186,7 @@ class Rc400(Generic[A]):
         """Send the text of a user program to the host, which has to have asked for it by XID."""
         self._advance(now)
         if self.powered and self._events_on:
-            self._send(f">&{PROGRAM_MESSAGE:02X}{PROGRAM_MESSAGE_CODE}[{body:02X}:{text}]", None, self._now)
+            self._send_text(body, text, self._now)
 
     # Time
 
@@ -259,7 +267,8 @@ class Rc400(Generic[A]):
         return self._shown(response)
 
     def _members(self, body: int) -> Iterable[int]:
-        return self._groups.get(body, (body,))
+        """Whom a command may have touched; XID lets the texts of all be collected."""
+        return self.axes if body == LINK_MASTER else self._groups.get(body, (body,))
 
     def _refusal(self, error: int) -> Response:
         return self._shown(Response(f"@{error:02X}"))
@@ -322,6 +331,7 @@ class Rc400(Generic[A]):
             if axis is None:
                 continue
             messages += axis.take_messages()
+            self._plan_collection(body, axis)
             wake = axis.wake_at()
             if wake is None:
                 self._wakes.pop(body, None)
@@ -341,6 +351,25 @@ class Rc400(Generic[A]):
         for (at, code), ended in ends.items() if self._move_ends_on else ():
             members = "".join(f"[{end.body:02X}:{end.cause:02X}]" for end in ended)
             self._announce(f">&{MOVE_ENDED:02X}{code}{members}", at)
+
+    def _plan_collection(self, body: int, axis: A) -> None:
+        """Collect a text of a user program, unless nobody has asked for it; until then it waits (JMG)."""
+        since = axis.text_since()
+        if since is None or body in self._collecting or not (self.powered and self._events_on):
+            return
+        self._collecting.add(body)
+        at = max(since, self._now)
+        self._wire.plan(at + self.settings.reply_delay_s, at, partial(self._collect, body))
+
+    def _collect(self, body: int, now: float) -> None:
+        self._collecting.discard(body)
+        text = self.axes[body].take_text(now)
+        if text is not None:
+            self._send_text(body, text, now)
+        self.look_after(body)
+
+    def _send_text(self, body: int, text: str, now: float) -> None:
+        self._send(f">&{PROGRAM_MESSAGE:02X}{PROGRAM_MESSAGE_CODE}[{body:02X}:{text}]", None, now)
 
     def _announce(self, text: str, at: float) -> None:
         leaves_at = at + self.settings.reply_delay_s

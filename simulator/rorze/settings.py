@@ -110,6 +110,7 @@ class Settings:
     stall_interval: int = 2048  # QIS, pulses: the period of the dogs
     stall_detection: int = 0  # QSS
     patterns: tuple[Pattern | None, ...] = field(default_factory=_patterns)  # SPS
+    autostart: int = 0  # UAS
 
     def with_item(self, name: str, place: int, value: object) -> "Settings":
         """The same with one item of the tuple `name` changed."""

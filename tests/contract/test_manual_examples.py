@@ -89,6 +89,7 @@ def with_the_program(*instructions: str, asked: str = "") -> Callable[[Host], Aw
 
 
 TS = (*("1+M50",) * 511, "*TS", "WAT5", "END")
+ST1 = ("*ST1", *("WAT5",) * 125)
 
 PREPARED: dict[str, str | Callable[[Host], Awaitable[None]]] = {
     "01M": "QSS1",
@@ -156,11 +157,14 @@ PREPARED: dict[str, str | Callable[[Host], Awaitable[None]]] = {
         SPEEDS_3.format(high=50_000, acceleration=77_408)
         + "OLSS[4],50 OHSS[4],50000 OSSS[4],202224 OASS[4],50 OBSS[4],50 SPSA[3],A:S[3],D:S[4]"
     ),
+    "UAD1": "UAS1",
     "UBD01534": with_the_program(*("1+M50",) * 1501, "WAT5"),
     "UDD+000000099": "UDSC10,99",
     "UDDH000000FF": "UDSD0,HFF",
-    "UED00534": with_the_program(*("1+M50",) * 535),
+    "UED00534": with_the_program(*("1+M50",) * 534),
+    "UND00125": with_the_program(*ST1, asked="URG125"),
     **dict.fromkeys(("UPD00511,*TS", "UPD00512,WAT5", "UWD*TS", "UWDWAT5"), with_the_program(*TS)),
+    **dict.fromkeys(("URG", "USG"), with_the_program(*ST1)),
     **dict.fromkeys(("UPD00513,END", "UWDEND"), with_the_program(*TS, asked="UWD512")),
     "UWD": with_the_program(*TS, asked="UPD513"),
 }

@@ -12,6 +12,7 @@ from protocols.rorze.flash import (
     SaveSettings,
 )
 from simulator.rorze.actions import Delayed, acts_out
+from simulator.rorze.acts.programs import require_no_run
 from simulator.rorze.controller import Rc420
 from simulator.rorze.settings import Flash
 
@@ -46,6 +47,8 @@ def save_program(axis: Rc420, command: SaveProgram, now: float) -> Delayed:
 
 @acts_out(LoadProgram)
 def load_program(axis: Rc420, command: LoadProgram, now: float) -> Delayed:
+    """Not under a program that runs, an assumption after UCS: the page is lost."""
+    require_no_run(axis)
     axis.program = axis.flash.program
     return DONE
 

@@ -1,15 +1,20 @@
-"""User programs: commands U (RC-420 manual 14, 15). Programs are kept and told, but none is ever run."""
+"""User programs: commands U (RC-420 manual 14, 15)."""
+
+from dataclasses import replace
 
 from protocols.rorze.programs import (
     LAST_ADDRESS,
     STEPS,
     AddProgramInstruction,
     AddressReply,
+    AutostartReply,
     ClearProgram,
     EndProgram,
     FreeSteps,
     GetFreeProgramSteps,
     GetLastProgramAddress,
+    GetProgramAddress,
+    GetProgramAutostart,
     GetProgramInstruction,
     GetProgramLine,
     GetProgramMemory,
@@ -19,34 +24,88 @@ from protocols.rorze.programs import (
     ProgramInstruction,
     ProgramLine,
     ProgramStatus,
+    RunProgram,
+    SetProgramAutostart,
     SetProgramMemory,
+    StepProgram,
 )
 from protocols.rorze.stops import StopDecelerating, StopImmediately
+from protocols.rorze.user_program.instruction import InstructionFault, Label, parse
 from simulator.rorze.actions import BAD_PARAMETER, Refused, acts_out
 from simulator.rorze.acts.stops import stop_decelerating, stop_immediately
 from simulator.rorze.axis import held
 from simulator.rorze.controller import Rc420
-from simulator.rorze.program_memory import fits, free_steps, steps_of
+from simulator.rorze.program_memory import fits, free_steps
+from simulator.rorze.variables import as_bits, as_number
 
-NEVER_RUN = 0x00
-NO_SUCH_PLACE = 0x5B
-"""Nothing is there, or there is no room."""
-
-BITS = 1 << 32
+ALREADY_RUNNING, NO_SUCH_PLACE = 0x5A, 0x5B
+"""The latter: nothing is there, or there is no room."""
 
 
-@acts_out(GetProgramStatus)
-def _get_program_status(axis: Rc420, _: GetProgramStatus, now: float) -> ProgramStatus:
-    return ProgramStatus(status=NEVER_RUN)
+def require_no_run(axis: Rc420) -> None:
+    """What changes the program, or starts it, asks.
+
+    :raises Refused: 5A while a program runs.
+    """
+    if axis.run.running:
+        raise Refused(ALREADY_RUNNING)
+
+
+# Running
+
+
+@acts_out(RunProgram)
+def _run(axis: Rc420, command: RunProgram, now: float) -> None:
+    require_no_run(axis)
+    axis.run.start(axis.program, _start_of(axis, command, 0), now)
+
+
+@acts_out(StepProgram)
+def _step(axis: Rc420, command: StepProgram, now: float) -> None:
+    require_no_run(axis)
+    axis.run.start_single(axis.program, _start_of(axis, command, axis.run.address), now)
+
+
+def _start_of(axis: Rc420, command: RunProgram | StepProgram, default: int) -> int:
+    """Where to begin: after a label, at an address, or at the default.
+
+    :raises Refused: 5B where nothing stands there.
+    """
+    address = default if command.address is None else command.address
+    if command.label is not None:
+        address = _address_of(axis, command.label) + 1
+    if address >= len(axis.program):
+        raise Refused(NO_SUCH_PLACE)
+    return address
 
 
 @acts_out(EndProgram)
 def _end_program(axis: Rc420, command: EndProgram, now: float) -> None:
-    """Stop the motor as asked; there is no program to end."""
     if command.motor == "stop_immediately":
         stop_immediately(axis, StopImmediately(), now)
     elif command.motor == "stop_decelerating":
         stop_decelerating(axis, StopDecelerating(), now)
+    axis.run.end(now, at_rest=command.motor == "stop_decelerating")
+
+
+@acts_out(GetProgramStatus)
+def _get_program_status(axis: Rc420, _: GetProgramStatus, now: float) -> ProgramStatus:
+    return ProgramStatus(status=axis.run.cause)
+
+
+@acts_out(GetProgramAddress)
+def _get_address(axis: Rc420, _: GetProgramAddress, now: float) -> AddressReply:
+    return AddressReply(address=min(axis.run.address, LAST_ADDRESS))
+
+
+@acts_out(GetProgramAutostart)
+def _get_autostart(axis: Rc420, _: GetProgramAutostart, now: float) -> AutostartReply:
+    return AutostartReply(autostart=axis.settings.autostart)
+
+
+@acts_out(SetProgramAutostart)
+def _set_autostart(axis: Rc420, command: SetProgramAutostart, now: float) -> None:
+    axis.settings = replace(axis.settings, autostart=command.autostart)
 
 
 # Instructions
@@ -55,8 +114,13 @@ def _end_program(axis: Rc420, command: EndProgram, now: float) -> None:
 @acts_out(AddProgramInstruction)
 def _add_instruction(axis: Rc420, command: AddProgramInstruction, now: float) -> None:
     """Reject what no program knows, and a label a second time (15.2.3): with 4A, an assumption."""
+    require_no_run(axis)
     instruction = command.instruction
-    if steps_of(instruction) is None or (instruction.startswith("*") and instruction in axis.program):
+    try:
+        known = parse(instruction)
+    except InstructionFault:
+        raise Refused(BAD_PARAMETER) from None
+    if isinstance(known, Label) and instruction in axis.program:
         raise Refused(BAD_PARAMETER)
     if not fits(axis.program, instruction):
         raise Refused(NO_SUCH_PLACE)
@@ -65,6 +129,7 @@ def _add_instruction(axis: Rc420, command: AddProgramInstruction, now: float) ->
 
 @acts_out(ClearProgram)
 def _clear_program(axis: Rc420, command: ClearProgram, now: float) -> None:
+    require_no_run(axis)
     axis.program = ()
 
 
@@ -75,8 +140,8 @@ def _get_free_steps(axis: Rc420, command: GetFreeProgramSteps, now: float) -> Fr
 
 @acts_out(GetLastProgramAddress)
 def _get_last_address(axis: Rc420, command: GetLastProgramAddress, now: float) -> AddressReply:
-    """0 for no program too, an assumption."""
-    return AddressReply(address=max(0, len(axis.program) - 1))
+    """That of the next instruction to be stored (15.2.6); the last there is where no more fits."""
+    return AddressReply(address=min(len(axis.program), LAST_ADDRESS))
 
 
 @acts_out(GetProgramInstruction)
@@ -97,12 +162,17 @@ def _place(axis: Rc420, query: PlaceQuery[ProgramInstruction] | PlaceQuery[Progr
     """
     address = axis.next_program_address if query.address is None else query.address
     if query.label is not None:
-        label = f"*{query.label}"
-        address = axis.program.index(label) if label in axis.program else STEPS
+        address = _address_of(axis, query.label)
     if not axis.program or address > LAST_ADDRESS:
         raise Refused(NO_SUCH_PLACE)
     axis.next_program_address = address + 1
     return address
+
+
+def _address_of(axis: Rc420, label: str) -> int:
+    """The address of a label; one that no program has, if it is not there."""
+    mark = f"*{label}"
+    return axis.program.index(mark) if mark in axis.program else STEPS
 
 
 def _instruction_at(axis: Rc420, address: int) -> str | None:
@@ -115,7 +185,7 @@ def _instruction_at(axis: Rc420, address: int) -> str | None:
 @acts_out(GetProgramMemory)
 def _get_memory(axis: Rc420, command: GetProgramMemory, now: float) -> MemoryReply:
     value = axis.memories.get(command.memory, now)
-    return MemoryReply(value=held(value)) if command.notation is None else MemoryReply(bits=value % BITS)
+    return MemoryReply(value=held(value)) if command.notation is None else MemoryReply(bits=as_bits(value))
 
 
 @acts_out(SetProgramMemory)
@@ -124,4 +194,4 @@ def _set_memory(axis: Rc420, command: SetProgramMemory, now: float) -> None:
     if command.value is not None:
         axis.memories.set(command.memory, command.value, now)
     elif command.bits is not None:
-        axis.memories.set(command.memory, (command.bits + BITS // 2) % BITS - BITS // 2, now)
+        axis.memories.set(command.memory, as_number(command.bits), now)

@@ -15,6 +15,7 @@ class FakeAxis:
         self.body = body
         self.powered = True
         self.refusal = ""
+        self.text: tuple[float, str] | None = None
         self.done: list[tuple[float, str]] = []
         self._code = ""
         self._ends_at: float | None = None
@@ -50,6 +51,13 @@ class FakeAxis:
     def take_messages(self) -> list[Message]:
         messages, self._messages = self._messages, []
         return messages
+
+    def text_since(self) -> float | None:
+        return None if self.text is None else self.text[0]
+
+    def take_text(self, now: float) -> str | None:
+        text, self.text = self.text, None
+        return None if text is None else text[1]
 
     def power_off(self, now: float) -> None:
         self.advance(now)

@@ -1,23 +1,11 @@
 """The room of a user program, and its memories."""
 
-import pytest
-
-from protocols.rorze.commands import COMMANDS
-from simulator.rorze.program_memory import INSTRUCTION_STEPS, Memories, fits, free_steps, steps_of
+from simulator.rorze.program_memory import Memories, fits, free_steps
 
 
 def test_an_empty_program_leaves_all_room() -> None:
     assert free_steps(()) == 6039
     assert free_steps(("*TEST", "WAT5", "END")) == 6039 - 3 - 2 - 1
-
-
-def test_no_instruction_is_mistaken_for_a_command() -> None:
-    assert not [code for code in COMMANDS if code in INSTRUCTION_STEPS or code[:2] in INSTRUCTION_STEPS]
-
-
-@pytest.mark.parametrize("instruction", ["URG", "FIS", "HMM", "XYZ", "L", "EN"])
-def test_what_is_not_for_programs_takes_no_room(instruction: str) -> None:
-    assert steps_of(instruction) is None
 
 
 def test_a_program_ends_where_its_room_does() -> None:
@@ -26,7 +14,7 @@ def test_a_program_ends_where_its_room_does() -> None:
     assert not fits(program, "WAT5")
 
 
-def test_addresses_end_before_the_room_of_short_instructions() -> None:
+def test_short_instructions_fill_every_address() -> None:
     assert fits(("END",) * 6038, "END")
     assert not fits(("END",) * 6039, "END")
 

@@ -1,4 +1,4 @@
-"""User programs are kept and told (RC-420 manual 15.2); none runs: ending one only stops the motor."""
+"""User programs are kept, told, run and ended by commands (RC-420 manual 14.U, 15.2)."""
 
 import pytest
 
@@ -50,7 +50,7 @@ def test_ending_with_a_stop_does_nothing_to_a_motor_at_rest(bench: Bench) -> Non
 
 def test_a_program_is_written_and_read_address_by_address(bench: Bench) -> None:
     add(bench, *PROGRAM)
-    assert bench.send("UED") == "00006"
+    assert bench.send("UED") == "00007", "where the next instruction will stand"
     assert [bench.send("UWD") for _ in PROGRAM] == list(PROGRAM)
     assert bench.send("UWD") == "", "beyond its end"
     assert [bench.send("UPD*TEST"), bench.send("UPD"), bench.send("UWD")] == [
