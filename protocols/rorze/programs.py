@@ -205,7 +205,10 @@ class GetLastProgramAddress(
     retry=Retry.READ,
     example=("&3FUED", ">&3FUED00534"),
 ):
-    """最終アドレス取得: get the last address of the user program in RAM."""
+    """最終アドレス取得: get the address at which the next instruction of the user program will be stored.
+
+    0 is an empty program (RC-420 manual 15.2.6; 14.U calls it the last address).
+    """
 
 
 class EndProgram(

@@ -56,6 +56,7 @@ class FakeAxis:
         return None if self.text is None else self.text[0]
 
     def take_text(self, now: float) -> str | None:
+        self.advance(now)
         text, self.text = self.text, None
         return None if text is None else text[1]
 
