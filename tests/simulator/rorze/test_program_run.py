@@ -78,8 +78,9 @@ def test_endless_polling_costs_no_time_of_ours() -> None:
 def test_polling_goes_on_where_it_would_have_been() -> None:
     """A program that sleeps is where one is that is looked at all the time."""
     slept, watched = (bench_with("JOFM0,+1", "JOFM0,+1", "JMP-2") for _ in range(2))
-    slept.sent("URG")
-    watched.sent("URG")
+    for bench in (slept, watched):
+        bench.sent("URG")
+        bench.wait(SOON_S)
     places = []
     for _ in range(50):
         watched.wait(INSTRUCTION_S)
@@ -118,9 +119,8 @@ def test_a_subroutine_returns_behind_its_call() -> None:
 
 @pytest.mark.parametrize(("depth", "cause"), [(DEEPEST_CALL, "H00"), (DEEPEST_CALL + 1, "H04")])
 def test_calls_go_sixteen_deep(depth: int, cause: str) -> None:
-    bench = bench_with(
-        "JMP*GO", "*S", "DECC0", "JOFC0,+2", "CAL*S", "RET", "*GO", f"CTSC0,{depth}", "CAL*S", "END"
-    )
+    subroutine = ("*S", "DECC0", "JOFC0,+2", "CAL*S", "RET")
+    bench = bench_with("JMP*GO", *subroutine, "*GO", f"CTSC0,{depth}", "CAL*S", "END")
     bench.sent("URG")
     bench.wait(1)
     assert bench.send("URD") == cause

@@ -197,6 +197,28 @@ def test_a_user_program_speaks_only_after_identification() -> None:
     assert heard(line, 0.0) == ">&7CUSD[3F:HELLO]\r"
 
 
+def test_a_text_waits_for_identification_and_is_collected_once() -> None:
+    line = build()
+    line.axes[0x3F].text = 0.0, "HELLO"
+    line.look_after(0x3F)
+    assert heard(line, 5.0) == ""
+    assert ask(line, "&7FXID", 6.0).endswith("\r>&7CUSD[3F:HELLO]\r")
+    line.look_after(0x3F)
+    assert heard(line, 7.0) == ""
+
+
+def test_a_text_is_collected_after_the_delay_of_messages() -> None:
+    line = build(LinkSettings(reply_delay_s=0.5))
+    ask(line, "&7FXID", 0.0)
+    assert heard(line, 1.0) != ""
+    line.axes[0x3F].text = 1.0, "OLD"
+    line.look_after(0x3F)
+    line.axes[0x3F].text = 1.2, "NEW"
+    line.look_after(0x3F)
+    assert heard(line, 1.4) == ""
+    assert heard(line, 9.0) == ">&7CUSD[3F:NEW]\r"
+
+
 def test_a_long_command_delays_only_its_own_reply() -> None:
     line = build()
     assert ask(line, "&3FFIS", 0.0) == ""
