@@ -8,6 +8,7 @@ from typing import Any, Final
 from protocols.fics import commands as fics
 from protocols.rorze import commands as rorze
 from protocols.rorze.row import LinkMasterCommand
+from protocols.rorze.user_program.operations import OPERATIONS, OperationRow
 from protocols.table import Command
 
 Row = type[Command[Any]]
@@ -30,6 +31,13 @@ A name is the last part of a command's route, `/bodies/{body_id}/commands/{name}
 `/groups/{group_id}/commands/{name}` and for the link master `/lines/{line_id}/commands/{name}`. *Modes* are
 those of EAS: 0 stepping, 1 encoder, 2 servo. *Moving* says whether a running motor allows the command.
 """
+_OPERATIONS_HEAD = """\
+### What only a user program can have (RC-420 manual 16, 20)
+
+`protocols/rorze/user_program/` assembles program texts: one instruction a line, a comment after `;`. An
+instruction is one of these, a command of the tables above that programs may have, with data memories
+(D0-D199, DIX, DIY) for its numbers, or a label, `*` and a name. Commands and labels take 3 of 6,039 steps.
+"""
 _FICS_HEAD = """\
 ## C-HOST of Fics robots
 
@@ -48,6 +56,8 @@ def page() -> str:
         _HEAD,
         _RORZE_HEAD,
         *_chapters(rorze.CHAPTERS, rorze.COMMANDS.values(), _RORZE_COLUMNS),
+        _OPERATIONS_HEAD,
+        *_operations(),
         _FICS_HEAD,
         *_chapters(fics.TOPICS, fics.ROWS, _FICS_COLUMNS),
     ]
@@ -65,6 +75,24 @@ def _chapters(topics: Iterable[ModuleType], rows: Iterable[Row], columns: Column
             if row.__module__ == topic.__name__:
                 yield _line(cell(row) for cell in columns.values())
         yield ""
+
+
+def _operations() -> Iterable[str]:
+    yield _line(_OPERATION_COLUMNS)
+    yield "|" + "---|" * len(_OPERATION_COLUMNS)
+    for row in OPERATIONS.values():
+        yield _line(cell(row) for cell in _OPERATION_COLUMNS.values())
+    yield ""
+
+
+def _operands(row: OperationRow) -> str:
+    """Every form of an operation: its operands, each of some kind."""
+    forms = [" ".join(f"[{kind.words}]" for kind in form.kinds) for form in row.forms]
+    return " or ".join(forms)
+
+
+def _steps(row: OperationRow) -> str:
+    return " or ".join(str(steps) for steps in sorted({form.steps for form in row.forms}))
 
 
 def _line(cells: Iterable[str]) -> str:
@@ -102,6 +130,12 @@ _RORZE_COLUMNS: Final[Columns] = {
     "retry": lambda row: row.retry,
     "errors": lambda row: " ".join(f"{code:02X}" for code in sorted(row.errors)),
     "example": _example,
+}
+_OPERATION_COLUMNS: Final[Mapping[str, Callable[[OperationRow], str]]] = {
+    "code": lambda row: f"`{row.code}`",
+    "": lambda row: f"{row.en} ({row.ja})",
+    "operands": _operands,
+    "steps": _steps,
 }
 _FICS_COLUMNS: Final[Columns] = {
     "code": lambda row: f"`{row.code}`" if row.code else "",

@@ -149,10 +149,12 @@ class ProgramRun:
 
     def _command(self, instruction: Communication, now: float) -> None:
         """Do what a host could command; what would be its reply goes into the result buffer."""
-        command = instruction.command(self._variables.value)
-        if command.starts_motion() and self._machine.motor.moving:
+        machine, command = self._machine, instruction.command(self._variables.value)
+        text = command.code + command.written()
+        machine.truth.log("program", now, machine.body, address=self.address, text=text)
+        if command.starts_motion() and machine.motor.moving:
             raise Ended(MOVE_WHILE_MOVING)
-        outcome = self._machine.perform(order_of(command), now)
+        outcome = machine.perform(order_of(command), now)
         if isinstance(outcome, Reply):
             self._variables.keep_result(_number(outcome.written()))
 

@@ -17,6 +17,7 @@ from simulator.rorze.io import Ports
 from simulator.rorze.motor import Motor
 from simulator.rorze.program_memory import Memories
 from simulator.rorze.world import CCW_LIMIT, CW_LIMIT, EMS, IN_POSITION, ORIGIN, STALL
+from simulator.truth import TruthLog
 
 SENSORS = (STALL, ORIGIN, CW_LIMIT, CCW_LIMIT, EMS, IN_POSITION)
 """The sensors as SN0 to SN5 count them, which is not the order of CLD."""
@@ -28,6 +29,8 @@ BITS = 1 << 32
 class Machine(Protocol):
     """A controller, as its user program knows it."""
 
+    body: int
+    truth: TruthLog
     memories: Memories
     motor: Motor
     io: Ports
