@@ -267,7 +267,7 @@ class Rc400(Generic[A]):
         return self._shown(response)
 
     def _members(self, body: int) -> Iterable[int]:
-        """Whom a command may have touched; XID lets the texts of all be collected."""
+        """The bodies a command may have touched; XID lets the texts of all be collected."""
         return self.axes if body == LINK_MASTER else self._groups.get(body, (body,))
 
     def _refusal(self, error: int) -> Response:
