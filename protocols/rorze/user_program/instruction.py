@@ -236,7 +236,7 @@ def _program_forms(row: Row) -> tuple[WrittenForm, ...]:
     return tuple(WrittenForm(form.syntax, wires) for form in row.forms)
 
 
-_NUMBERS = ("0", "1", "2", *("H" + "0" * digits for digits in range(1, 9)))
+_NUMBERS = ("0", "1", "2", "0.00", *("H" + "0" * digits for digits in range(1, 9)))
 
 
 def _pattern_in_program(wire: Wire) -> str:
