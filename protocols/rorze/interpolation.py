@@ -250,14 +250,14 @@ class GetFingerLength(
 class TurnFinger(
     Interpolation[Ack],
     code="HFM",
-    args="<A[{pattern}],>F:{angle}|{angle}",
+    args="<A[{pattern}],>F:{angle}|<A[{pattern}],>{angle}",
     retry=Retry.NEVER,
     effect=Effect.MOTION,
     example=("&01HFMA[0],F:90000", ">&01HFM"),
 ):
     """指定フィンガー方向に移動: turn the finger to a direction, moving axis 2 only.
 
-    Needs the start positions (HPS). The bare angle of 13.10.9 is understood, but not written.
+    Needs the start positions (HPS). The bare angle of 13.10.7 and 13.10.9 is understood, but not written.
     """
 
     angle: Measure = Field(description=ANGLE)

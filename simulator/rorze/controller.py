@@ -12,6 +12,7 @@ from protocols.table import Retry
 from simulator.rorze.actions import Delayed, Order, Outcome, Refused, understand
 from simulator.rorze.axis import Axis
 from simulator.rorze.breakdowns import Breakdown
+from simulator.rorze.course import Prepared
 from simulator.rorze.events import EventReporter, StatusValues
 from simulator.rorze.io import Ports
 from simulator.rorze.motion import Direction
@@ -27,7 +28,7 @@ from simulator.rorze.motor import (
 )
 from simulator.rorze.program_memory import Memories
 from simulator.rorze.program_run import ProgramRun
-from simulator.rorze.settings import AXES, FARTHEST
+from simulator.rorze.settings import FARTHEST
 from simulator.rorze.world import CW, EMS, STALL
 from simulator.truth import TruthLog
 
@@ -113,7 +114,8 @@ class Rc420(Axis):
         self.speed_changes: dict[int, dict[int, SpeedChange]] = {}
         self.stall_centre: int | None = None
         self.paths: dict[int, dict[int, PathPoint]] = {}
-        self.start_positions = [0] * AXES
+        self.start_positions: dict[int, int] = {}
+        self.prepared: Prepared | None = None
         self._messages: list[Message] = []
         self._wake: float | None = None
         self.io = Ports(self, self.sensor_changed, now)

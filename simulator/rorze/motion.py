@@ -24,6 +24,11 @@ class PulseTrain:
         return self.profile.start_s
 
     @property
+    def final(self) -> bool:
+        """Whether the move ends with it."""
+        return True
+
+    @property
     def ends_at(self) -> float | None:
         """The moment of the last pulse as things stand; None for an endless move."""
         return self.profile.end_s

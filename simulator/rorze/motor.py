@@ -4,6 +4,7 @@ from collections.abc import Callable, Generator
 from typing import NamedTuple
 
 from protocols.rorze.profile import Profile, SpeedParameters
+from simulator.rorze.course import Course, PathTrain, Stretch
 from simulator.rorze.motion import Direction, PulseTrain
 from simulator.rorze.world import CCW_LIMIT, CW, CW_LIMIT
 from simulator.truth import TruthLog
@@ -32,6 +33,26 @@ class Leg(NamedTuple):
     until: Edge | None = None
     ramp: bool = False
 
+    def train(self, now: float) -> PulseTrain:
+        """Its pulses, from now on."""
+        return PulseTrain(self.profile, self.direction, now)
+
+
+class PathLeg(NamedTuple):
+    """One stretch of an interpolated move, on which the axis turns one way."""
+
+    course: Course
+    stretch: Stretch
+
+    @property
+    def direction(self) -> Direction:
+        """Which way."""
+        return self.stretch.direction
+
+    def train(self, _now: float) -> PathTrain:
+        """Its pulses; the course has begun before."""
+        return PathTrain(self.course, self.stretch)
+
 
 class Pause(NamedTuple):
     """A stretch of a move without pulses, up to this moment."""
@@ -47,7 +68,7 @@ class Halted(Exception):
         self.cause = cause
 
 
-Task = Generator[Leg | Pause, float, None]
+Task = Generator[Leg | PathLeg | Pause, float, None]
 """A move: it yields its legs, each answered with the moment it ended; Halted is thrown in at a limit."""
 
 
@@ -80,13 +101,18 @@ class Motor:
         self.code = ""
         self._given = 0
         self._task: Task | None = None
-        self._leg: Leg | None = None
+        self._leg: Leg | PathLeg | None = None
         self._stopping = False
 
     @property
     def moving(self) -> bool:
         """Whether a move is under way, its pauses included."""
         return self.train is not None or self.pause is not None
+
+    @property
+    def interpolating(self) -> bool:
+        """Whether the move is along a path."""
+        return isinstance(self._leg, PathLeg)
 
     @property
     def searching(self) -> bool:
@@ -106,15 +132,16 @@ class Motor:
         """End the leg, or the move, if this edge is what ends it."""
         if self._leg is None or self.train is None:
             return
-        if edge == self._leg.until and not self._stopping:
+        if isinstance(self._leg, Leg) and edge == self._leg.until and not self._stopping:
             self._reached(self.train, self._leg, now)
         elif edge == (limit_ahead(self.train.direction), True):
             self._halted(limit_cause(edge.sensor), now)
 
     def leg_over(self, now: float) -> None:
         """Go on after a leg's last pulse, or a pause; a leg that a stop command shortened ends the move."""
-        self._cut(now, "stop" if self._stopping else "done")
-        if self._stopping:
+        stopped = self._stopping and (self.train is None or self.train.final)
+        self._cut(now, "stop" if stopped else "done")
+        if stopped:
             self._end(STOP_CAUSE, now)
         elif self._task is not None:
             task = self._task
@@ -159,7 +186,7 @@ class Motor:
         else:
             self._go_on(lambda: task.throw(Halted(cause)), now)
 
-    def _go_on(self, resume: Callable[[], Leg | Pause], now: float) -> None:
+    def _go_on(self, resume: Callable[[], Leg | PathLeg | Pause], now: float) -> None:
         """Run the move to its next leg that takes time, or its next pause."""
         try:
             leg = resume()
@@ -173,14 +200,14 @@ class Motor:
             else:
                 self._begin(leg, now)
 
-    def _begin(self, leg: Leg, now: float) -> None:
+    def _begin(self, leg: Leg | PathLeg, now: float) -> None:
         """Start a leg; one that has nothing to do is over at once."""
-        self._leg, self.train = leg, PulseTrain(leg.profile, leg.direction, now)
+        self._leg, self.train = leg, leg.train(now)
         self._truth.log(
             "pulses_start", now, self._body, code=self.code, at=self._given, direction=leg.direction
         )
         limit = limit_ahead(leg.direction)
-        if leg.until is not None and self._sees(leg.until.sensor) == leg.until.on:
+        if isinstance(leg, Leg) and leg.until is not None and self._sees(leg.until.sensor) == leg.until.on:
             self.leg_over(now)
         elif self._sees(limit):
             self._halted(limit_cause(limit), now)

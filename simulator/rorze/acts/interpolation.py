@@ -1,8 +1,7 @@
-"""What is set for the interpolation of a SCARA robot, and its coordinates: commands H (RC-420 manual 13.10).
+"""The settings of interpolated moves, and a SCARA robot's coordinates: commands H (RC-420 manual 13.10)."""
 
-Interpolated moves are not acted out, nor are the coordinates of robots with belts.
-"""
-
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 from protocols.rorze.interpolation import (
@@ -32,21 +31,22 @@ from protocols.rorze.interpolation import (
     SetRobotType,
     SetStartPosition,
 )
-from protocols.rorze.notation import PositionReference
+from protocols.rorze.path import PathFault
 from protocols.rorze.position import SignedPulses
-from simulator.rorze.actions import BAD_PARAMETER, UNKNOWN_CODE, Refused, acts_out
+from protocols.rorze.scara import BeltLinked, OutOfReach, Place, Robot, ThreeAxes
+from simulator.rorze.actions import BAD_PARAMETER, Refused, acts_out
 from simulator.rorze.acts.position_table import number_of, step_index
 from simulator.rorze.controller import Rc420
-from simulator.rorze.scara import Scara
 from simulator.rorze.settings import FARTHEST
 
 ROBOT_TYPES = ("three_axes", "two_axes_belt_linked")
-THREE_AXES = 0
+ROBOTS = (ThreeAxes, BeltLinked)
 
-OUT_OF_REACH = 0x63
+NOT_SET_UP, OUT_OF_REACH, BAD_INTERPOLATION = 0x61, 0x63, 0x64
+"""An assumption: the pages do not list them, but chapter 21 has them for this."""
 
 
-def _measured(axis: Rc420, given: Measure) -> int:
+def measured(axis: Rc420, given: Measure) -> int:
     """A number, or what stands in the position table; the index steps at each use, an assumption."""
     if isinstance(given, int):
         return given
@@ -107,12 +107,12 @@ def set_pulses_per_turn(axis: Rc420, command: SetPulsesPerTurn, now: float) -> N
 
 @acts_out(GetStartPosition)
 def get_start_position(axis: Rc420, command: GetStartPosition, now: float) -> SignedPulses:
-    return SignedPulses(pulses=axis.start_positions[command.axis])
+    return SignedPulses(pulses=axis.start_positions.get(command.axis, 0))
 
 
 @acts_out(SetStartPosition)
 def set_start_position(axis: Rc420, command: SetStartPosition, now: float) -> None:
-    axis.start_positions[command.axis] = _measured(axis, command.position)
+    axis.start_positions[command.axis] = measured(axis, command.position)
 
 
 # Paths
@@ -138,60 +138,79 @@ def _point(axis: Rc420, command: SetPathPoint) -> PathPoint:
     """
     if command.x is None or command.y is None or command.radius is None:
         return PathPoint(place=command.place)
-    x, y, radius = (_measured(axis, given) for given in (command.x, command.y, command.radius))
+    x, y, radius = (measured(axis, given) for given in (command.x, command.y, command.radius))
     if radius < 0:
         raise Refused(BAD_PARAMETER)
     return PathPoint(x=x, y=y, radius=radius)
 
 
-# Coordinates
+# The robot
 
 
-def _robot(axis: Rc420) -> Scara:
-    """The robot as it has been described.
-
-    :raises Refused: 49 where it has belts: the manual does not tell where its axes stand at 0.
-    """
+def robot_of(axis: Rc420) -> Robot:
+    """The robot as it has been described."""
     settings = axis.settings
-    if settings.interpolation != THREE_AXES:
-        raise Refused(UNKNOWN_CODE)
-    return Scara(settings.arm_length, settings.wafer_distance, settings.resolutions[:3])
+    kind = ROBOTS[settings.interpolation]
+    return kind(settings.arm_length, settings.wafer_distance, settings.resolutions[: kind.axes])
+
+
+def told_positions(axis: Rc420, robot: Robot) -> tuple[int, ...]:
+    """What HPS has told of the robot's axes, true or not.
+
+    :raises Refused: 61 where it has not told one since the power came.
+    """
+    if not all(number in axis.start_positions for number in range(robot.axes)):
+        raise Refused(NOT_SET_UP)
+    return tuple(axis.start_positions[number] for number in range(robot.axes))
+
+
+@contextmanager
+def refusing() -> Iterator[None]:
+    """Answer 63 where the arm does not reach, and 64 where no path can be made."""
+    try:
+        yield
+    except OutOfReach:
+        raise Refused(OUT_OF_REACH) from None
+    except PathFault:
+        raise Refused(BAD_INTERPOLATION) from None
+
+
+# Coordinates
 
 
 @acts_out(ConvertPulsesToCoordinates)
 def get_coordinates(axis: Rc420, command: ConvertPulsesToCoordinates, now: float) -> Coordinates:
-    robot = _robot(axis)
-    pulses = _axis_positions(axis, command)
-    x, y, angle = robot.place(pulses)
+    robot = robot_of(axis)
+    with refusing():
+        x, y, angle = map(round, robot.place(_axis_positions(axis, robot, command)))
     if max(map(abs, (x, y, angle))) > FARTHEST:
         raise Refused(BAD_PARAMETER)
     return Coordinates(x=x, y=y, angle=angle)
 
 
-def _axis_positions(axis: Rc420, command: ConvertPulsesToCoordinates) -> tuple[int, ...]:
+def _axis_positions(axis: Rc420, robot: Robot, command: ConvertPulsesToCoordinates) -> tuple[int, ...]:
     """Those given, or without any those set by HPS.
 
-    :raises Refused: 4A where that of an axis is missing.
+    :raises Refused: 4A where that of an axis is missing, 61 where HPS has not told it.
     """
     given = (command.axis_0, command.axis_1, command.axis_2)
     if given == (None, None, None):
-        return tuple(axis.start_positions[:3])
-    return tuple(_measured(axis, _required(position)) for position in given)
+        return told_positions(axis, robot)
+    return tuple(measured(axis, _required(position)) for position in given[: robot.axes])
 
 
 @acts_out(ConvertCoordinatesToPulses)
 def get_axis_positions(axis: Rc420, command: ConvertCoordinatesToPulses, now: float) -> AxisPositions:
-    robot = _robot(axis)
-    given = (command.x, command.y, command.angle)
-    x, y, angle = (_measured(axis, _required(value)) for value in given)
-    pulses = robot.pulses(x, y, angle)
-    if pulses is None:
-        raise Refused(OUT_OF_REACH)
-    return AxisPositions(axis_0=pulses[0], axis_1=pulses[1], axis_2=pulses[2])
+    robot = robot_of(axis)
+    direction = 0 if isinstance(robot, BeltLinked) else _required(command.angle)
+    with refusing():
+        place = Place(*(measured(axis, value) for value in (command.x, command.y, direction)))
+        base, arm, *finger = robot.whole_pulses(place)
+    return AxisPositions(axis_0=base, axis_1=arm, axis_2=finger[0] if finger else None)
 
 
-def _required(value: int | PositionReference | None) -> int | PositionReference:
-    """What robots with three axes need (RC-420 manual 14.H).
+def _required(value: Measure | None) -> Measure:
+    """What the robot needs (RC-420 manual 14.H).
 
     :raises Refused: 4A where it is missing.
     """

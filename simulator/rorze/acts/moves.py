@@ -62,7 +62,8 @@ def _profile(axis: Rc420, distance: int | None, pattern: int | None, low: bool) 
         raise Refused(error.code) from None
 
 
-def _require_in_range(axis: Rc420, target: int) -> None:
+def require_in_range(axis: Rc420, target: int) -> None:
+    """Refuse with 5D what would end outside the movable range (EPS)."""
     first, last = axis.settings.movable_range
     if not first <= target <= last:
         raise Refused(OUT_OF_RANGE)
@@ -88,14 +89,14 @@ def _amount(axis: Rc420, given: int | PositionReference | Literal["endless"]) ->
 def _move_by(axis: Rc420, command: RelativeMove, direction: Direction, low: bool, now: float) -> None:
     amount = _amount(axis, command.distance)
     here = axis.position(now)
-    _require_in_range(axis, here + direction * (1 if amount is None else amount))
+    require_in_range(axis, here + direction * (1 if amount is None else amount))
     _start(axis, command, direction, None if amount is None else here + direction * amount, low, now)
 
 
 def _go_to(axis: Rc420, command: AbsoluteMove, low: bool, now: float) -> None:
     given = command.position
     target = axis.positions[number_of(axis, given)] if isinstance(given, PositionReference) else given
-    _require_in_range(axis, target)
+    require_in_range(axis, target)
     _start(axis, command, CW if target >= axis.position(now) else CCW, target, low, now)
 
 

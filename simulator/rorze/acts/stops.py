@@ -23,11 +23,11 @@ AT_REST, SEARCHING = 0x56, 0x5C
 def _train(axis: Rc420) -> PulseTrain:
     """The pulses whose speed may be changed.
 
-    :raises Refused: 56 at rest, 5C during an origin search.
+    :raises Refused: 56 at rest, 5C during an origin search, and during an interpolation, an assumption.
     """
     if axis.motor.train is None:
         raise Refused(AT_REST)
-    if axis.motor.searching:
+    if axis.motor.searching or axis.motor.interpolating:
         raise Refused(SEARCHING)
     return axis.motor.train
 
