@@ -210,7 +210,7 @@ def _along(course: Course) -> Task:
     """One leg after another, each in one direction; an axis that does not turn waits for the others."""
     for stretch in course.track.stretches:
         yield PathLeg(course, stretch)
-    if not course.track.stretches and course.profile.end_s is not None:
+    if course.track.length and not course.track.stretches and course.profile.end_s is not None:
         yield Pause(course.profile.end_s)
 
 
