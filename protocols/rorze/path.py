@@ -5,7 +5,7 @@ Lengths are micrometres, places complex numbers, angles radians (RC-420 manual 1
 
 from abc import ABC, abstractmethod
 from cmath import phase, rect
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
@@ -18,7 +18,7 @@ CLOSE_UM = 1e-6
 """Nearer than this, two places are one."""
 
 NUDGE_UM = 1e-3
-"""So far beside the origin the direction of a line through it is taken."""
+"""So far beside the origin the direction of a line through it is taken; no piece of a path is shorter."""
 
 FINEST_UM = 1.0
 """Where an axis would have to jump, it turns as far while the path goes on by this much."""
@@ -79,7 +79,7 @@ class Line(Segment):
     def cuts(self) -> list[float]:
         """It has one nearest point."""
         nearest = -(self.start * self._ahead.conjugate()).real
-        return [0.0, *([nearest] if 0 < nearest < self.length else []), self.length]
+        return _spaced([nearest], self.length)
 
 
 @dataclass(frozen=True)
@@ -101,12 +101,21 @@ class Arc(Segment):
     def cuts(self) -> list[float]:
         """Both ends of the diameter through the origin, and no piece longer than an eighth of a circle."""
         steps = ceil(abs(self.turn) / ARC_STEP)
-        shares = {step / steps for step in range(steps + 1)}
+        shares = {step / steps for step in range(1, steps)}
         if abs(self.arm) > 0 and abs(self.centre) > 0:
             first = phase(self.centre / self.arm) / self.turn
             half = pi / abs(self.turn)
             shares |= {first + number * half for number in range(-2, 3)}
-        return sorted(share * self.length for share in shares if 0 <= share <= 1)
+        return _spaced([share * self.length for share in shares], self.length)
+
+
+def _spaced(places: Iterable[float], length: float) -> list[float]:
+    """Both ends and the places between them, in order, those left out that are next to another."""
+    spaced = [0.0]
+    for place in sorted(places):
+        if spaced[-1] + NUDGE_UM < place < length - NUDGE_UM:
+            spaced.append(place)
+    return [*spaced, length]
 
 
 def rounded(start: complex, corners: Sequence[Corner]) -> list[Segment]:
@@ -171,13 +180,16 @@ class _Piece(NamedTuple):
 
     def polar(self, along: float) -> tuple[float, float]:
         """Lead and heading at a place along the segment."""
-        here = self.segment.at(along)
-        turned = _direction(self, along) / _direction(self, self.first)
-        return self.side * abs(here), self.heading + phase(turned)
+        before, now = _direction(self, self.first), _direction(self, along)
+        turned = phase(now / before) if before else 0.0
+        return self.side * abs(self.segment.at(along)), self.heading + turned
 
 
 def _direction(piece: _Piece, along: float) -> complex:
-    """The place as seen from the origin; the origin itself as seen from a little inside the piece."""
+    """The place as seen from the origin; the origin itself is taken a little inside the piece.
+
+    It is 0 where the piece does not leave the origin.
+    """
     here = piece.segment.at(along)
     if abs(here) > CLOSE_UM:
         return here
@@ -214,7 +226,8 @@ class Path:
             through = abs(segment.at(0.0)) <= CLOSE_UM
             for first, last in pairwise(segment.cuts()):
                 piece = _Piece(segment, offset, first, last, side, heading)
-                turn = within_half_turn(phase(side * _direction(piece, first)) - heading)
+                ahead = side * _direction(piece, first)
+                turn = within_half_turn(phase(ahead) - heading) if ahead else 0.0
                 if through and abs(turn) > pi / 2:
                     side, turn = -side, within_half_turn(turn + pi)
                 through = False

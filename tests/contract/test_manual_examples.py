@@ -21,6 +21,7 @@ SPEEDS_3 = "OLSS[3],50 OHSS[3],{high} OSSS[3],{acceleration} OASS[3],50 OBSS[3],
 PATTERN_3 = SPEEDS_3 + "SPSA[3],A:S[3],D:S[3] "
 ROBOT = "HTS0 HAS215000 HFS330000 HZS0,121791.045 HZS1,60000.000 HZS2,100000.000"
 USUAL_3 = PATTERN_3.format(high=50_000, acceleration=100_000)
+PLACED = f"{ROBOT} HPS0,-10149 HPS1,-10000 HPS2,-16666 {USUAL_3} SPSA[0],A:S[3],D:S[3] SPSA[1],A:S[3],D:S[3]"
 ENTRY_25 = "3PSP[25],50 3IS25"
 DISTANCES = USUAL_3 + "3PSP[50],700 3IS50"
 
@@ -126,12 +127,14 @@ PREPARED: dict[str, str | Callable[[Host], Awaitable[None]]] = {
     "EPD-000000500,+000000500": "EPS-500,500",
     "ERDM:H01,I:H0000": stalled,
     "ESDC,I,P": "ESSC,I,P",
+    **dict.fromkeys(("H+S", "H-S", "HFM", "HXS", "HYS"), PLACED),
     "HAD+000156000": "HAS156000",
     "HCD1": "HCS1",
     "HDDX:200000,Y:100000,R:50000": "HDSH[3],1,X:200000,Y:100000,R:50000",
     "HDDCENTER": "HDSH[3],1,CENTER",
     "HFD300000": "HFS300000",
     "HLS0:-000010149,1:-000010000,2:-000016666": ROBOT,
+    **dict.fromkeys(("HMS", "HNM"), PLACED + " HDSH[3],0,X:100000,Y:100000,R:0"),
     "HPD+000083333": "HPS0,83333",
     "HTD0": "HTS0",
     "HZD00005000.00": "HZS1,5000.00",
@@ -182,12 +185,15 @@ FORMS = {
 }
 """They show how coordinates are written; no robot of the manual stands there, or it is rounded (13.10.7)."""
 
+OF_GROUPS = {"&80HMM", "&80HRSA[3],R:150000,F:90000"}
+"""Members answer them each for itself; they are among the examples of 13.10."""
+
 EXAMPLES = [
     (command, reply)
     for code, row in COMMANDS.items()
     if code in codes_acted_out() or issubclass(row, LinkMasterCommand)
     for command, reply in zip(row.example[::2], row.example[1::2], strict=True)
-    if command not in FORMS
+    if command not in FORMS | OF_GROUPS
 ]
 
 

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.path import Corner, Segment, rounded
 from protocols.rorze.profile import Profile, SpeedParameters, plan
+from protocols.rorze.scara import BeltLinked, Robot, ThreeAxes
 from simulator.rorze.controller import StallFinder
-from simulator.rorze.world import CCW_LIMIT, EMS, Span
+from simulator.rorze.world import CCW_LIMIT, CW_LIMIT, EMS, Span
 from tests.simulator.rorze.robot import BELTS, THREE_AXES, RobotBench
 
 SPEED = SpeedParameters(low=1_000, high=1_000_000, acceleration=5_000_000, rising=50, falling=50)
@@ -20,6 +21,9 @@ SPEED = SpeedParameters(low=1_000, high=1_000_000, acceleration=5_000_000, risin
 
 COARSEST = 360_000 / 60_000
 """Thousandths of a degree a pulse, of the coarsest axis."""
+
+HALF_PULSES = 0.55 * sum(360_000 / turn for turn in THREE_AXES.pulses_per_turn)
+"""Thousandths of a degree that the finger may turn: each axis stands up to half a pulse beside its place."""
 
 CORNERED = ("HDSH[0]", "HDSH[0],0,X:255000,Y:300000,R:120000", "HDSH[0],1,X:255000,Y:450000,R:0")
 """The path of 13.10.7."""
@@ -53,7 +57,7 @@ def follows(robot: RobotBench, segments: Sequence[Segment]) -> None:
         ideal = along(segments, profile.position(now))
         assert abs(robot.end() - ideal) <= 2 * robot.pulse_um()
         if robot.robot is THREE_AXES:
-            assert abs(robot.place().direction - direction) <= COARSEST * 1.1
+            assert abs(robot.place().direction - direction) <= HALF_PULSES
     assert robot.now == pytest.approx(begun + (profile.duration_s or 0), abs=2e-3)
     assert [(ended.code, ended.cause) for ended in robot.ends()] == [("HMM", 0)] * robot.robot.axes
 
@@ -539,3 +543,40 @@ def test_a_move_in_between_does_not_undo_the_preparation(robot: RobotBench) -> N
     whole.start("HYSA[3],-100000")
     whole.until_end()
     assert robot.positions()[0] == whole.positions()[0] + 10_149
+
+
+LENGTHS = st.sampled_from([1, 2, 215_000, 999_999_999])
+TURNS = st.sampled_from([1.0, 360.0, 60_000.0])
+NUMBERS = st.sampled_from([0, 1, -1, 180_000, 215_000, -330_000, 430_000, 999_999_999, -999_999_999])
+
+
+@settings(max_examples=40)
+@given(
+    robot=st.builds(
+        ThreeAxes,
+        link=LENGTHS,
+        finger=LENGTHS,
+        pulses_per_turn=st.tuples(TURNS, TURNS, TURNS),
+    )
+    | st.builds(BeltLinked, link=LENGTHS, finger=LENGTHS, pulses_per_turn=st.tuples(TURNS, TURNS)),
+    at=st.tuples(NUMBERS, NUMBERS, NUMBERS),
+    a=NUMBERS,
+    b=NUMBERS,
+    radius=st.sampled_from([0, 1, 50_000, 999_999_999]),
+)
+def test_whatever_is_set_up_can_be_calculated_or_not(
+    robot: Robot, at: tuple[int, int, int], a: int, b: int, radius: int
+) -> None:
+    """The axes have no limits; the positions may leave the range of the registers."""
+    bench = RobotBench(robot, at)
+    for axis in bench.axes:
+        axis.world.forced |= {CW_LIMIT: False, CCW_LIMIT: False}
+    bench.sent("HDSH[0],0,CENTER", f"HDSH[0],1,X:{a},Y:{b},R:{radius}", f"HDSH[0],2,X:{b},Y:{a},R:0")
+    bench.tell_positions()
+    for text in (*PREPARATIONS, f"HXSA[3],{a}", f"H+SA[3],{b}", f"HRSA[3],R:{a},F:{b}"):
+        answers = bench.send(text)
+        assert answers in ([""] * robot.axes, ["@63"] * robot.axes, ["@64"] * robot.axes)
+        if answers[0] == "":
+            assert set(bench.send("HMM")) <= {"", "@5D"}
+            bench.wait(0.005)
+            bench.send("5IS")
