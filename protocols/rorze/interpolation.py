@@ -257,7 +257,7 @@ class TurnFinger(
 ):
     """指定フィンガー方向に移動: turn the finger to a direction, moving axis 2 only.
 
-    Needs the start positions (HPS). The bare angle of 13.10.7 and 13.10.9 is understood, but not written.
+    Needs the start positions (HPS). The bare angle of 13.10.9 is understood, but not written.
     """
 
     angle: Measure = Field(description=ANGLE)

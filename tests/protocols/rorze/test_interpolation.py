@@ -133,6 +133,7 @@ def test_half_a_path_point_is_no_reply(text: str) -> None:
 
 def test_the_bare_finger_angle_is_understood_but_not_written() -> None:
     assert TurnFinger.read("90000").written() == "F:90000"
+    assert TurnFinger.read("A[4],90000").written() == "A[4],F:90000"
     assert TurnFinger(angle=90_000, pattern=4).written() == "A[4],F:90000"
 
 

@@ -95,6 +95,16 @@ def test_a_rounded_path_is_followed_at_full_speed(robot: RobotBench) -> None:
     follows(robot, rounded(robot.end(), corners))
 
 
+def test_a_path_has_up_to_sixteen_points(robot: RobotBench) -> None:
+    """Round and round a square in H[63], the corners rounded."""
+    square = (60_000 + 135_000j, 60_000 + 255_000j, -60_000 + 255_000j, -60_000 + 135_000j)
+    corners = [Corner(square[number % 4], 20_000 if number < 15 else 0) for number in range(16)]
+    for number, (at, radius) in enumerate(corners):
+        robot.sent(f"HDSH[63],{number},X:{at.real:.0f},Y:{at.imag:.0f},R:{radius}")
+    robot.start("HMSA[3],H[63]")
+    follows(robot, rounded(robot.end(), corners))
+
+
 def test_belts_carry_the_finger_end_along_the_path() -> None:
     """13.10.11."""
     robot = RobotBench(BELTS, (12_000, 9_000))

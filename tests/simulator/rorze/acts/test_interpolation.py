@@ -107,6 +107,27 @@ def test_what_the_arm_cannot_reach_is_refused(robot: Bench) -> None:
     assert robot.send("HLSX:0,Y:760001,F:90000") == "@63"
 
 
+def test_the_coordinates_of_a_robot_with_belts(bench: Bench) -> None:
+    """That of 13.10.11: two axes, and no direction to choose."""
+    bench.sent("HTS1", "HAS156000", "HFS208000", "HZS0,98765.0", "HZS1,99000.0")
+    assert bench.send("HLD0:0,1:0") == "X:+000208000,Y:+000000000,F:+000000000"
+    assert bench.send("HLSX:0,Y:364000") == "0:+000024691,1:+000008250"
+    assert bench.send("HLSX:0,Y:364000,F:1") == "0:+000024691,1:+000008250", "F is not needed"
+    assert bench.send("HLD0:24691,1:8250,2:5") == "X:+000000006,Y:+000364000,F:+000089999"
+    bench.sent("HPS0,24691", "HPS1,8250")
+    assert bench.send("HLD") == "X:+000000006,Y:+000364000,F:+000089999"
+    assert bench.send("HLSX:0,Y:520001") == "@63"
+    assert bench.send("HLD0:0,1:24751") == "@63"
+
+
+def test_coordinates_of_positions_that_were_never_told(robot: Bench) -> None:
+    robot.sent("HPS0,0", "HPS2,0")
+    assert robot.send("HLD") == "@61"
+    assert robot.send("HPD1") == "+000000000"
+    robot.sent("HPS1,0")
+    assert robot.send("HLD") == "X:+000330000,Y:+000000000,F:+000000000"
+
+
 @pytest.mark.parametrize("text", ["HLSX:0,Y:115000", "HLD0:1,1:2", "HDSH[64],0,CENTER", "HZS10,5.0"])
 def test_what_cannot_be_is_refused(robot: Bench, text: str) -> None:
     """An angle is missing, an axis, and numbers that there are not."""
