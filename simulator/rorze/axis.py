@@ -29,6 +29,8 @@ class Axis:
         self.flash = Flash()
         self.keeps_position = False
         """Whether a loss of power leaves the position as it is: the manual does not say."""
+        self.refuses_stale_positions = False
+        """Whether HPS must have told where the axis really is: the manual does not say."""
 
     def power_on(self, now: float) -> None:
         """Load flash into RAM; the counters start from 0 (RC-420 manual 18).

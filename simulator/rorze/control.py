@@ -133,6 +133,7 @@ class LinkChange(Strict):
     error_codes: bool | None = None
     absent_bodies: Literal["silent", "error"] | None = None
     interjection: Literal["accept", "drop"] | None = None
+    partners: Literal["go_on", "stop"] | None = None
     line_end: Literal["\r", "\r\n"] | None = None
     excess_line_ends: Literal["invalid", "ignored"] | None = None
 

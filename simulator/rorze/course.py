@@ -1,8 +1,7 @@
 """An axis under way on an interpolated path (RC-420 manual 13.10).
 
 Every controller of a virtual body calculates the whole path, and begins to turn its own axis along it at the
-same command. From then on nothing connects them: what stops one of them stops no other. The manual tells of
-no connection; that there is none is an assumption.
+same command. From then on nothing connects them; the link master may, which the manual leaves open.
 """
 
 from bisect import bisect_right

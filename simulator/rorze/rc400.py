@@ -9,9 +9,11 @@ from random import Random
 from typing import Generic, Literal, Protocol, TypeVar
 
 from protocols.lines import CR
+from protocols.rorze.interpolation import StartInterpolation
 from protocols.rorze.link import MoveEnded, Request, RequestReader, StatusChanged
 from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
 from protocols.rorze.row import EVENT, LINK_MASTER, MOVE_ENDED
+from protocols.rorze.stops import StopImmediately
 from protocols.table import WireFault
 from simulator.faults import Faults
 from simulator.rorze.actions import BAD_PARAMETER, CODE_LENGTH, UNKNOWN_CODE
@@ -47,6 +49,8 @@ class LinkSettings:
     """A body or group that is not there does not answer, or answers `@4C`."""
     interjection: Literal["accept", "drop"] = "accept"
     """What becomes of a command that arrives before the last reply has left."""
+    partners: Literal["go_on", "stop"] = "go_on"
+    """What the other members of a virtual body do when one of them is stopped on an interpolated path."""
     line_end: Literal["\r", "\r\n"] = "\r"
     """Ends every frame to the host; RC-420 manual 17.1 hints that XRS can add the LF."""
     excess_line_ends: Literal["invalid", "ignored"] = "invalid"
@@ -127,6 +131,8 @@ class Rc400(Generic[A]):
         self._groups: dict[int, list[int]] = {}
         self._collecting: set[int] = set()
         """Bodies whose text is on its way."""
+        self._together: list[set[int]] = []
+        """Members that have started an interpolated move at one command and are still in it."""
         self._reader = RequestReader()
         self._unanswered = 0
         self.powered = True
@@ -162,6 +168,7 @@ class Rc400(Generic[A]):
         if axis.powered != on:
             (axis.power_on if on else axis.power_off)(self._now)
             self.truth.log("power", self._now, body, on=on)
+            self._leave(body, stopped=True, now=self._now)
         self.look_after(body)
 
     # The host's side
@@ -289,6 +296,8 @@ class Rc400(Generic[A]):
         if not present:
             return None
         answers = {body: self._shown(axis.execute(request.text, now)) for body, axis in present}
+        if request.text.startswith(StartInterpolation.code):
+            self._together.append({body for body, answer in answers.items() if not answer.payload})
         mark = "@" if any(answer.payload.startswith("@") for answer in answers.values()) else ""
         payload = "".join(f"[{body:02X}:{answer.payload}]" for body, answer in answers.items())
         return Response(mark + payload, max(answer.delay_s for answer in answers.values()))
@@ -339,6 +348,20 @@ class Rc400(Generic[A]):
                 self._wakes[body] = wake
         if messages and self.powered:
             self._pass_on(sorted(messages, key=lambda message: message.at))
+        for message in messages:
+            if isinstance(message.frame, MoveEnded) and message.frame.code == StartInterpolation.code:
+                self._leave(message.frame.body, stopped=message.frame.cause != 0, now=message.at)
+
+    def _leave(self, body: int, *, stopped: bool, now: float) -> None:
+        """An interpolated move is over for a member; one that was stopped may stop the others."""
+        for partners in [partners for partners in self._together if body in partners]:
+            partners.discard(body)
+            if stopped and self.settings.partners == "stop":
+                self._together.remove(partners)
+                for partner in partners:
+                    self.axes[partner].execute(StopImmediately.code, now)
+                self.look_after(*partners)
+        self._together = [partners for partners in self._together if partners]
 
     def _pass_on(self, messages: list[Message]) -> None:
         """Send what the host has asked for; members whose moves end together share a frame."""

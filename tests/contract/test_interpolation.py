@@ -5,6 +5,7 @@ of its members. After what moves comes what it ends with.
 """
 
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -361,4 +362,51 @@ async def test_a_controller_that_loses_its_power_leaves_the_others_moving(host: 
         >&7DHMM[02:00][04:00]
         &80 6PD
         >&806PD[02:-000015935][04:-000011916]
+    """)
+
+
+@pytest.mark.anyio
+@pytest.mark.parametrize(
+    ("hazard", "told"),
+    [
+        ("5IS", [">&7DHMM[03:10]", ">&7DHMM[02:10][04:10]"]),
+        ("power", [">&7DHMM[02:10][04:10]"]),
+    ],
+)
+async def test_the_others_may_be_stopped_with_it(host: RobotHost, hazard: str, told: list[str]) -> None:
+    """The manual does not say that they are not."""
+    host.line.settings = replace(host.line.settings, partners="stop")
+    await host.play(f"""
+        {POSITIONS}
+        &80 HYS A[3], -100000
+        >&80HYS[02:][03:][04:]
+        &80 HMM
+        >&80HMM[02:][03:][04:]
+    """)
+    host.wait(0.1)
+    stopped_at = host.positions()
+    if hazard == "power":
+        host.touch(lambda now: host.line.switch_body(ARM, on=False, now=now))
+    else:
+        assert {await host.ask("&03 5IS"), await host.hear()} == {">&035IS", told.pop(0)}
+    assert [await host.hear() for _ in told] == told
+    assert host.positions()[::2] == stopped_at[::2]
+
+
+@pytest.mark.anyio
+async def test_a_move_that_ends_as_it_should_stops_nobody(host: RobotHost) -> None:
+    """The finger is done before the others, which have a slower pattern."""
+    host.line.settings = replace(host.line.settings, partners="stop")
+    await host.play(f"""
+        {POSITIONS}
+        &02 OHS S[1], 200000
+        >&02OHS
+        &03 OHS S[1], 200000
+        >&03OHS
+        &80 HYS A[3], -100000
+        >&80HYS[02:][03:][04:]
+        &80 HMM
+        >&80HMM[02:][03:][04:]
+        >&7DHMM[04:00]
+        >&7DHMM[02:00][03:00]
     """)

@@ -1,7 +1,7 @@
 """The moves of a SCARA robot: commands H (RC-420 manual 13.10, 14.H).
 
 A controller calculates from the positions that HPS has told it, and then turns its axis by the difference,
-wherever that really stands: stale positions lead the arm elsewhere. It is an assumption that none is refused.
+wherever that really stands: stale positions lead the arm elsewhere.
 """
 
 from cmath import phase, rect
@@ -47,15 +47,18 @@ Way = Callable[[Robot, Pose], Path]
 """A path, for a robot in a pose."""
 
 
-def _start(axis: Rc420) -> tuple[Robot, Pose]:
+def _start(axis: Rc420, now: float) -> tuple[Robot, Pose]:
     """The robot, and how it stands as HPS has told.
 
     :raises Refused: 61 where an axis's position is missing, 64 where the robot has no such axis as this.
     """
-    robot = robot_of(axis)
-    if axis.settings.axis_role >= robot.axes:
+    robot, role = robot_of(axis), axis.settings.axis_role
+    if role >= robot.axes:
         raise Refused(BAD_INTERPOLATION)
-    return robot, robot.pose(told_positions(axis, robot))
+    told = told_positions(axis, robot)
+    if axis.refuses_stale_positions and told[role] != axis.position(now):
+        raise Refused(BAD_INTERPOLATION)
+    return robot, robot.pose(told)
 
 
 def _require_free(axis: Rc420, direction: Direction | None) -> None:
@@ -74,10 +77,10 @@ def _require_free(axis: Rc420, direction: Direction | None) -> None:
 # Preparation
 
 
-def _prepare(axis: Rc420, command: Preparation, way: Way) -> None:
+def _prepare(axis: Rc420, command: Preparation, way: Way, now: float) -> None:
     up, down = ramps_of(axis, command.pattern)
     with refusing():
-        robot, pose = _start(axis)
+        robot, pose = _start(axis, now)
         track = Track(way(robot, pose).knots(axis.settings.axis_role))
     prepared = Prepared(track, plan(track.length, up, down))
     _require_free(axis, prepared.direction)
@@ -116,22 +119,22 @@ def _out(distance: int) -> Way:
 
 @acts_out(PrepareMoveAlongX)
 def prepare_move_along_x(axis: Rc420, command: PrepareMoveAlongX, now: float) -> None:
-    _prepare(axis, command, _by(measured(axis, command.distance)))
+    _prepare(axis, command, _by(measured(axis, command.distance)), now)
 
 
 @acts_out(PrepareMoveAlongY)
 def prepare_move_along_y(axis: Rc420, command: PrepareMoveAlongY, now: float) -> None:
-    _prepare(axis, command, _by(1j * measured(axis, command.distance)))
+    _prepare(axis, command, _by(1j * measured(axis, command.distance)), now)
 
 
 @acts_out(PrepareArmExtension)
 def prepare_arm_extension(axis: Rc420, command: PrepareArmExtension, now: float) -> None:
-    _prepare(axis, command, _out(measured(axis, command.distance)))
+    _prepare(axis, command, _out(measured(axis, command.distance)), now)
 
 
 @acts_out(PrepareArmRetraction)
 def prepare_arm_retraction(axis: Rc420, command: PrepareArmRetraction, now: float) -> None:
-    _prepare(axis, command, _out(-measured(axis, command.distance)))
+    _prepare(axis, command, _out(-measured(axis, command.distance)), now)
 
 
 @acts_out(PreparePath)
@@ -143,7 +146,7 @@ def prepare_path(axis: Rc420, command: PreparePath, now: float) -> None:
             corners.append(_corner(robot, point, heading, pose.finger))
         return Path(robot, pose, rounded(_here(robot, pose), corners))
 
-    _prepare(axis, command, way)
+    _prepare(axis, command, way, now)
 
 
 def _points(axis: Rc420, path: int) -> list[PathPoint]:
@@ -155,10 +158,13 @@ def _points(axis: Rc420, path: int) -> list[PathPoint]:
 
 
 def _corner(robot: Robot, point: PathPoint, heading: float, finger: float) -> Corner:
+    """The corner at a point, which must be within reach though the path may cut it."""
     end = _end(point)
     if end is None:
         return Corner(rect(robot.ahead, heading))
-    return Corner(robot.guide(end, finger), point.radius or 0)
+    at = robot.guide(end, finger)
+    robot.angles(Pose(abs(at) - robot.ahead, heading, finger))
+    return Corner(at, point.radius or 0)
 
 
 def _end(point: PathPoint) -> complex | None:
@@ -178,7 +184,7 @@ def prepare_finger_rotation(axis: Rc420, command: PrepareFingerRotation, now: fl
         arc = Arc(_here(robot, pose) - arm, arm, turn, length)
         return Path(robot, pose, [arc] if length > CLOSE_UM else [], turn)
 
-    _prepare(axis, command, way)
+    _prepare(axis, command, way, now)
 
 
 def _finger_turn(robot: Robot, pose: Pose, angle: int) -> float:
@@ -218,7 +224,7 @@ def _along(course: Course) -> Task:
 def turn_finger(axis: Rc420, command: TurnFinger, now: float) -> None:
     """The shorter way round, an assumption."""
     with refusing():
-        robot, pose = _start(axis)
+        robot, pose = _start(axis, now)
     turn = -_finger_turn(robot, pose, measured(axis, command.angle))
     _turn(axis, command, {FINGER_AXIS: turn}, now)
 
@@ -227,7 +233,7 @@ def turn_finger(axis: Rc420, command: TurnFinger, now: float) -> None:
 def move_to_extension_start(axis: Rc420, command: MoveToExtensionStart, now: float) -> None:
     """Base and finger make a quarter turn at most; with belts, the base turns the finger to the target."""
     with refusing():
-        robot, pose = _start(axis)
+        robot, pose = _start(axis, now)
         target = _target(axis, command)
         line = phase(target)
         robot.angles(Pose(abs(target) - robot.finger, line, line))

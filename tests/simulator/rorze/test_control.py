@@ -124,6 +124,7 @@ async def test_link_settings_are_changed_one_by_one(bench: Bench) -> None:
         "error_codes": False,
         "absent_bodies": "error",
         "interjection": "accept",
+        "partners": "go_on",
         "line_end": "\r",
         "excess_line_ends": "invalid",
     }

@@ -325,6 +325,14 @@ def test_a_way_out_of_reach_is_refused(robot: RobotBench, text: str) -> None:
     assert robot.send("HMM") == ["@61"] * 3
 
 
+def test_a_point_out_of_reach_is_refused_though_its_corner_is_cut(robot: RobotBench) -> None:
+    """With the finger at 90 degrees, the wrist comes to Y = 760 mm - 330 mm."""
+    robot.sent("HDSH[1],1,X:100000,Y:300000,R:0", "HDSH[1],0,X:0,Y:759000,R:10000")
+    robot.tell_positions()
+    robot.sent("HMSA[3],H[1]", "HDSH[1],0,X:0,Y:761000,R:10000")
+    assert robot.send("HMSA[3],H[1]") == ["@63"] * 3
+
+
 def test_distances_may_stand_in_the_position_table(robot: RobotBench) -> None:
     robot.sent("3PSP[7],-50000")
     robot.start("HXSA[3],P[7]")
@@ -541,6 +549,13 @@ def test_one_stale_position_bends_the_line(robot: RobotBench) -> None:
     robot.sent("HPS1,-15000", "HXSA[3],-50000", "HMM")
     assert set(robot.until_end()) == {0}
     assert abs(robot.end() - (115_000j - 50_000)) > 5_000
+
+
+def test_a_controller_may_refuse_a_stale_position_of_its_own_axis(robot: RobotBench) -> None:
+    robot.axes[1].refuses_stale_positions = True
+    robot.tell_positions()
+    robot.sent("HPS0,5", "HXSA[3],-50000", "HPS1,-9999")
+    assert robot.send("HXSA[3],-50000") == ["", "@64", ""]
 
 
 def test_a_move_in_between_does_not_undo_the_preparation(robot: RobotBench) -> None:
