@@ -1,6 +1,7 @@
 """Which transport an address means, and the strict reading of its URL."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from urllib.parse import parse_qsl, unquote, urlsplit
@@ -13,6 +14,8 @@ SCHEMES: dict[str, str] = {
     "tcp": "transports.tcp:TcpPort",
     "dpram": "transports.dpram:DpramPort",
 }
+
+_NUMBER = re.compile("0x[0-9A-Fa-f]{1,8}|[0-9]{1,9}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,22 +60,31 @@ class Address:
                 raise ValueError(f"address {self.text!r} has the unknown option {name!r}; allowed: {allowed}")
 
     def integer(self, option: str, default: int, lowest: int, highest: int) -> int:
-        """Read a decimal option.
+        """Read a whole number, decimal or as 0x400.
 
-        :raises ValueError: not plain digits, or out of range.
+        :raises ValueError: it is something else, or out of range.
         """
         digits = self.options.get(option, str(default))
-        value = (
-            int(digits)
-            if digits.isascii() and digits.isdigit() and len(digits) <= len(str(highest))
-            else None
-        )
+        value = int(digits, 16 if digits.startswith("0x") else 10) if _NUMBER.fullmatch(digits) else None
         if value is None or not lowest <= value <= highest:
             raise ValueError(
                 f"address {self.text!r}: {option} must be a whole number "
                 f"from {lowest} to {highest}, not {digits!r}"
             )
         return value
+
+    def choice(self, option: str, allowed: Sequence[int]) -> int:
+        """Read one of a few numbers; the first is the default.
+
+        :raises ValueError: it is none of them.
+        """
+        digits = self.options.get(option, str(allowed[0]))
+        known = [str(number) for number in allowed]
+        if digits not in known:
+            raise ValueError(
+                f"address {self.text!r}: {option} must be one of {', '.join(known)}, not {digits!r}"
+            )
+        return int(digits)
 
 
 def create(address: str) -> Transport:

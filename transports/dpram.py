@@ -4,12 +4,16 @@ import asyncio
 import contextlib
 import errno
 import fcntl
-import logging
 import mmap
 import os
 import re
 import stat
+import threading
+from array import array
 from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, Literal
 
 from transports.addresses import Address
 from transports.base import Receiver, Transport, TransportLost, TransportRefused, TransportUnavailable
@@ -17,19 +21,27 @@ from transports.base import Receiver, Transport, TransportLost, TransportRefused
 # The layout, C-HOST manual 1-4. A flag is 1 while its area holds a message that has not been taken.
 HOST_MODE = 256  # the host sets it to 0
 TO_FICS_FLAG = 257
-TO_FICS = slice(258, 512)
-FROM_FICS_FLAG = 512
-FROM_FICS = slice(512, 768)  # with its flag before it
-LOWEST_SIZE = 768
+TO_FICS, ROOM = 258, 254
+FROM_FICS_FLAG = 512  # the data after it
+FROM_FICS_END = 768
 HIGHEST_SIZE = 1 << 24
 
+LAST_MAP = 4
+"""A UIO device has at most five maps; map N is mapped at N pages."""
+STRIDES = (1, 2, 4, 8)
+"""From one byte of the RAM to the next, in bytes of the mapping."""
+CELLS: Final[Mapping[int, Literal["B", "H", "I"]]] = {8: "B", 16: "H", 32: "I"}
+"""The bits of one access, and how `struct` calls such a number."""
+
 FREE, FULL = 0, 1
-ROOM = TO_FICS.stop - TO_FICS.start
 
 # Assumed of the board, whose manual gives no times: Fics takes a message within this.
 STUCK_MS = 1000
-# Assumed as well: a message without its CR is still being written, and complete after so long.
+# Assumed as well: a message without CR is complete by its flag, but so long is waited for a CR, in case a
+# board sets the flag first: half an answer looks like a whole one.
 UNENDED_S = 0.01
+# Bytes that are read at once in search of the end of a message: each access to a board takes about 1 us.
+SCOOP = 32
 # Bytes that may wait for Fics. The gateway writes a frame at a time; this only bounds memory.
 MOST_UNSENT = 1 << 20
 
@@ -38,8 +50,6 @@ MOST_UNSENT = 1 << 20
 SPIN_S = 0.002
 FIRST_PAUSE_S = 0.0005
 LONGEST_PAUSE_S = 0.005
-# How often it is made sure that the name still leads to the memory that was opened.
-PRESENCE_S = 0.1
 
 _MESSAGE = re.compile(rb"[^\r]*\r\n?")
 _REASONS = {
@@ -47,15 +57,15 @@ _REASONS = {
     errno.EACCES: "permission was denied; let this user read and write the device",
     errno.EAGAIN: "another program is using it; close that program",
     errno.ENODEV: "it cannot be mapped into memory",
+    errno.EINVAL: "it has no such map, or less memory than is asked for; check map, offset, stride and size",
 }
-
-log = logging.getLogger(__name__)
 
 
 class DpramPort(Transport):
-    """`dpram:///dev/uio0?size=1024&stuck_ms=1000`: a UIO device, a PCI resource file or a plain file, locked.
+    """`dpram:///dev/uio0?map=1&offset=0x400`: a UIO device, a PCI resource file or a plain file, locked.
 
-    What is written travels as messages of at most 254 bytes, each with its CR; C-HOST manual 1-4.
+    What is written travels as messages of at most 254 bytes, each with its CR; C-HOST manual 1-4. Where the
+    RAM lies in the mapping, and by which accesses it is reached, is told by the options of `Place`.
     """
 
     def __init__(self, address: Address) -> None:
@@ -64,9 +74,9 @@ class DpramPort(Transport):
             raise ValueError(
                 f"address {address.text!r} must name a device after three slashes: dpram:///dev/uio0"
             )
-        address.expect_options("size", "stuck_ms")
+        address.expect_options("map", "offset", "stride", "width", "size", "stuck_ms")
         self._path = address.path
-        self._size = address.integer("size", LOWEST_SIZE, LOWEST_SIZE, HIGHEST_SIZE)
+        self._place = Place.read(address)
         self._stuck_s = address.integer("stuck_ms", STUCK_MS, 1, 60_000) / 1000
         self._session: _Session | None = None
 
@@ -84,7 +94,7 @@ class DpramPort(Transport):
         if self._live_session() is not None:
             raise TransportUnavailable(f"{self.address} is open already; nothing was sent.")
         try:
-            memory = _Memory(self._path, self._size)
+            memory = _Memory(self._path, self._place)
         except (OSError, ValueError) as error:
             reason = _REASONS.get(getattr(error, "errno", None) or 0, str(error))
             raise TransportUnavailable(
@@ -121,50 +131,112 @@ class DpramPort(Transport):
         return None if self._session is None or self._session.ended else self._session
 
 
-class _Memory:
-    """The mapped RAM. The operating system does the copying, through a pipe.
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the RAM lies in the mapping, and by which accesses it is reached."""
 
-    When a file is cut short or a driver goes, touching its mapping kills the process with SIGBUS. A system
-    call that copies from there or to there fails with EFAULT instead, at half a microsecond more. The pipe's
-    lock, which every copy takes and releases, keeps the copies in order on any processor.
+    map: int
+    """Of a UIO device, 0-4."""
+    offset: int
+    """Of the first byte of the RAM, in bytes of the mapping."""
+    stride: int
+    """From one byte of the RAM to the next, in bytes of the mapping: 1, 2, 4 or 8."""
+    width: int
+    """Bits of every access, which is aligned: 8, 16 or 32."""
+    size: int
+    """Bytes to map."""
+
+    @classmethod
+    def read(cls, address: Address) -> "Place":
+        """Take the options of an address.
+
+        :raises ValueError: one is not possible, or they do not go together.
+        """
+        stride = address.choice("stride", STRIDES)
+        width = address.choice("width", tuple(CELLS))
+        offset = address.integer("offset", 0, 0, HIGHEST_SIZE - FROM_FICS_END * stride)
+        cell = width // 8
+        if stride < cell and offset % cell:
+            raise ValueError(
+                f"address {address.text!r}: with a width of {width} and a stride of {stride}, offset must be "
+                f"a multiple of {cell}, not {offset}"
+            )
+        needed = -(-(offset + FROM_FICS_END * stride) // cell) * cell
+        return cls(
+            address.integer("map", 0, 0, LAST_MAP),
+            offset,
+            stride,
+            width,
+            address.integer("size", needed, needed, HIGHEST_SIZE),
+        )
+
+    @property
+    def start(self) -> int:
+        """Where the mapping begins in the device, or in a file that stands for one."""
+        return self.map * mmap.PAGESIZE
+
+
+class _Memory:
+    """The mapped RAM, reached by aligned accesses of one width: a board may bear no others.
+
+    A processor may fault on an unaligned access to a device (ARM64), so nothing is copied in one piece. An
+    access to a mapping that has gone kills the process with SIGBUS: before each copy it is made sure that the
+    name still leads to the same device or file. The lock that each copy takes and releases keeps the copies
+    in order on any processor.
     """
 
-    def __init__(self, path: str, size: int) -> None:
+    def __init__(self, path: str, place: Place) -> None:
         self._path = path
-        self._size = size
+        self._place = place
+        self._kind = CELLS[place.width]
+        self._cell = place.width // 8
+        self._step = max(1, place.stride // self._cell)
+        """Cells from one that holds bytes of the RAM to the next."""
+        self._spacing = min(place.stride, self._cell)
+        """Bytes from one byte of the RAM to the next, within such cells laid side by side."""
+        self._in_order = threading.Lock()
         with contextlib.ExitStack() as stack:  # whatever fails, nothing stays open
             # Nothing here waits: neither the file, nor the device, nor the lock.
             fd = os.open(path, os.O_RDWR | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
             stack.callback(os.close, fd)
-            self._identity = _identity(os.fstat(fd), size)
+            self._identity = _identity(os.fstat(fd), place)
             fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            self._view = stack.enter_context(memoryview(stack.enter_context(mmap.mmap(fd, size))))
-            self._pipe_out, self._pipe_in = os.pipe()
-            stack.callback(os.close, self._pipe_out)
-            stack.callback(os.close, self._pipe_in)
+            mapping = stack.enter_context(mmap.mmap(fd, place.size, offset=place.start))
+            view = stack.enter_context(memoryview(mapping))
+            whole = stack.enter_context(view[: place.size // self._cell * self._cell])
+            self._cells = stack.enter_context(whole.cast(self._kind))
             self.take_back()  # before anything that may make Fics look
             self.store(HOST_MODE, bytes([0]))
-            self.store(FROM_FICS_FLAG, bytes([FREE]))
+            if self.load(FROM_FICS_FLAG, 1)[0] != FREE:  # else Fics may be writing the bytes beside it
+                self.store(FROM_FICS_FLAG, bytes([FREE]))
             self._resources = stack.pop_all()
 
-    def load(self, where: slice) -> bytes:
+    def load(self, start: int, count: int) -> bytes:
         """Copy bytes out of the RAM.
 
         :raises OSError: it is not there any more.
         """
-        return os.read(self._pipe_out, os.write(self._pipe_in, self._view[where]))
+        where, lane = self._find(start, count)
+        self._check_presence()
+        with self._in_order:
+            found = self._read(where)
+        return found[lane :: self._spacing][:count]
 
     def store(self, start: int, data: bytes) -> None:
-        """Copy bytes into the RAM.
+        """Copy bytes into the RAM; others that share an access with them are written again as they are.
 
         :raises OSError: it is not there any more.
         """
-        os.write(self._pipe_in, data)
-        try:
-            os.readv(self._pipe_out, [self._view[start : start + len(data)]])
-        except OSError:
-            os.read(self._pipe_out, len(data))  # or the next copy would begin with it
-            raise
+        where, lane = self._find(start, len(data))
+        image = bytearray(len(where) * self._cell)
+        self._check_presence()
+        with self._in_order:
+            if self._spacing < self._cell:
+                image[: self._cell] = self._read(where[:1])
+                image[-self._cell :] = self._read(where[-1:])
+            image[lane : lane + len(data) * self._spacing : self._spacing] = data
+            for cell, value in zip(where, memoryview(image).cast(self._kind), strict=True):
+                self._cells[cell] = value
 
     def take_back(self) -> None:
         """Tell Fics that no message lies there.
@@ -175,27 +247,36 @@ class _Memory:
         """
         self.store(TO_FICS_FLAG, bytes([FREE]))
 
-    def check_presence(self) -> None:
-        """Make sure that the name still leads here.
-
-        :raises OSError: it leads nowhere, or to something else, or the file has shrunk.
-        """
-        if _identity(os.stat(self._path), self._size) != self._identity:  # noqa: PTH116  # a tenth of the cost
-            raise OSError("another file or device has taken its name")
-
     def close(self) -> None:
         """Unmap and unlock."""
         self._resources.close()
 
+    def _find(self, start: int, count: int) -> tuple[range, int]:
+        """The cells that hold bytes of the RAM, and the place of the first byte in the first of them."""
+        first, lane = divmod(self._place.offset + start * self._place.stride, self._cell)
+        last = (self._place.offset + (start + count - 1) * self._place.stride) // self._cell
+        return range(first, last + 1, self._step), lane
 
-def _identity(found: os.stat_result, size: int) -> tuple[int, int]:
+    def _read(self, where: range) -> bytes:
+        return array(self._kind, map(self._cells.__getitem__, where)).tobytes()
+
+    def _check_presence(self) -> None:
+        """Make sure that the name still leads here.
+
+        :raises OSError: it leads nowhere, or to something else, or the file has shrunk.
+        """
+        if _identity(os.stat(self._path), self._place) != self._identity:  # noqa: PTH116  # a tenth of the cost
+            raise OSError("another file or device has taken its name")
+
+
+def _identity(found: os.stat_result, place: Place) -> tuple[int, int]:
     """Which file or device it is.
 
     :raises OSError: it cannot hold the RAM.
     """
     if stat.S_ISREG(found.st_mode):
-        if found.st_size < size:
-            raise OSError(f"it holds {found.st_size} bytes and should hold {size}")
+        if found.st_size < place.start + place.size:
+            raise OSError(f"it holds {found.st_size} bytes and should hold {place.start + place.size}")
     elif not stat.S_ISCHR(found.st_mode):
         raise OSError("it is neither a file nor a device")
     return found.st_dev, found.st_ino
@@ -241,7 +322,7 @@ class _Session:
         self._sending = _Patience(stuck_s)
         self._taking = _Patience(stuck_s)
         self._loop = asyncio.get_running_loop()
-        self._busy_until = self._look_at = self._loop.time()
+        self._busy_until = self._loop.time()
         self._pause_s = FIRST_PAUSE_S
         self._timer: asyncio.Handle = self._loop.call_soon(self._turn)
 
@@ -299,7 +380,6 @@ class _Session:
     def _turn(self) -> None:
         now = self._loop.time()
         try:
-            self._look_for_it(now)
             sent = self._send(now)
             message = self._take(now)
         except OSError as error:
@@ -327,9 +407,10 @@ class _Session:
         self._sending.renew()
         if not self._waiting:
             return False
-        data = self._waiting[0].ljust(ROOM, b"\0")
-        self._memory.store(TO_FICS.start, data)
-        if self._memory.load(TO_FICS) != data:
+        message = self._waiting[0]
+        # The host mode goes with every message: a Fics that was switched on since may have changed it.
+        self._memory.store(HOST_MODE, bytes([0, FREE]) + message.ljust(ROOM, b"\0"))
+        if self._memory.load(TO_FICS, len(message)) != message:
             raise OSError("it does not keep what is written into it")
         self._memory.store(TO_FICS_FLAG, bytes([FULL]))
         self._in_ram = len(self._waiting.popleft())
@@ -340,36 +421,37 @@ class _Session:
         if self._flag(FROM_FICS_FLAG) == FREE:
             self._taking.renew()
             return b""
-        seen = self._memory.load(FROM_FICS)
+        seen = self._scoop()
         message = _MESSAGE.match(seen, 1)
-        steady = seen[0] == FULL and seen == self._memory.load(FROM_FICS)
+        steady = seen[0] == FULL and seen == self._memory.load(FROM_FICS_FLAG, len(seen))
         if not steady or (message is None and self._taking.age_s(now) < UNENDED_S):
             self._taking.bear(now, f"the flag at {FROM_FICS_FLAG} or the data after it was not steady")
             return b""
         self._taking.renew()
         self._memory.store(FROM_FICS_FLAG, bytes([FREE]))
-        if message is None:
-            log.warning("%s: a message without a CR has come; it is passed on as it is.", self._address)
-            return seen[1:].rstrip(b"\0")
-        return message[0]  # what lies behind the CR is padding, or left from longer messages
+        if message is not None:
+            return message[0]  # what lies behind its end is padding, or left from longer messages
+        text = seen[1:].partition(b"\0")[0]
+        return text and text + b"\r"
 
-    def _look_for_it(self, now: float) -> None:
-        if now >= self._look_at:
-            self._memory.check_presence()
-            self._look_at = now + PRESENCE_S
+    def _scoop(self) -> bytes:
+        """The flag of Fics and the data after it, a little further than to the end of the message."""
+        seen = b""
+        while (left := FROM_FICS_END - FROM_FICS_FLAG - len(seen)) and b"\r" not in seen[1:]:
+            seen += self._memory.load(FROM_FICS_FLAG + len(seen), min(SCOOP, left))
+        return seen
 
     def _flag(self, where: int) -> int:
-        return self._memory.load(slice(where, where + 1))[0]
+        return self._memory.load(where, 1)[0]
 
     def _stay_awake(self, now: float) -> None:
         self._busy_until = now + SPIN_S
         self._pause_s = FIRST_PAUSE_S
 
     def _tell_loss(self, error: OSError) -> None:
-        reason = "its memory has gone" if error.errno == errno.EFAULT else str(error)
         self._receiver.connection_lost(
             TransportLost(
-                f"{self._address} was lost ({reason}). What was sent last may not have arrived; check the "
+                f"{self._address} was lost ({error}). What was sent last may not have arrived; check the "
                 "controller's power and its driver."
             )
         )

@@ -9,6 +9,7 @@ from pathlib import Path
 import anyio
 import anyio.lowlevel
 
+from tests.dpram_board import Wiring
 from transports import TransportLost
 
 
@@ -138,15 +139,16 @@ class TcpFarEnd(FarEnd):
 class DpramFarEnd(FarEnd):
     """The Fics side of a dual-port RAM in a file, reached by reading and writing that file."""
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, directory: Path, wiring: Wiring | None = None) -> None:
         self.name = directory / "dpram"
-        self.address = f"dpram://{self.name}?size=1024"
+        self.wiring = wiring or Wiring()
+        self.address = f"dpram://{self.name}{self.wiring.options if wiring else '?size=1024'}"
         self._unfinished = b""
         self.appear()
 
     def appear(self) -> None:
         self.fd = os.open(self.name, os.O_RDWR | os.O_CREAT)
-        os.truncate(self.fd, 1024)
+        os.truncate(self.fd, self.wiring.length)
 
     async def answer(self) -> None:
         assert self.fd >= 0
@@ -159,10 +161,13 @@ class DpramFarEnd(FarEnd):
             self.fd = -1
 
     def peek(self, start: int, count: int = 1) -> bytes:
-        return os.pread(self.fd, count, start)
+        places = self.wiring.places(slice(start, start + count))
+        return os.pread(self.fd, places.stop - places.start, places.start)[:: places.step]
 
     def poke(self, start: int, data: bytes) -> None:
-        os.pwrite(self.fd, data, start)
+        places = self.wiring.places(slice(start, start + len(data)))
+        for at, value in zip(range(places.start, places.stop, places.step), data, strict=True):
+            os.pwrite(self.fd, bytes([value]), at)
 
     async def write(self, data: bytes) -> None:
         *messages, self._unfinished = (self._unfinished + data).split(b"\r")

@@ -21,7 +21,7 @@ from protocols.fics.moves import MoveRelative
 from protocols.fics.variables import GetVariable, VariableValue
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line
-from tests.dpram_board import FICS_FLAG, FROM_HOST, HOST_FLAG, TO_HOST, Board
+from tests.dpram_board import FICS_FLAG, FROM_HOST, HOST_FLAG, HOST_MODE, TO_HOST, WIRINGS, Board, Wiring
 from tests.fics_plants import SCARA
 from tests.virtual_time import run_virtual
 from transports import dpram
@@ -66,10 +66,13 @@ class Cell:
 
 @asynccontextmanager
 async def cell(
-    tmp_path: Path, prepare: Callable[[Board], object] = lambda _: None, options: str = ""
+    tmp_path: Path,
+    prepare: Callable[[Board], object] = lambda _: None,
+    options: str = "",
+    wiring: Wiring = WIRINGS[0],
 ) -> AsyncIterator[Cell]:
     """Start a plant over a real file; `prepare` may touch the RAM before, `options` end the address."""
-    board = Board(tmp_path / "ram", build_line(Layout()))
+    board = Board(tmp_path / "ram", build_line(Layout()), wiring)
     prepare(board)
     config = parse(
         f'[[lines]]\nid = "cell"\naddress = "dpram://{board.path}{options}"\nprotocol = "fics"\n'
@@ -86,6 +89,42 @@ async def cell(
         await plant.close()
         fics.cancel()
         await asyncio.gather(fics, return_exceptions=True)
+
+
+@pytest.mark.parametrize("wiring", WIRINGS, ids=lambda wiring: wiring.options)
+def test_a_robot_is_served_however_its_board_is_wired(tmp_path: Path, wiring: Wiring) -> None:
+    async def story() -> None:
+        async with cell(tmp_path, options=wiring.options, wiring=wiring) as it:
+            assert await it.move(HomeRobot()) is MoveStatus.SUCCEEDED
+            assert it.robot.line.counters["garbage"] == 0
+
+    run_virtual(story())
+
+
+def test_a_board_whose_messages_have_no_cr_is_served(tmp_path: Path) -> None:
+    async def story() -> None:
+        async with cell(tmp_path, lambda board: setattr(board, "bare", True)) as it:
+            assert it.is_ready()
+            assert await it.move(HomeRobot()) is MoveStatus.SUCCEEDED
+            assert it.robot.line.counters["garbage"] == 0
+
+    run_virtual(story())
+
+
+def test_a_board_that_was_switched_off_and_on_is_put_into_host_mode_again(tmp_path: Path) -> None:
+    async def story() -> None:
+        async with cell(tmp_path) as it:
+            it.board.cycle_power()
+            assert it.board.ram[HOST_MODE] == 1
+            await asyncio.sleep(REOPENED_S)
+            assert it.board.ram[HOST_MODE] == 0
+            with pytest.raises(NotSent):
+                await it.move(HomeRobot())
+            assert "robot.power_cycled" in it.types("robot")
+            assert "line.down" not in it.types("line")
+            assert it.is_ready()
+
+    run_virtual(story())
 
 
 def test_h13_an_answer_left_from_an_earlier_life_is_thrown_away(tmp_path: Path) -> None:
@@ -133,7 +172,7 @@ def stall_at(name: bytes, board: Board, monkeypatch: pytest.MonkeyPatch) -> None
     names, store = [name], dpram._Memory.store
 
     def stalling(memory: dpram._Memory, start: int, data: bytes) -> None:
-        if start == FROM_HOST.start and data.startswith(tuple(names)):
+        if start == HOST_MODE and data[2:].startswith(tuple(names)):
             names.clear()
             board.stalled = True
         store(memory, start, data)
