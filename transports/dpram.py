@@ -46,7 +46,7 @@ SCOOP = 32
 MOST_UNSENT = 1 << 20
 
 # After a message either way the next one is near: the RAM is looked at in every turn of the event loop for
-# so long, then after pauses that double up to the longest, which costs an idle port under 1 % of a core.
+# so long, then after pauses that double up to the longest, which costs an idle port about 1 % of a core.
 SPIN_S = 0.002
 FIRST_PAUSE_S = 0.0005
 LONGEST_PAUSE_S = 0.005
