@@ -57,7 +57,7 @@ Steps = Annotated[
     Field(ge=-255, le=255),
     AfterValidator(not_zero),
     expected("a whole number from -255 to 255, but not 0"),
-    Whole(),
+    Whole(width=3),
 ]
 
 

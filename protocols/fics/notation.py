@@ -15,7 +15,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError
 
-from protocols.table import Wire
+from protocols.table import RangeFault, Wire
 
 MOST_AXES = 8
 """Axes of one unit. An assumption: the manual only shows that there can be five (C-HOST manual 2)."""
@@ -60,30 +60,36 @@ class AxisSystem(StrEnum):
 _SPEED_UNITS = {AxisSystem.MILLIMETRE: "mm/s", AxisSystem.PULSE: "kpps", AxisSystem.DEGREE: "rpm"}
 
 
+@dataclass(frozen=True)
 class Whole(Wire):
-    """A whole number; zeros in front and a plus may be left out, and are by us."""
+    """A whole number of at most `width` digits; zeros in front and a plus may be left out, and are by us."""
 
-    pattern = r"[+-]?[0-9]{1,10}"
+    width: int = 10
+    pattern = r"[+-]?[0-9]+"
 
     def decode(self, text: str) -> int:
-        """Read sign and digits."""
+        """Read sign and digits.
+
+        :raises RangeFault: there are more.
+        """
+        if len(text.lstrip("+-")) > self.width:
+            raise RangeFault(f"{text!r} has more than {self.width} digits")
         return int(text)
 
 
 @dataclass(frozen=True)
 class Decimal(Wire):
-    """A decimal number in its shortest form, but with `least` decimals; no longer than `width`."""
+    """A decimal number in its shortest form, but with `least` decimals; no longer than `width`.
+
+    What begins with the point is a fraction.
+    """
 
     least: int = 0
-    width: int | None = None
+    width: int = 20
     signed: bool = False
     """Whether a plus is written too."""
 
-    @property
-    def pattern(self) -> str:  # type: ignore[override]  # depends on the width
-        """Sign, digits and point; what begins with the point is a fraction."""
-        narrow = rf"(?![0-9.]{{{self.width + 1}}})" if self.width else ""
-        return narrow + r"[+-]?(?:[0-9]{1,10}(?:\.[0-9]{0,6})?|\.[0-9]{1,6})"
+    pattern = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)"
 
     def encode(self, value: Any) -> str:
         """Write the shortest form."""
@@ -93,7 +99,12 @@ class Decimal(Wire):
         return sign + digits + ("." + decimals if decimals else "")
 
     def decode(self, text: str) -> float:
-        """Read the number."""
+        """Read the number.
+
+        :raises RangeFault: it is longer.
+        """
+        if len(text) > self.width:
+            raise RangeFault(f"{text!r} has more than {self.width} characters")
         return float(text)
 
 
@@ -261,8 +272,8 @@ FourDigits = Annotated[int, Within(0, 9999)]
 Coordinates = Annotated[list[Number | None], ListLength, Cut, PerAxis(Decimal()), Quantity.POSITION]
 Speeds = Annotated[list[SpeedNumber | None], ListLength, Cut, PerAxis(Decimal()), Quantity.SPEED]
 Percents = Annotated[list[PercentNumber | None], ListLength, Cut, PerAxis(Decimal(width=PERCENT_WIDTH))]
-Times = Annotated[list[Milliseconds | None], ListLength, Cut, PerAxis(Whole())]
-StartSpeeds = Annotated[list[FourDigits | None], ListLength, Cut, PerAxis(Whole())]
+Times = Annotated[list[Milliseconds | None], ListLength, Cut, PerAxis(Whole(width=4))]
+StartSpeeds = Annotated[list[FourDigits | None], ListLength, Cut, PerAxis(Whole(width=4))]
 
 # What an answer tells of the axes: anything the controller may hold and can write.
 WIDEST = 9_999_999_999

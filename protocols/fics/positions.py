@@ -1,12 +1,16 @@
 """The table of positions of a unit (C-HOST manual 2-17 to 2-20)."""
 
+import re
+from typing import Self
+
 from pydantic import Field
 
 from protocols.fics.notation import AXES, Coordinates, PositionNumber, StoredCoordinates
 from protocols.fics.row import Deed, Query
-from protocols.table import Effect, Reply, Retry
+from protocols.table import Effect, RangeFault, Reply, Retry
 
 LAST_POSITION = 1999
+_POF = re.compile("([0-9]+)(?:,[0-9]+)?")
 
 
 class BeginPositionUpload(
@@ -41,6 +45,18 @@ class EndPositionUpload(
     example=("POF 2", "POF"),
 ):
     """ポジションデータ設定終了: end the upload of positions."""
+
+    @classmethod
+    def read(cls, text: str) -> Self:
+        """Decode the text after the code; a position's number counts with 1 only (C-HOST manual 2-17).
+
+        :raises SyntaxFault: it has another form.
+        :raises RangeFault: it begins with neither 1 nor 2.
+        """
+        match = _POF.fullmatch(text)
+        if match is not None and int(match[1]) not in (1, 2):
+            raise RangeFault(f"{text!r} begins with neither 1 nor 2")
+        return super().read(match[1] if match else text)
 
 
 class UploadPosition(

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from protocols.fics.notation import Decimal, Finite, Number, Within
 from protocols.fics.row import Deed, Query
-from protocols.table import Reply, Retry, Wire
+from protocols.table import RangeFault, Reply, Retry, Wire
 
 LAST_VARIABLE = 99
 NUMBER = f"Number of the variable, 0-{LAST_VARIABLE}."
@@ -15,14 +15,19 @@ NUMBER = f"Number of the variable, 0-{LAST_VARIABLE}."
 class VariableNumber(Wire):
     """Two digits; a zero in front may be left out."""
 
-    pattern = r"[0-9]{1,2}"
+    pattern = r"[0-9]+"
 
     def encode(self, value: int) -> str:
         """Write two digits."""
         return f"{value:02d}"
 
     def decode(self, text: str) -> int:
-        """Read the digits."""
+        """Read the digits.
+
+        :raises RangeFault: there are more than two.
+        """
+        if len(text) > 2:
+            raise RangeFault(f"{text!r} has more than two digits")
         return int(text)
 
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from protocols.fics.commands import Row
+from protocols.fics.commands import Row, read
 from protocols.fics.homing import SetHomingTypes
 from protocols.fics.jog import StepAxis
 from protocols.fics.macros import RunMacro
@@ -119,8 +119,29 @@ def test_other_percentages_are_out_of_range(text: str) -> None:
 
 @pytest.mark.parametrize("text", ["100.00", "000010", "33.333"])
 def test_a_percentage_has_no_more_than_five_characters(text: str) -> None:
-    with pytest.raises(SyntaxFault):
+    with pytest.raises(RangeFault):
         SetSpeedPercent.read(text)
+
+
+@pytest.mark.parametrize(
+    ("name", "widest", "too_wide"),
+    [
+        ("VST", "0100,,9999", "00100"),  # 2-31
+        ("VSS", "9999", "1,10000"),  # 2-32
+        ("MST", "0001", "00001"),  # 4-7
+        ("MSS", "9999", "99999"),  # 4-8
+        ("VSB", "0000,+9999", "00000"),  # 2-29
+        ("VAO", "100.0,00.10", "100.00"),  # 2-15
+        ("MAO", "100.0", "1.0000"),  # 4-5
+        ("JTE", "X-255", "X0255"),  # 2-3
+        ("VAR", "V99", "V099"),  # 2-35
+        ("LMI", "99999999", "1" * 400),
+    ],
+)
+def test_what_is_longer_than_its_page_allows_is_out_of_range(name: str, widest: str, too_wide: str) -> None:
+    read(name, widest)
+    with pytest.raises(RangeFault):
+        read(name, too_wide)
 
 
 def test_a_percentage_that_needs_more_than_five_characters_cannot_be_built() -> None:

@@ -18,9 +18,17 @@ def test_an_upload_is_begun_and_ended_by_the_same_name() -> None:
     assert read("POF", "1") == BeginPositionUpload()
     assert read("POF", "1,1999") == BeginPositionUpload(first=1999)
     assert read("POF", "2") == EndPositionUpload()
-    for text in ("", "3", "2,5", "1,", "12"):
+    for text in ("", "2,", "1,", "A", "2,A"):
         with pytest.raises(SyntaxFault):
             read("POF", text)
+
+
+def test_what_pof_does_is_1_or_2_and_a_position_counts_with_1_only() -> None:
+    """C-HOST manual 2-17."""
+    for text in ("0", "3", "12", "3,5", "1,2000"):
+        with pytest.raises(RangeFault):
+            read("POF", text)
+    assert read("POF", "2,5") == EndPositionUpload()
 
 
 @pytest.mark.parametrize("row", [DownloadPositions, ClearPositions])
