@@ -36,7 +36,7 @@ _POSITIONS: Final[dict["Coordinates", type[GetUserPosition] | type[GetMotorPosit
 }
 
 Speeds = dict[str, float]
-"""Percent by axis. One that is user and motor axis has one percentage: an assumption (C-HOST manual 4)."""
+"""Percent by axis."""
 
 
 class Power:
@@ -46,8 +46,11 @@ class Power:
         self._robot = robot
         self.cycled = False
         """Whether the robot has lost its power, and nobody has acknowledged that yet."""
-        self._speeds: dict[int, Speeds] = {}
-        """By unit, as last set, or as read before; an axis nobody spoke of is missing."""
+        self._speeds: dict[int, dict[Coordinates, Speeds]] = {}
+        """By unit, in user and in motor coordinates, which have a value each (C-HOST manual 2-15, 4-5).
+
+        As last set, or as read before; an axis nobody spoke of is missing.
+        """
         self._due: set[int] = set()
         """The units whose speeds have to be set again before any move."""
         self._certain = True
@@ -202,7 +205,7 @@ class Power:
                 self._note_read(unit, _coordinates(command), reply)
 
     def _note_read(self, unit: "RobotUnit", coordinates: "Coordinates", found: SpeedPercents) -> None:
-        known = self._speeds.setdefault(unit.number, {})
+        known = self._speeds_of(unit, coordinates)
         for axis, percent in zip(unit.names(coordinates), found.percents, strict=False):
             # What was set counts: a robot tells 100 % after a loss of power nobody has seen yet.
             known.setdefault(axis, percent)
@@ -210,7 +213,7 @@ class Power:
     def _note_set(
         self, unit: "RobotUnit", command: SetSpeedPercent | SetMotorSpeedPercent, outcome: "Outcome"
     ) -> None:
-        speeds = self._speeds.setdefault(unit.number, {})
+        speeds = self._speeds_of(unit, _coordinates(command))
         for axis, percent in zip(unit.names(_coordinates(command)), command.percents, strict=False):
             if percent is None:
                 continue
@@ -218,6 +221,9 @@ class Power:
                 speeds[axis] = percent
             elif isinstance(outcome, NoReply):
                 speeds.pop(axis, None)
+
+    def _speeds_of(self, unit: "RobotUnit", coordinates: "Coordinates") -> Speeds:
+        return self._speeds.setdefault(unit.number, {}).setdefault(coordinates, {})
 
     async def restore(self) -> None:
         """Set the speeds again and see that they are, if power was lost; call it with the floor held.
@@ -280,8 +286,7 @@ class Power:
 
     def _known(self, unit: "RobotUnit", coordinates: "Coordinates") -> Speeds:
         """The known speeds of a unit's user or motor axes."""
-        speeds = self._speeds.get(unit.number, {})
-        return {axis: speeds[axis] for axis in unit.names(coordinates) if axis in speeds}
+        return dict(self._speeds.get(unit.number, {}).get(coordinates, {}))
 
     def _not_restored(self, unit: "RobotUnit") -> SpeedsNotRestored:
         return SpeedsNotRestored(
@@ -291,12 +296,17 @@ class Power:
 
     def _speeds_told(self) -> dict[str, Any]:
         """The percentages that are set again, and the axes the gateway knows none of: those are at 100 %."""
-        told = [(unit, self._speeds.get(unit.number, {})) for unit in self._robot.units]
+        units = {str(unit.number): unit for unit in self._robot.units}
         return {
-            "speeds": {str(unit.number): speeds for unit, speeds in told if speeds},
+            "speeds": {
+                number: {it: known for it in _ROWS if (known := self._known(unit, it))}
+                for number, unit in units.items()
+            },
             "full_speed": {
-                str(unit.number): [axis for axis in unit.systems if axis not in speeds]
-                for unit, speeds in told
+                number: {
+                    it: [axis for axis in unit.names(it) if axis not in self._known(unit, it)] for it in _ROWS
+                }
+                for number, unit in units.items()
             },
         }
 

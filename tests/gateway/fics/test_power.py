@@ -57,16 +57,36 @@ def test_h01_the_speeds_are_set_again_and_verified_before_the_first_move(units: 
 @in_virtual_time
 async def test_h01_speeds_that_were_only_read_are_set_again_and_the_others_are_told_to_be_gone() -> None:
     async with fics_rig(units=2) as rig:
-        rig.fics.units[1].motors[0].percent = 7.0
+        rig.fics.units[1].motors[0].motor_percent = 7.0
         await rig.robot.ask(GetMotorSpeedPercent(), 1)
         await rig.robot.ask(SetSpeedPercent(percents=[5.0]), 2)
         await cycle(rig)
         (lost,) = rig.events("robot.power_cycled")
-        assert lost.data["speeds"] == {"1": {"A": 7.0, "B": 100.0, "Z": 100.0}, "2": {"X": 5.0}}
-        assert lost.data["full_speed"] == {"1": ["X", "Y"], "2": ["Y", "Z"]}
+        assert lost.data["speeds"] == {
+            "1": {"motor": {"A": 7.0, "B": 100.0, "Z": 100.0}},
+            "2": {"user": {"X": 5.0}},
+        }
+        assert lost.data["full_speed"] == {
+            "1": {"user": ["X", "Y", "Z"], "motor": []},
+            "2": {"user": ["Y", "Z"], "motor": ["X", "Y", "Z"]},
+        }
         await rig.move(HomeRobot())
-        assert rig.fics.units[1].motors[0].percent == 7.0
+        assert rig.fics.units[1].motors[0].motor_percent == 7.0
         assert rig.types("robot.speeds") == ["robot.speeds.restored"]
+
+
+@in_virtual_time
+@pytest.mark.parametrize("mode", [2, 3])
+async def test_h01_an_axis_that_is_user_and_motor_axis_keeps_its_two_percentages(mode: int) -> None:
+    """C-HOST manual 2-15, 4-5."""
+    async with fics_rig(mode=mode) as rig:
+        await rig.robot.ask(SetSpeedPercent(percents=[None, None, 30.0]), 1)
+        await rig.robot.ask(SetMotorSpeedPercent(percents=[None, None, 60.0]), 1)
+        assert (await rig.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+        await cycle(rig)
+        assert (await rig.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+        theta = rig.fics.units[1].motors[2]
+        assert (theta.percent, theta.motor_percent) == (30.0, 60.0)
 
 
 @in_virtual_time
@@ -301,16 +321,6 @@ async def test_h01_in_mode_2_a_robot_that_was_switched_off_and_on_without_any_si
         rig.power_cycle()
         assert (await rig.move(DOWN)).status is MoveStatus.SUCCEEDED
         assert not rig.robot.power_cycled
-
-
-@in_virtual_time
-async def test_an_axis_of_both_kinds_has_one_speed_the_last_that_was_set() -> None:
-    async with fics_rig() as rig:
-        await rig.robot.ask(SetSpeedPercent(percents=[None, None, 10.0]), 1)
-        await rig.robot.ask(SetMotorSpeedPercent(percents=[None, None, 20.0]), 1)
-        await cycle(rig)
-        await rig.move(HomeRobot())
-        assert (await rig.robot.read(GetSpeedPercent(), 1)).percents == [100.0, 100.0, 20.0]
 
 
 @pytest.mark.parametrize("mode", [2, 3])
