@@ -56,8 +56,8 @@ class Later:
 
 LATER = Later()
 
-Outcome = Reply | list[Reply] | Later | None
-"""What an action returns; None is the bare name, a list is one answer each."""
+Outcome = Reply | list[Reply] | str | Later | None
+"""What an action returns; None is the bare name, a list is one answer each, text is an answer as written."""
 
 Wait = tuple[Course, ...] | float
 """What a task waits for: motion to end, or a moment."""

@@ -28,6 +28,10 @@ class Measure:
         """A place as it is displayed; never minus zero."""
         return round(value, self.decimals) + 0.0
 
+    def written(self, value: float) -> str:
+        """A place as APS and MPS write it: with a point, but for pulses (C-HOST manual 2-9, 4-4)."""
+        return f"{self.shown(value):.{self.decimals}f}"
+
 
 MILLIMETRE = Measure(AxisSystem.MILLIMETRE, 2, 1.0, 100)
 PULSE = Measure(AxisSystem.PULSE, 0, 1000.0, 1)
@@ -45,7 +49,7 @@ class Axis:
     plus_limit: float
     minus_limit: float
     percent: float = 100.0
-    """Of the top speed (VAO, MAO); back to 100 at power-on."""
+    """Of the top speed in moves of user axes (VAO); back to 100 at power-on."""
     acceleration_ms: int = 200
     deceleration_ms: int = 200
     start_speed_pps: int = 0
@@ -112,6 +116,8 @@ class Motor(Axis):
     """A motor axis: a user axis as well, where nothing is converted."""
 
     world: World = field(kw_only=True)
+    motor_percent: float = 100.0
+    """Of the top speed in moves of motor axes (MAO), of a user axis too; back to 100 at power-on."""
     homing_type: int = 0
     homing_offset: float = 0.0
     homing_speed: float = field(default=0.0, kw_only=True)
@@ -121,6 +127,8 @@ class Motor(Axis):
     zero: float = 0.0
     """Where its coordinate 0 is, in the world's units."""
     homed: bool = False
+    ever_homed: bool = False
+    """Whether it was homed before the last loss of power, or any earlier one."""
     driver_error: int = 0
     """00-FF as ACD tells it; 0 is none."""
     silent: bool = False
@@ -154,4 +162,6 @@ class Motor(Axis):
     def lose_power(self) -> None:
         """Forget where it stands."""
         self.at, self.zero = 0.0, self.zero + self.at
+        self.ever_homed |= self.homed
         self.homed, self.driver_error = False, 0
+        self.motor_percent = 100.0

@@ -125,6 +125,17 @@ class LineChange(Strict):
     boot_s: float | None = Field(default=None, ge=0, le=3600)
 
 
+class RobotChange(Strict):
+    """What the manual leaves open about the robot; what is left out stays as it is."""
+
+    stop_while_braking: Literal["overtakes", "refused"] | None = None
+    status_bits: tuple[str, ...] | None = Field(default=None, description="Bits 0 to 3, each name once.")
+    sensor_bits: tuple[str, ...] | None = Field(default=None, description="Bits 0 to 2, each name once.")
+    origin_bit: Literal["homed", "lasting"] | None = None
+    hidden_positions: Literal["several_units", "always"] | None = None
+    mode_change: Literal["new_mode", "old_mode"] | None = None
+
+
 class TornMessages(Strict):
     """Messages to the host whose second half comes after the delay, behind their flag."""
 
@@ -158,6 +169,7 @@ def create_control(line: SimulatedFics, port: Touchable) -> FastAPI:
     app = FastAPI(title="Simulated Fics", docs_url=None, redoc_url=None)
     control = _Control(line, port)
     _add_system(app, control)
+    _add_settings(app, line.robot)
     _add_power(app, control)
     _add_terminal(app, control)
     _add_drivers(app, control)
@@ -291,6 +303,22 @@ def _add_system(app: FastAPI, control: _Control) -> None:
             robot.inputs[channel - 1] = levels.bits
 
         return control.change(act)
+
+
+def _add_settings(app: FastAPI, robot: Robot) -> None:
+    @app.get("/system/settings")
+    async def get_settings() -> RobotChange:
+        """Tell what is assumed of the robot."""
+        return RobotChange(**asdict(robot.settings))
+
+    @app.patch("/system/settings")
+    async def set_settings(change: RobotChange) -> RobotChange:
+        """Change what the manual leaves open about the robot."""
+        try:
+            robot.settings = replace(robot.settings, **change.model_dump(exclude_none=True))
+        except ValueError as error:
+            raise HTTPException(422, f"{error}; nothing was changed.") from None
+        return await get_settings()
 
 
 def _add_power(app: FastAPI, control: _Control) -> None:

@@ -11,6 +11,7 @@ from simulator.faults import Faults
 from simulator.fics import acts as acts
 from simulator.fics.layout import Layout
 from simulator.fics.robot import SYSTEM, Message, Robot
+from simulator.fics.settings import RobotSettings
 from simulator.truth import TruthLog
 from simulator.wire import Wire
 
@@ -121,7 +122,8 @@ class SimulatedFics:
             if isinstance(request, Request):
                 self._obey(request, number, now)
             else:
-                self.robot.misheard(request.data)
+                answers = self.robot.misheard(request.data)
+                self._pass_on(Message(now, answer, number) for answer in answers)
 
     def _obey(self, request: Request, number: int | None, now: float) -> None:
         """Answer at once what is answered at once, then tell what has ended with it."""
@@ -143,7 +145,8 @@ def build_line(
     truth: TruthLog | None = None,
     settings: LineSettings | None = None,
     seed: int = 0,
+    robot: RobotSettings | None = None,
 ) -> SimulatedFics:
     """Build a Fics that was just powered on; the seed is the faults'."""
     truth = truth or TruthLog()
-    return SimulatedFics(Robot(layout, truth), truth, Faults(Random(seed)), settings)  # noqa: S311  # dice of a simulation
+    return SimulatedFics(Robot(layout, truth, robot), truth, Faults(Random(seed)), settings)  # noqa: S311  # dice of a simulation

@@ -40,6 +40,7 @@ from simulator.fics.alarms import (
 from simulator.fics.course import Course, Overrun
 from simulator.fics.homing import OriginNotFound
 from simulator.fics.layout import Layout
+from simulator.fics.settings import RobotSettings
 from simulator.fics.units import Unit
 from simulator.truth import TruthLog
 
@@ -97,8 +98,9 @@ class Braking(NamedTuple):
 class Robot:
     """The system behind the line: a state machine on given time."""
 
-    def __init__(self, layout: Layout, truth: TruthLog) -> None:
+    def __init__(self, layout: Layout, truth: TruthLog, settings: RobotSettings | None = None) -> None:
         self.layout = layout
+        self.settings = settings or RobotSettings()
         self.truth = truth
         self.units: dict[int, Unit] = layout.build_units(truth)
         self.inputs = [0] * layout.channels
@@ -164,17 +166,22 @@ class Robot:
         self.truth.log("command", now, self.host_unit, text=f"{name} {arguments}".rstrip(), answers=answers)
         return answers
 
-    def misheard(self, data: bytes) -> None:
-        """Note that something on the line was no command: E06 for plain text, else E99."""
+    def misheard(self, data: bytes) -> list[str]:
+        """Refuse what is no command: by E06 if it is plain text, else by E99. Ver.3 answers all (1-7)."""
         plain = len(data) <= LONGEST_LINE and data.isascii() and data.decode().isprintable()
         self.refusal = Code.FORMAT if plain else Code.LINE
+        return [str(Refused(self.refusal))] if self.mode == HostMode.VER_3 else []
 
     def _do(self, name: str, arguments: str, now: float) -> list[str]:
         if not is_command(name) and name not in self.layout.macros:
             raise Refused(Code.NO_MACRO)
         command = understand(name, arguments)
         self._admit(command)
-        return self._answers(command, self._act(command, now))
+        before = self.mode
+        outcome = self._act(command, now)
+        return self._answers(
+            command, outcome, before if self.settings.mode_change == "old_mode" else self.mode
+        )
 
     def _act(self, command: FicsCommand[Any], now: float) -> Outcome:
         action = action_of(command)
@@ -218,15 +225,17 @@ class Robot:
         """Whether axes are jogging, and no stop has ended that."""
         return self.job is not None and self.job.mode is MotionMode.JOG and self.braking is None
 
-    def _answers(self, command: FicsCommand[Any], outcome: Outcome) -> list[str]:
+    def _answers(self, command: FicsCommand[Any], outcome: Outcome, mode: int) -> list[str]:
         name = command.wire_name()
         if isinstance(outcome, Later):
             return []
+        if isinstance(outcome, str):
+            return [f"{name} {outcome}"]
         if isinstance(outcome, Reply):
             return [f"{command.answered_as or name} {outcome.written()}"]
         if isinstance(outcome, list):
             return [*(f"{command.answered_as} {item.written()}" for item in outcome), command.ends_with]
-        return [name] if self.mode == HostMode.VER_3 else []
+        return [name] if mode == HostMode.VER_3 else []
 
     # What takes time
 
@@ -382,9 +391,11 @@ class Robot:
     # What it tells
 
     def hides_positions(self) -> bool:
-        """Whether no position is told: several units, and one of the things that may move any of them."""
+        """Whether no position is told: one of the things goes on that may move any unit."""
+        if len(self.units) == 1 and self.settings.hidden_positions == "several_units":
+            return False
         modes = {self.terminal, None if self.job is None else self.job.mode}
-        return len(self.units) > 1 and not modes.isdisjoint((MotionMode.HOMING, MotionMode.MACRO))
+        return not modes.isdisjoint((MotionMode.HOMING, MotionMode.MACRO))
 
     def servos_on(self) -> bool:
         """Whether drivers may move: not in the state EMERGENCY."""

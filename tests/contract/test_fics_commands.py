@@ -1,8 +1,9 @@
 """Every command of the C-HOST manual in both modes, as bytes, at each port.
 
-The dialogues are written from the manual. How it writes numbers is lost with its figures: they are expected
-in their shortest form. Units 1 and 2 have the axes X Y Z and @; X and Y of unit 1, a miniSCARA, are converted
-from the motors A and B, and at their origin stand at X 150, Y 150.
+The dialogues are written from the manual. How it writes numbers is lost with its figures: positions have a
+point (2-9) and are expected with two decimals, all others in their shortest form. Units 1 and 2 have the axes
+X Y Z and @; X and Y of unit 1, a miniSCARA, are converted from the motors A and B, and at their origin stand
+at X 150, Y 150.
 """
 
 import re
@@ -65,7 +66,7 @@ DIALOGUES = {
         3> JOG
         ...
         APS
-        > APS 150,150,30,0
+        > APS 150.00,150.00,30.00,0.00
         ACD
         > ACD 0300,0300,0300,0300
     """,
@@ -126,7 +127,7 @@ DIALOGUES = {
         ...
         3> JTE
         APS
-        > APS 149.99,150,-2.45,2.55
+        > APS 149.99,150.00,-2.45,2.55
         JTE Z256
         3> JTE E05
         JTE Z0
@@ -146,7 +147,7 @@ DIALOGUES = {
         ...
         3> ORG
         APS
-        > APS 150,150,0,0
+        > APS 150.00,150.00,0.00,0.00
         ACD
         > ACD 0300,0300,0300,0300
     """,
@@ -167,7 +168,7 @@ DIALOGUES = {
         ...
         3> LMI
         APS
-        > APS 160,129.5,29.75,90
+        > APS 160.00,129.50,29.75,90.00
         LMI ,,70.26
         3> LMI E07
         ERR
@@ -183,12 +184,12 @@ DIALOGUES = {
         ...
         3> LMA
         APS
-        > APS 140.5,160,-30,45
+        > APS 140.50,160.00,-30.00,45.00
         LMA ,,100
         ...
         3> LMA
         APS
-        > APS 140.5,160,100,45
+        > APS 140.50,160.00,100.00,45.00
         LMA ,,100.01
         3> LMA E07
         LMA 0,0,0,0,0
@@ -220,12 +221,12 @@ DIALOGUES = {
         LMA ,,30
         +0.1
         APS
-        > APS 150,150,7.5,0
+        > APS 150.00,150.00,7.50,0.00
         AES
         3> AES
         3> LMA 001
         APS
-        > APS 150,150,7.5,0
+        > APS 150.00,150.00,7.50,0.00
         ACD
         > ACD 5100,5100,5100,5100
         ERR
@@ -244,7 +245,7 @@ DIALOGUES = {
         ...
         3> LMA
         APS
-        > APS 150,150,30,0
+        > APS 150.00,150.00,30.00,0.00
     """,
     "2-8 ASS ramps down": f"""
         {HOME}
@@ -257,7 +258,7 @@ DIALOGUES = {
         3> ASS
         3> LMA
         APS
-        > APS 150,150,15,0
+        > APS 150.00,150.00,15.00,0.00
         ERR
         > ERR E04
         ASS
@@ -272,18 +273,18 @@ DIALOGUES = {
         > MPS #####,#####,#####,#####
         {HOME}
         APS
-        > APS 150,150,0,0
+        > APS 150.00,150.00,0.00,0.00
         MPS
-        > MPS 0,0,0,0
+        > MPS 0.00,0.00,0.00,0.00
         UNT 2
         3> UNT
         LMA -10,0.01,,-0.5
         ...
         3> LMA
         APS
-        > APS -10,0.01,0,-0.5
+        > APS -10.00,0.01,0.00,-0.50
         MPS
-        > MPS -10,0.01,0,-0.5
+        > MPS -10.00,0.01,0.00,-0.50
     """,
     "2-10 ACD": """
         ACD
@@ -325,9 +326,11 @@ DIALOGUES = {
         ERR
         > ERR E00
         lma 1
+        3> E06
         ERR
         > ERR E06
         ÄÖÜ
+        3> E99
         ERR
         > ERR E99
     """,
@@ -361,11 +364,11 @@ DIALOGUES = {
         VAO 0
         3> VAO E05
         VAO 99.999
-        3> VAO E06
+        3> VAO E05
         VAO
         > VAO 10.0,0.1,30.0,100.0
         ERR
-        > ERR E06
+        > ERR E05
     """,
     "2-16 POM": f"""
         {HOME}
@@ -374,12 +377,12 @@ DIALOGUES = {
         ...
         3> POM
         APS
-        > APS 160,140,-5,90
+        > APS 160.00,140.00,-5.00,90.00
         POM 1998
         ...
         3> POM
         APS
-        > APS 160,140,12.5,90
+        > APS 160.00,140.00,12.50,90.00
         POM 1
         3> POM E09
         ERR
@@ -446,9 +449,9 @@ DIALOGUES = {
         POF 1,2000
         3> POF E05
         POF 3
-        3> POF E06
+        3> POF E05
         ERR
-        > ERR E06
+        > ERR E05
     """,
     "2-20 PCL": f"""
         {THREE_POSITIONS}
@@ -631,9 +634,9 @@ DIALOGUES = {
         VAR V05
         > VAR V05=+7
         VAR V100
-        3> VAR E06
+        3> VAR E05
         ERR
-        > ERR E06
+        > ERR E05
     """,
     "2-36 VER": """
         VER
@@ -668,7 +671,7 @@ DIALOGUES = {
         ...
         3> PCK
         APS
-        > APS 160,140,0,0
+        > APS 160.00,140.00,0.00,0.00
         IDO 1
         > IDO 01
         XYZ 1
@@ -693,16 +696,16 @@ DIALOGUES = {
         ...
         3> MMA
         MPS
-        > MPS 90,0,-30.5,0
+        > MPS 90.00,0.00,-30.50,0.00
         APS
-        > APS -150,150,-30.5,0
+        > APS -150.00,150.00,-30.50,0.00
         MMI -90,,0.5,45
         ...
         3> MMI
         MPS
-        > MPS 0,0,-30,45
+        > MPS 0.00,0.00,-30.00,45.00
         APS
-        > APS 150,150,-30,45
+        > APS 150.00,150.00,-30.00,45.00
         MMA ,80.01
         3> MMA E07
         ERR
@@ -719,9 +722,9 @@ DIALOGUES = {
         ...
         3> MMI
         MPS
-        > MPS 90,1.25,-30.5,0
+        > MPS 90.00,1.25,-30.50,0.00
         APS
-        > APS 90,1.25,-30.5,0
+        > APS 90.00,1.25,-30.50,0.00
     """,
     "4-5 MAO of both kinds of units": """
         MAO
@@ -731,7 +734,7 @@ DIALOGUES = {
         MAO
         > MAO 10.0,100.0,30.0,100.0
         VAO
-        > VAO 100.0,100.0,30.0,100.0
+        > VAO 100.0,100.0,100.0,100.0
         MAO 100.1
         3> MAO E05
         ERR
@@ -741,7 +744,9 @@ DIALOGUES = {
         MAO 10,,30
         3> MAO
         VAO
-        > VAO 10.0,100.0,30.0,100.0
+        > VAO 100.0,100.0,100.0,100.0
+        MAO
+        > MAO 10.0,100.0,30.0,100.0
     """,
     "4-6 MSO of both kinds of units": """
         MSO

@@ -38,6 +38,10 @@ class Frame:
         self.axes: Sequence[Axis] = unit.motors if motors else unit.users
         self.places: Places = unit.at_rest() if motors else unit.geometry.to_user(unit.at_rest())
 
+    def percent(self, axis: int) -> float:
+        """The axis's share of the top speed: by VAO, or by MAO as a motor (C-HOST manual 2-15, 4-5)."""
+        return self.unit.motors[axis].motor_percent if self.motors else self.axes[axis].percent
+
     def is_converted(self, axis: int) -> bool:
         """Whether the axis is not a motor itself."""
         return not self.motors and self.unit.is_converted(axis)
@@ -108,7 +112,7 @@ def _move(frame: Frame, values: Sequence[float | None], now: float, *, relative:
         for axis, value in given.items()
     }
     frame.check(spans)
-    return until_ended(frame.course(spans, {axis: frame.axes[axis].percent for axis in spans}, now))
+    return until_ended(frame.course(spans, {axis: frame.percent(axis) for axis in spans}, now))
 
 
 @plans(MotionMode.MOVE, MoveRelative, MoveMotorsRelative)

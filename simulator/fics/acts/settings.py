@@ -114,7 +114,7 @@ _setting(GetDecelerationTimes, SetDecelerationTimes, _users, "deceleration_ms")
 _setting(GetUpperSoftLimits, SetUpperSoftLimits, _users, "plus_limit", _above_minus)
 _setting(GetLowerSoftLimits, SetLowerSoftLimits, _users, "minus_limit", _below_plus)
 
-_setting(GetMotorSpeedPercent, SetMotorSpeedPercent, _motors, "percent")
+_setting(GetMotorSpeedPercent, SetMotorSpeedPercent, _motors, "motor_percent")
 _setting(GetMotorMaximumSpeeds, SetMotorMaximumSpeeds, _motors, "top_speed")
 _setting(GetMotorAccelerationTimes, SetMotorAccelerationTimes, _motors, "acceleration_ms")
 _setting(GetMotorDecelerationTimes, SetMotorDecelerationTimes, _motors, "deceleration_ms")

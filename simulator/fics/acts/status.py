@@ -1,8 +1,10 @@
 """Where the axes are and how they are (C-HOST manual 2-9 to 2-11, 4-4)."""
 
+from collections.abc import Sequence
+
 from protocols.fics.motor_axes import GetMotorPosition
+from protocols.fics.notation import UNKNOWN
 from protocols.fics.status import (
-    AxisCoordinates,
     AxisSensors,
     AxisStatus,
     AxisStatuses,
@@ -12,37 +14,43 @@ from protocols.fics.status import (
     SensorStates,
 )
 from simulator.fics.actions import acts_out
-from simulator.fics.axes import Sensor
+from simulator.fics.axes import Axis, Sensor
 from simulator.fics.robot import Robot
 
 
 @acts_out(GetUserPosition)
-def _get_user_position(robot: Robot, command: GetUserPosition, now: float) -> AxisCoordinates:
-    return _told(robot, robot.unit.shown_users(now))
+def _get_user_position(robot: Robot, command: GetUserPosition, now: float) -> str:
+    return _told(robot, robot.unit.users, robot.unit.shown_users(now))
 
 
 @acts_out(GetMotorPosition)
-def _get_motor_position(robot: Robot, command: GetMotorPosition, now: float) -> AxisCoordinates:
-    return _told(robot, robot.unit.shown_motors(now))
+def _get_motor_position(robot: Robot, command: GetMotorPosition, now: float) -> str:
+    return _told(robot, robot.unit.motors, robot.unit.shown_motors(now))
 
 
-def _told(robot: Robot, places: list[float | None]) -> AxisCoordinates:
-    return AxisCoordinates(coordinates=[None] * len(places) if robot.hides_positions() else places)
+def _told(robot: Robot, axes: Sequence[Axis], places: Sequence[float | None]) -> str:
+    hidden = robot.hides_positions()
+    return ",".join(
+        UNKNOWN if hidden or place is None else axis.measure.written(place)
+        for axis, place in zip(axes, places, strict=True)
+    )
 
 
 @acts_out(GetAxisStatus)
 def _get_axis_status(robot: Robot, command: GetAxisStatus, now: float) -> AxisStatuses:
     unit = robot.unit
-    mode = robot.motion_mode(unit)
+    mode, settings = robot.motion_mode(unit), robot.settings
     return AxisStatuses(
         axes=[
-            AxisStatus(
-                motion_mode=mode,
-                origin_done=motor.homed,
-                servo_ready=motor.ready() and robot.servos_on(),
-                moving=unit.moves(place),
-                alarm=not motor.ready(),
-                driver_error=motor.driver_error,
+            settings.told(
+                AxisStatus(
+                    motion_mode=mode,
+                    origin_done=motor.homed or (settings.origin_bit == "lasting" and motor.ever_homed),
+                    servo_ready=motor.ready() and robot.servos_on(),
+                    moving=unit.moves(place),
+                    alarm=not motor.ready(),
+                    driver_error=motor.driver_error,
+                )
             )
             for place, motor in enumerate(unit.motors)
         ]
@@ -54,7 +62,9 @@ def _get_axis_sensors(robot: Robot, command: GetAxisSensors, now: float) -> Sens
     places = zip(robot.unit.motors, robot.unit.motor_places(now), strict=True)
     return SensorStates(
         axes=[
-            AxisSensors(**{sensor.name.lower(): motor.sees(sensor, at) for sensor in Sensor})
+            robot.settings.told(
+                AxisSensors(**{sensor.name.lower(): motor.sees(sensor, at) for sensor in Sensor})
+            )
             for motor, at in places
         ]
     )

@@ -6,22 +6,17 @@ from simulator.fics.alarms import emergency
 from simulator.fics.robot import Robot
 
 
-def _require_no_stop(robot: Robot) -> None:
-    """Refuse a second stop, of whichever kind, while one is under way: an assumption.
-
-    :raises Refused: E04.
-    """
-    if robot.braking is not None:
-        raise Refused(Code.STOPPING)
-
-
 @acts_out(StopAllImmediately)
 def _stop_immediately(robot: Robot, command: StopAllImmediately, now: float) -> None:
-    _require_no_stop(robot)
+    """Stop now, whatever is braking: but for (b) nothing keeps AES from it (C-HOST manual 1-7)."""
+    if robot.braking is not None and robot.settings.stop_while_braking == "refused":
+        raise Refused(Code.STOPPING)
     robot.raise_alarm(emergency(), now)
 
 
 @acts_out(StopAllDecelerating)
 def _stop_decelerating(robot: Robot, command: StopAllDecelerating, now: float) -> Outcome:
-    _require_no_stop(robot)
+    """Brake; a second ASS while one brakes is refused (C-HOST manual 2-12)."""
+    if robot.braking is not None:
+        raise Refused(Code.STOPPING)
     return robot.brake(now)

@@ -2,6 +2,7 @@
 
 import asyncio
 from random import Random
+from typing import Literal
 
 import pytest
 
@@ -21,6 +22,7 @@ from protocols.fics.variables import GetVariable, SetVariable, VariableValue
 from simulator.faults import Direction, Fault
 from simulator.fics.alarms import system_error
 from simulator.fics.line import SimulatedFics
+from simulator.fics.settings import RobotSettings
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 
@@ -234,8 +236,12 @@ async def test_h06_in_mode_2_the_refusal_of_a_stop_is_heard_before_units_are_sel
 
 
 @in_virtual_time
-async def test_h07_a_second_stop_counts_the_first_as_under_way() -> None:
+@pytest.mark.parametrize("aes", ["overtakes", "refused"])
+async def test_h07_an_immediate_stop_while_axes_brake_is_confirmed_refused_or_not(
+    aes: Literal["overtakes", "refused"],
+) -> None:
     async with fics_rig() as rig:
+        rig.fics.settings = RobotSettings(stop_while_braking=aes)
         await rig.move(HomeRobot())
         await rig.robot.ask(SetSpeedPercent(percents=[20, 20]), 1)
         move_id = (await rig.plant.robot_moves.start(rig.robot, 1, LONG_MOVE)).id
@@ -244,7 +250,8 @@ async def test_h07_a_second_stop_counts_the_first_as_under_way() -> None:
         second = rig.robot.stop("immediate")
         assert (await second).state == "confirmed"
         assert (await first).state == "confirmed"
-        assert any(fact.facts["answers"] == ["AES E04"] for fact in rig.machine.truth.of("command"))
+        refused = any(fact.facts["answers"] == ["AES E04"] for fact in rig.machine.truth.of("command"))
+        assert refused is (aes == "refused")
         assert rig.types("robot.stop.refused") == []
         assert rig.plant.robot_moves.get(move_id).status is MoveStatus.STOPPED
 

@@ -169,12 +169,19 @@ def test_each_refusal_is_told_in_ver_3_and_kept_for_err_in_both_modes(error: str
 def test_what_is_no_text_is_a_disturbed_communication(noise: bytes) -> None:
     bench = Bench()
     bench.line.receive(noise, bench.now)
-    assert bench.heard() == []
+    assert bench.heard() == ["E99"]
     assert [bench.ask("ERR"), bench.ask("ERR")] == [["ERR E99"], ["ERR E00"]]
 
 
 @pytest.mark.parametrize("text", ["vao", "VA", "?", "L_I 1"])
 def test_text_that_looks_like_no_command_is_not_written_correctly(text: str) -> None:
     bench = Bench()
-    assert bench.ask(text) == []
+    assert bench.ask(text) == ["E06"]
     assert [bench.ask("ERR"), bench.ask("ERR")] == [["ERR E06"], ["ERR E00"]]
+
+
+@pytest.mark.parametrize("noise", [b"vao\r", b"\x80\x81\r"])
+def test_ver_2_says_nothing_to_what_is_no_command(noise: bytes) -> None:
+    bench = Bench(mode=2)
+    bench.line.receive(noise, bench.now)
+    assert bench.heard() == []

@@ -143,8 +143,8 @@ async def test_inputs_are_set(bench: Bench) -> None:
     [
         ("automatic", "a", "E01", "#####", "4"),
         ("homing", "a", "E01", "#####", "3"),
-        ("jog", "a", "E01", "0", "1"),
-        ("editing", "b", "E03", "0", "0"),
+        ("jog", "a", "E01", "0.00", "1"),
+        ("editing", "b", "E03", "0.00", "0"),
     ],
 )
 async def test_the_teaching_terminal_keeps_the_host_out(
@@ -189,10 +189,10 @@ async def test_a_driver_that_falls_silent_is_not_known_any_more(bench: Bench) ->
     bench.home()
     await bench.change("PATCH", "/units/1/motors/Z/driver", answers=False)
     assert bench.ask("ERR") == ["ERR 003"]
-    assert bench.ask("MPS") == ["MPS 0,0,#####"]
+    assert bench.ask("MPS") == ["MPS 0.00,0.00,#####"]
     await bench.change("PATCH", "/units/1/motors/Z/driver", answers=True)
     bench.asked("DRT")
-    assert bench.ask("MPS") == ["MPS 0,0,0"]
+    assert bench.ask("MPS") == ["MPS 0.00,0.00,0.00"]
 
 
 async def test_a_sensor_is_held_and_let_go(bench: Bench) -> None:

@@ -68,7 +68,7 @@ def test_each_type_goes_its_way_and_calls_the_end_zero(homing_type: int) -> None
     motor = bench.motor("Z")
     assert (motor.at, motor.homed) == (0.0, True)
     assert motor.zero == pytest.approx(COURSES[homing_type][-1])
-    assert bench.ask("APS") == ["APS 0,0,0"]
+    assert bench.ask("APS") == ["APS 0.00,0.00,0"]
 
 
 @pytest.mark.parametrize("homing_type", COURSES)
@@ -77,7 +77,7 @@ def test_the_offset_is_gone_and_becomes_zero(homing_type: int) -> None:
     bench.asked(f"HMT {homing_type}", "HMO 3.5")
     bench.home()
     assert bench.motor("Z").zero == pytest.approx(COURSES[homing_type][-1] + 3.5)
-    assert bench.ask("MPS") == ["MPS 0,0,0"]
+    assert bench.ask("MPS") == ["MPS 0.00,0.00,0"]
 
 
 def test_the_sensor_is_passed_at_the_high_speed_and_z_at_the_search_speed() -> None:

@@ -44,7 +44,7 @@ def test_several_commands_at_once_are_done_in_turn() -> None:
 def test_after_a_line_that_is_too_long_the_next_is_understood() -> None:
     bench = Bench()
     bench.line.receive(b"X" * 5000 + b"\rMOD\r", bench.now)
-    assert bench.heard() == ["MOD 3"]
+    assert bench.heard() == ["E99", "MOD 3"]
     assert bench.ask("ERR") == ["ERR E99"]
 
 

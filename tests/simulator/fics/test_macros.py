@@ -80,7 +80,7 @@ def test_unknown_macros_and_wrong_arguments_are_refused(bench: Bench, text: str,
 
 @pytest.mark.parametrize("text", ["upd 1", "UP", "U*D 1"])
 def test_what_looks_like_no_name_is_a_format_error(bench: Bench, text: str) -> None:
-    assert bench.ask(text) == []
+    assert bench.ask(text) == ["E06"]
     assert bench.ask("ERR") == ["ERR E06"]
 
 
@@ -115,13 +115,13 @@ def test_the_built_in_macros_pick_and_place() -> None:
     bench = Bench()
     bench.home()
     assert bench.do("PCK 120,130,-20") == ["PCK"]
-    assert bench.ask("APS") == ["APS 120,130,0"]
+    assert bench.ask("APS") == ["APS 120.00,130.00,0.00"]
     assert bench.ask("IDO 1") == ["IDO 01"]
     assert bench.do("PLC 130,120,-20") == ["PLC"]
     assert bench.ask("IDO 1") == ["IDO 00"]
     bench.asked("POF 1", "POS 100,100,5", "POS 110,90", "POF 2")
     assert bench.do("CYC 1,2,7") == ["CYC"]
-    assert bench.ask("APS") == ["APS 110,90,5"]
+    assert bench.ask("APS") == ["APS 110.00,90.00,5.00"]
     assert bench.robot.variables[1] == 7
 
 

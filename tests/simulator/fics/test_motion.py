@@ -98,7 +98,7 @@ def seconds_of(bench: Bench, command: str) -> float:
     [
         ([], 0.2 + 0.1 + 0.2),
         (["VAO 50"], 0.1 + 0.5 + 0.1),
-        (["MAO 50"], 0.1 + 0.5 + 0.1),
+        (["MAO 50"], 0.2 + 0.1 + 0.2),
         (["VSO 150"], 0.2 + 0.4 + 0.2),
         (["VST 400"], 0.4 + 0.0 + 0.2),
         (["VSS 400"], 0.2 + 0.0 + 0.4),
@@ -112,6 +112,13 @@ def test_settings_make_a_move_of_90_mm_take_its_time(settings: list[str], second
     bench = Bench(cartesian())
     bench.asked(*settings)
     assert seconds_of(bench, "LMI 90") == pytest.approx(seconds)
+
+
+@pytest.mark.parametrize(("setting", "seconds"), [("MAO 50", 0.7), ("VAO 50", 0.5)])
+def test_a_move_of_motors_goes_by_mao_alone(setting: str, seconds: float) -> None:
+    bench = Bench(cartesian())
+    bench.asked(setting)
+    assert seconds_of(bench, "MMI 90") == pytest.approx(seconds)
 
 
 def test_arms_have_percentages_of_their_own() -> None:
@@ -191,7 +198,7 @@ def test_what_the_arms_cannot_reach_is_an_error_of_the_conversion() -> None:
     assert bench.ask("LMA 100,100") == ["LMA E02"]
     bench.asked("DRT")
     assert bench.do("LMA 100,100") == ["LMA"]
-    assert bench.ask("APS") == ["APS 100,100,0"]
+    assert bench.ask("APS") == ["APS 100.00,100.00,0.00"]
 
 
 def test_a_jog_runs_until_it_is_stopped() -> None:

@@ -6,6 +6,7 @@ from protocols.fics.status import MotionMode
 from simulator.fics.alarms import connection_lost, driver_error, emergency
 from simulator.fics.layout import Layout
 from simulator.fics.macros import Macro
+from simulator.fics.settings import RobotSettings
 from tests.simulator.fics.bench import Bench, cartesian
 
 MOTIONS = (
@@ -51,8 +52,8 @@ def test_queries_are_answered_while_a_move_runs() -> None:
     assert bench.ask("LMI ,,30") == []
     # 150 mm/s after 0.1 s of 1500 mm/s².
     assert bench.wait(0.1) == []
-    assert bench.ask("APS") == ["APS 150,150,7.5"]
-    assert bench.ask("MPS") == ["MPS 0,0,7.5"]
+    assert bench.ask("APS") == ["APS 150.00,150.00,7.50"]
+    assert bench.ask("MPS") == ["MPS 0.00,0.00,7.50"]
     assert bench.finish() == ["LMI"]
 
 
@@ -103,9 +104,19 @@ def test_in_ver_2_stops_and_what_they_end_are_silent(motion: str, stop: str) -> 
     assert stands(bench)
 
 
+def test_an_immediate_stop_overtakes_one_that_brakes() -> None:
+    """C-HOST manual 1-7: nothing but (b) keeps AES from stopping."""
+    bench = under_way("LMI ,,50")
+    assert bench.ask("ASS") == []
+    assert bench.ask("AES") == ["AES", "ASS", "LMI 001"]
+    assert stands(bench)
+
+
 @pytest.mark.parametrize("second", ["ASS", "AES"])
 def test_a_second_stop_is_refused_while_the_first_is_under_way(second: str) -> None:
+    """ASS for certain (C-HOST manual 2-12), AES where it is assumed."""
     bench = under_way("LMI ,,50")
+    bench.robot.settings = RobotSettings(stop_while_braking="refused")
     assert bench.ask("ASS") == []
     assert bench.ask(second) == [f"{second} E04"]
     assert bench.finish() == ["ASS", "LMI"]
@@ -193,7 +204,7 @@ def test_no_axis_joins_a_jog_that_is_being_stopped() -> None:
     assert bench.ask("ASS") == []
     assert bench.ask("JOG A+") == ["JOG E01"]
     assert bench.finish() == ["ASS"]
-    assert bench.ask("MPS")[0].startswith("MPS 0,0,")
+    assert bench.ask("MPS")[0].startswith("MPS 0.00,0.00,")
 
 
 def test_a_jog_ends_when_the_last_of_its_axes_stands() -> None:
@@ -214,16 +225,16 @@ def test_a_macro_keeps_to_its_unit_when_the_host_goes_on_to_another() -> None:
     assert bench.ask("TWO") == []
     bench.asked("UNT 2")
     assert bench.finish() == ["TWO"]
-    assert bench.ask("APS") == ["APS 0,0,0"]
+    assert bench.ask("APS") == ["APS 0.00,0.00,0.00"]
     bench.asked("UNT 1")
-    assert bench.ask("APS") == ["APS 150,150,3"]
+    assert bench.ask("APS") == ["APS 150.00,150.00,3.00"]
 
 
 def test_with_several_units_no_position_is_told_while_any_of_them_may_move() -> None:
     one, two = homed(), homed(Layout(units=2))
     for bench in (one, two):
         assert bench.ask("PCK 160,140,-5") == []
-    assert one.ask("APS") == ["APS 150,150,0"]
+    assert one.ask("APS") == ["APS 150.00,150.00,0.00"]
     assert two.ask("APS") == ["APS #####,#####,#####"]
 
 
@@ -232,7 +243,7 @@ def test_with_several_units_no_position_is_told_while_any_of_them_may_move() -> 
     [
         (MotionMode.MACRO, "#####,#####,#####"),
         (MotionMode.HOMING, "#####,#####,#####"),
-        (MotionMode.JOG, "150,150,0"),
+        (MotionMode.JOG, "150.00,150.00,0.00"),
     ],
 )
 def test_what_the_teaching_terminal_runs_shows(activity: MotionMode, position: str) -> None:
@@ -262,15 +273,15 @@ def test_a_driver_that_does_not_answer_outlasts_drt() -> None:
     bench = homed()
     bench.motor("B").silent = True
     bench.robot.raise_alarm(connection_lost(0, "B"), bench.now)
-    assert bench.ask("APS") == ["APS #####,#####,0"]
-    assert bench.ask("MPS") == ["MPS 0,#####,0"]
+    assert bench.ask("APS") == ["APS #####,#####,0.00"]
+    assert bench.ask("MPS") == ["MPS 0.00,#####,0.00"]
     assert bench.ask("ACD") == ["ACD 0300,0900,0300"]
     bench.asked("DRT")
     assert bench.ask("ERD") == ["ERD  B C"]
     bench.motor("B").silent = False
     bench.asked("DRT")
     assert bench.ask("ERD") == ["ERD ----"]
-    assert bench.ask("APS") == ["APS 150,150,0"]
+    assert bench.ask("APS") == ["APS 150.00,150.00,0.00"]
 
 
 def test_an_error_of_one_driver_ends_the_motion_and_is_forgotten_by_drt() -> None:

@@ -34,13 +34,23 @@ def test_more_values_than_axes_change_nothing(bench: Bench, name: str) -> None:
     assert values(bench, name) == before
 
 
-@pytest.mark.parametrize(("user", "motor"), [("VAO", "MAO"), ("VSO", "MSO"), ("VST", "MST"), ("SLP", "MSP")])
+@pytest.mark.parametrize(("user", "motor"), [("VSO", "MSO"), ("VST", "MST"), ("VSS", "MSS"), ("SLP", "MSP")])
 def test_an_axis_of_both_kinds_has_one_value_and_a_converted_one_its_own(
     bench: Bench, user: str, motor: str
 ) -> None:
     x, y, _ = values(bench, motor)
     bench.asked(f"{user} 7,8,9")
     assert values(bench, motor) == [x, y, 9.0]
+
+
+def test_an_axis_has_one_percentage_for_its_moves_as_a_user_axis_and_one_as_a_motor(bench: Bench) -> None:
+    """C-HOST manual 2-15, 4-5."""
+    bench.asked("VAO 7,8,9", "MAO 1,2,3")
+    assert (values(bench, "VAO"), values(bench, "MAO")) == ([7.0, 8.0, 9.0], [1.0, 2.0, 3.0])
+    bench.line.power_off(bench.now)
+    bench.line.power_on(bench.now)
+    bench.asked("MOD 3")
+    assert (values(bench, "VAO"), values(bench, "MAO")) == ([100.0] * 3, [100.0] * 3)
 
 
 @pytest.mark.parametrize(("upper", "lower"), [("SLP", "SLM"), ("MSP", "MSM")])

@@ -1,0 +1,40 @@
+"""What the C-HOST manual leaves open about the robot, as switches."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeVar
+
+from protocols.fics.status import SENSOR_BITS, STATUS_BITS, AxisSensors, AxisStatus
+
+B = TypeVar("B", AxisStatus, AxisSensors)
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSettings:
+    """What the C-HOST manual leaves open about the robot; each value is an assumption.
+
+    :raises ValueError: not each bit is named once.
+    """
+
+    stop_while_braking: Literal["overtakes", "refused"] = "overtakes"
+    """What becomes of AES while ASS is braking: it stops at once (1-7), or is refused with E04 (2-12)."""
+    status_bits: tuple[str, ...] = STATUS_BITS
+    """What bits 0 to 3 of the second digit of ACD mean (2-10)."""
+    sensor_bits: tuple[str, ...] = SENSOR_BITS
+    """What bits 0 to 2 of ASD mean (2-11)."""
+    origin_bit: Literal["homed", "lasting"] = "homed"
+    """Lasting: a loss of power does not clear it in ACD, and only positions tell, by `#####` (2-9, 2-10)."""
+    hidden_positions: Literal["several_units", "always"] = "several_units"
+    """Where automatic operation, homing and macros hide positions: with several units, or always (2-9)."""
+    mode_change: Literal["new_mode", "old_mode"] = "new_mode"
+    """Which mode decides whether MOD n is answered (2-37)."""
+
+    def __post_init__(self) -> None:
+        for given, known in ((self.status_bits, STATUS_BITS), (self.sensor_bits, SENSOR_BITS)):
+            if sorted(given) != sorted(known):
+                raise ValueError(f"the bits are {', '.join(known)}, each of them once")
+
+    def told(self, axis: B) -> B:
+        """The status or the sensors of an axis, changed so that their notation has this order of bits."""
+        places = zip(STATUS_BITS + SENSOR_BITS, self.status_bits + self.sensor_bits, strict=True)
+        known = type(axis).model_fields
+        return axis.model_copy(update={usual: getattr(axis, bit) for usual, bit in places if usual in known})
