@@ -126,10 +126,10 @@ _ROWS = (
     ),
     _communication(
         "E11",
-        "POSコマンドのデータ件数が多すぎる",
-        "More positions were sent than there is room for.",
-        "POF 2で設定を終了し、1999番までに収まるように開始番号を選んでください。",
-        "End the upload with POF 2; positions are numbered up to 1999.",
+        "POSコマンドのデータ件数が多すぎる (値の数が軸数を超えているか、番号が1999番を超えている。)",
+        "POS has sent too much: a position has more values than the unit has axes, or a number beyond 1999.",
+        "POF 2で設定を終了し、値の数をユニットの軸数以内に、番号を1999番までにしてください。",
+        "End the upload with POF 2; give a value for each axis of the unit at most, and numbers up to 1999.",
     ),
     _communication(
         "E12",

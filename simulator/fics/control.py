@@ -125,12 +125,15 @@ class LineChange(Strict):
     boot_s: float | None = Field(default=None, ge=0, le=3600)
 
 
+Bits = Annotated[tuple[str, ...], Field(strict=False)]  # JSON has lists only
+
+
 class RobotChange(Strict):
     """What the manual leaves open about the robot; what is left out stays as it is."""
 
     stop_while_braking: Literal["overtakes", "refused"] | None = None
-    status_bits: tuple[str, ...] | None = Field(default=None, description="Bits 0 to 3, each name once.")
-    sensor_bits: tuple[str, ...] | None = Field(default=None, description="Bits 0 to 2, each name once.")
+    status_bits: Bits | None = Field(default=None, description="Bits 0 to 3, each name once.")
+    sensor_bits: Bits | None = Field(default=None, description="Bits 0 to 2, each name once.")
     origin_bit: Literal["homed", "lasting"] | None = None
     hidden_positions: Literal["several_units", "always"] | None = None
     mode_change: Literal["new_mode", "old_mode"] | None = None
@@ -308,7 +311,7 @@ def _add_system(app: FastAPI, control: _Control) -> None:
 def _add_settings(app: FastAPI, robot: Robot) -> None:
     @app.get("/system/settings")
     async def get_settings() -> RobotChange:
-        """Tell what is assumed of the robot."""
+        """Tell how the switches of the robot are set."""
         return RobotChange(**asdict(robot.settings))
 
     @app.patch("/system/settings")

@@ -48,3 +48,14 @@ def test_the_kind_of_an_error_shows_in_its_code(code: str, kind: ErrorKind) -> N
 def test_an_error_of_a_program_is_told_from_the_systems_own() -> None:
     assert "program" in lookup("201").en
     assert "program" not in lookup("777").en
+
+
+def test_too_much_data_means_too_many_values_or_too_many_positions_and_both_are_told() -> None:
+    """C-HOST manual 2-12 does not say which."""
+    row = lookup("E11")
+    for told in (row.en, row.remedy_en):
+        assert re.search("axes|axis", told)
+        assert re.search("1999|numbers", told)
+    for told in (row.ja, row.remedy_ja):
+        assert "軸数" in told
+        assert "1999番" in told

@@ -305,6 +305,8 @@ async def test_the_truth_is_read_page_by_page(bench: Bench) -> None:
         ("PUT", "/terminal/activity", {}, 422),
         ("PUT", "/terminal/unit", {"unit": 3}, 404),
         ("PATCH", "/line/settings", {"terminator": "lf"}, 422),
+        ("PATCH", "/system/settings", {"status_bits": ["alarm"]}, 422),
+        ("PATCH", "/system/settings", {"origin_bit": "lost"}, 422),
         ("PUT", "/faults", {"fault": "cursed", "direction": "requests"}, 422),
         ("PUT", "/dpram/stalled", {"on": True}, 404),
     ],
@@ -315,6 +317,16 @@ async def test_nonsense_is_refused(
     response = await bench.http.request(method, path, json=body)
     assert response.status_code == status
     assert response.json()["detail"]
+
+
+async def test_the_switches_of_the_robot_are_turned_while_it_runs(bench: Bench) -> None:
+    bits = ["alarm", "moving", "servo_ready", "origin_done"]
+    told = await bench.change("PATCH", "/system/settings", status_bits=bits)
+    assert told["status_bits"] == bits
+    assert told["stop_while_braking"] == "overtakes"
+    assert bench.ask("ACD") == ["ACD 0400,0400,0400"]
+    bench.home()
+    assert bench.ask("ACD") == ["ACD 0C00,0C00,0C00"]
 
 
 # The dual-port RAM
