@@ -159,6 +159,7 @@ class DpramState(Strict):
     fics_flag: int = Field(description="At offset 512: a message for the host.")
     stalled: bool
     torn: TornMessages
+    ends_with_cr: bool
 
 
 UnitNumber = Annotated[int, Path(ge=1)]
@@ -424,7 +425,13 @@ def _add_dpram(app: FastAPI, port: SimulatedDpram) -> None:
         """Tell the flags of the dual-port RAM, and what is switched on there."""
         host_flag, fics_flag = port.flags
         torn = TornMessages(**asdict(port.tears))
-        return DpramState(host_flag=host_flag, fics_flag=fics_flag, stalled=port.stalled, torn=torn)
+        return DpramState(
+            host_flag=host_flag,
+            fics_flag=fics_flag,
+            stalled=port.stalled,
+            torn=torn,
+            ends_with_cr=port.ends_with_cr,
+        )
 
     @app.put("/dpram/stalled")
     async def stall(stalled: On) -> DpramState:
@@ -436,6 +443,12 @@ def _add_dpram(app: FastAPI, port: SimulatedDpram) -> None:
     async def tear(torn: TornMessages) -> DpramState:
         """Let messages to the host be incomplete for a while after their flag is set."""
         port.tears = Tears(**torn.model_dump())
+        return await get_dpram()
+
+    @app.put("/dpram/ends-with-cr")
+    async def end_with_cr(carried: On) -> DpramState:
+        """Let messages to the host carry their CR, or be ended by their flag alone."""
+        port.ends_with_cr = carried.on
         return await get_dpram()
 
     @app.post("/dpram/messages")

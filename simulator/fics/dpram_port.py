@@ -42,6 +42,8 @@ class SimulatedDpram(Port):
         """While set, Fics neither takes a message nor gives one, and the flags stay as they are."""
         self.tears = Tears()
         """How the next messages to the host are torn."""
+        self.ends_with_cr = True
+        """Whether a message carries its CR, or is ended by its flag alone; an assumption."""
         self._path = path
         self._inode = path.stat().st_ino
         self._ram = ram
@@ -102,6 +104,7 @@ class SimulatedDpram(Port):
 
     def _fill(self, message: bytes) -> None:
         room = TO_HOST.stop - TO_HOST.start
+        message = message if self.ends_with_cr else message.rstrip(b"\r\n")
         self._ram[TO_HOST] = message[:room].ljust(room, b"\0")
 
     def _take(self) -> None:

@@ -346,6 +346,7 @@ async def test_the_dual_port_ram_is_stalled_torn_and_littered(tmp_path: Path) ->
         await host.sends(b"MOD\r")
         state = (await http.get("/dpram")).json()
         assert (state["host_flag"], state["fics_flag"]) == (1, 0)
+        assert not (await http.put("/dpram/ends-with-cr", json={"on": False})).json()["ends_with_cr"]
         await http.put("/dpram/torn", json={"next_messages": 1, "delay_s": 0.0})
         await http.put("/dpram/stalled", json={"on": False})
         await host.sees(512, 1)

@@ -56,6 +56,16 @@ async def test_messages_go_both_ways_one_at_a_time_padded_with_zeros(tmp_path: P
     await port.aclose()
 
 
+async def test_a_message_may_be_ended_by_its_flag_alone(tmp_path: Path) -> None:
+    port = serve_dpram(Parrot(), tmp_path / "ram")
+    port.ends_with_cr = False
+    host = Host(tmp_path / "ram")
+    await host.sends(b"APS 1.5,-2\r")
+    assert await host.hears() == b"APS 1.5,-2".ljust(255, b"\0")
+    host.file.close()
+    await port.aclose()
+
+
 async def test_what_lies_behind_the_cr_is_no_message(tmp_path: Path) -> None:
     parrot = Parrot()
     port = serve_dpram(parrot, tmp_path / "ram")
