@@ -7,6 +7,7 @@ from gateway.fics.jogs import JogSession
 from gateway.fics.move_record import RobotMove
 from gateway.fics.stops import RobotStopReport
 from gateway.fics.system_errors import RobotErrorRecord
+from gateway.fics.units import Coordinates
 
 ROBOT, UNIT = "/robots/{robot_id}", "/robots/{robot_id}/units/{unit}"
 
@@ -31,10 +32,10 @@ class ErrorsReset(EventData):
 
 
 class SpeedsKnown(EventData):
-    """The speeds in percent that are set again, by unit and axis, and the axes that are at 100 %."""
+    """The speeds in percent that are set again, and the axes that are at 100 %: by unit and coordinates."""
 
-    speeds: dict[str, dict[str, float]]
-    full_speed: dict[str, list[str]]
+    speeds: dict[str, dict[Coordinates, dict[str, float]]]
+    full_speed: dict[str, dict[Coordinates, list[str]]]
 
 
 class RobotPowerLoss(SpeedsKnown):

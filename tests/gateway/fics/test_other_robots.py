@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from gateway.errors import NotSent
-from gateway.move_record import MoveStatus
+from gateway.core.errors import NotSent
+from gateway.core.move_record import MoveStatus
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute
 from simulator.fics.settings import RobotSettings
