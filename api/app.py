@@ -1,16 +1,20 @@
 """The web application: all routes over one plant."""
 
-from fastapi import FastAPI
+from fastapi import FastAPI, Request
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
+from starlette.types import ASGIApp
 
 from api import catalogue, health, lines, stops, streams
 from api.bodies import command_routes, groups, info, moves, text_commands
-from api.common import problems
+from api.common import problems, request_ids
+from api.common.access import Access
+from api.common.routes import PageRoute, unguarded
 from api.common.security import SameSite
 from api.common.version import VERSION
 from api.front import documents
 from api.robots import routes as robots
+from gateway.core.rights import Right
 from gateway.plant import Plant
 
 DESCRIPTION = """\
@@ -23,9 +27,17 @@ was sent to a controller. A software stop does not replace a hardware stop.
 """
 
 
+class Application(FastAPI):
+    """An application that gives each request an id before anything can go wrong with it."""
+
+    def build_middleware_stack(self) -> ASGIApp:
+        """Put the ids around everything, the answer to a fault of the gateway itself included."""
+        return request_ids.RequestIds(super().build_middleware_stack())
+
+
 def create_app(plant: Plant) -> FastAPI:
     """Make the application. The plant is started and closed by whoever serves it."""
-    app = FastAPI(
+    app = Application(
         title="motion-gateway",
         version=VERSION,
         description=DESCRIPTION,
@@ -39,6 +51,7 @@ def create_app(plant: Plant) -> FastAPI:
         telemetry={"tracing": False, "metrics": False, "logs": False},
     )
     app.state.plant = plant
+    app.state.access = Access()
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
     modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health)
@@ -47,11 +60,17 @@ def create_app(plant: Plant) -> FastAPI:
     # Side by side instead of included, which would search them twice for every request; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
     documents.install(app)
-    app.add_api_route("/", _to_docs, include_in_schema=False)
+    app.routes.append(PageRoute("/", _to_docs, right=Right.VIEW))
+    if bare := list(unguarded(app.routes)):
+        raise TypeError(f"Routes without a right: {bare}")
     server = plant.config.server
     if server.allowed_origins:
         app.add_middleware(
-            CORSMiddleware, allow_origins=server.allowed_origins, allow_methods=["*"], allow_headers=["*"]
+            CORSMiddleware,
+            allow_origins=server.allowed_origins,
+            allow_methods=["*"],
+            allow_headers=["*"],
+            expose_headers=[request_ids.HEADER],
         )
     app.add_middleware(SameSite, allowed_hosts=server.allowed_hosts, allowed_origins=server.allowed_origins)
     return app
@@ -62,6 +81,6 @@ def make_documents(app: FastAPI) -> None:
     documents.make_ready([*app.state.documents, *catalogue.TABLES.values()])
 
 
-async def _to_docs() -> RedirectResponse:
+async def _to_docs(_: Request) -> RedirectResponse:
     """Show whoever comes with nothing but the address what there is."""
     return RedirectResponse("/docs")

@@ -7,9 +7,9 @@ from typing import Annotated, Any, Final, Literal
 from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.problems import DECLARED
 from api.common.requests import new_router
 from api.front.documents import JSON, Document
+from gateway.core.rights import Right
 from protocols.fics.commands import ROWS as FICS_ROWS
 from protocols.fics.commands import of_the_robot
 from protocols.fics.row import Block, FicsCommand, WhenAnswered
@@ -75,7 +75,7 @@ class CommandList(BaseModel):
     commands: list[Annotated[CommandInfo | FicsCommandInfo, Field(discriminator="family")]]
 
 
-@router.get("/commands", name="list_commands", response_model=CommandList, responses=DECLARED)
+@router.get("/commands", Right.VIEW, response_model=CommandList)
 async def list_commands(
     request: Request,
     family: Annotated[Family | None, Query(description="Only the commands of one family.")] = None,

@@ -9,9 +9,9 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metri
 from prometheus_client.registry import Collector
 from pydantic import BaseModel, Field
 
-from api.common.problems import DECLARED
 from api.common.requests import json_response, new_router, plant_of
 from api.common.version import VERSION
+from gateway.core.rights import Right
 from gateway.plant import Plant
 from gateway.rorze.line import LineState
 
@@ -38,7 +38,7 @@ class Version(BaseModel):
     version: str = Field(description="Semantic version of the gateway.")
 
 
-@router.get("/livez", name="livez", response_model=Liveness)
+@router.get("/livez", Right.OPEN, responses={}, response_model=Liveness)
 async def livez() -> Response:
     """Answer, as long as the process can."""
     return json_response(Liveness(status="alive"))
@@ -46,7 +46,7 @@ async def livez() -> Response:
 
 @router.get(
     "/readyz",
-    name="readyz",
+    Right.OPEN,
     response_model=Readiness,
     responses={503: {"model": Readiness, "description": "A line is down, silent or being set up."}},
 )
@@ -57,13 +57,13 @@ async def readyz(request: Request) -> Response:
     return json_response(Readiness(ready=ready, lines=states), 200 if ready else 503)
 
 
-@router.get("/version", name="version", response_model=Version, responses=DECLARED)
+@router.get("/version", Right.OPEN, response_model=Version)
 async def version() -> Response:
     """Tell the version."""
     return json_response(Version(name="motion-gateway", version=VERSION))
 
 
-@router.get("/metrics", name="metrics", include_in_schema=False)
+@router.get("/metrics", Right.VIEW, include_in_schema=False)
 async def metrics(request: Request) -> Response:
     """Give the figures of all lines to Prometheus."""
     registry: CollectorRegistry = request.app.state.metrics

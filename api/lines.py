@@ -11,6 +11,7 @@ from pydantic import AwareDatetime, BaseModel, Field
 from api.common.problems import DECLARED
 from api.common.requests import LineId, Wait, json_response, new_router, plant_of, wait_headers, wait_s
 from gateway.core.errors import NotFound
+from gateway.core.rights import Right
 from gateway.fics.line import FicsLine
 from gateway.plant import Plant
 from gateway.rorze.line import Line, LineState
@@ -74,6 +75,10 @@ class TraceRecord(BaseModel):
     monotonic_ns: int = Field(description="A clock that never jumps.")
     kind: Literal["rx", "tx", "opened", "lost", "closed"]
     data: str = Field(description="The bytes; unprintable ones as \\r, \\n, \\t or \\x00.")
+    caller: str | None = Field(
+        default=None, description="Who had it sent: an interface and a client's address, or `gateway: fence`."
+    )
+    request_id: str | None = Field(default=None, description="The X-Request-Id of the request behind it.")
 
 
 class Trace(BaseModel):
@@ -83,14 +88,14 @@ class Trace(BaseModel):
     entries: list[TraceRecord]
 
 
-@router.get("/lines", name="list_lines", response_model=LineList, responses=DECLARED)
+@router.get("/lines", Right.VIEW, response_model=LineList)
 async def list_lines(request: Request) -> Response:
     """List all lines."""
     plant = plant_of(request)
     return json_response(LineList(lines=[_info(plant, port) for port in plant.ports().values()]))
 
 
-@router.get("/lines/{line_id}", name="get_line", response_model=AnyLineInfo, responses=DECLARED)
+@router.get("/lines/{line_id}", Right.VIEW, response_model=AnyLineInfo)
 async def get_line(request: Request, line_id: LineId) -> Response:
     """Tell the state of a line; nothing is sent."""
     plant = plant_of(request)
@@ -99,7 +104,7 @@ async def get_line(request: Request, line_id: LineId) -> Response:
 
 @router.post(
     "/lines/{line_id}/scans",
-    name="start_scan",
+    Right.SETUP,
     status_code=202,
     response_model=Scan,
     responses={**DECLARED, 200: {"model": Scan, "description": "The scan is over."}},
@@ -117,7 +122,7 @@ async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Re
     return json_response(scan, 202 if scan.status == "running" else 200, headers)
 
 
-@router.get("/lines/{line_id}/scans/{scan_id}", name="get_scan", response_model=Scan, responses=DECLARED)
+@router.get("/lines/{line_id}/scans/{scan_id}", Right.VIEW, response_model=Scan)
 async def get_scan(request: Request, line_id: LineId, scan_id: str, wait: Wait = None) -> Response:
     """Get a scan, at once or when it is over."""
     plant = plant_of(request)
@@ -128,7 +133,7 @@ async def get_scan(request: Request, line_id: LineId, scan_id: str, wait: Wait =
     return json_response(await plant.scans.wait(scan_id, waited_s), headers=wait_headers(waited_s))
 
 
-@router.get("/lines/{line_id}/trace", name="get_trace", response_model=Trace, responses=DECLARED)
+@router.get("/lines/{line_id}/trace", Right.VIEW, response_model=Trace)
 async def get_trace(
     request: Request,
     line_id: LineId,

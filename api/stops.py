@@ -6,8 +6,8 @@ from typing import Annotated
 from fastapi import Body, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.problems import DECLARED
 from api.common.requests import BodyId, GroupId, RequestModel, json_response, new_router, plant_of
+from gateway.core.rights import Right
 from gateway.core.stops import StopMode
 from gateway.fics.robot import Robot
 from gateway.fics.stops import RobotStopReport
@@ -40,20 +40,20 @@ class StopResult(BaseModel):
 StopBody = Annotated[StopRequest, Body(default_factory=StopRequest)]
 
 
-@router.post("/stop", name="stop_all", response_model=StopResult, responses=DECLARED)
+@router.post("/stop", Right.STOP, response_model=StopResult)
 async def stop_all(request: Request, stop: StopBody) -> Response:
     """Stop all bodies and robots of all lines by software. It does not replace a hardware stop."""
     plant = plant_of(request)
     return await perform_stop(request, plant.bodies(), stop.mode, plant.robots())
 
 
-@router.post("/bodies/{body_id}/stop", name="stop_body", response_model=StopResult, responses=DECLARED)
+@router.post("/bodies/{body_id}/stop", Right.STOP, response_model=StopResult)
 async def stop_body(request: Request, body_id: BodyId, stop: StopBody) -> Response:
     """Stop a body by software: what waits is cancelled, and the stop goes out at the next frame boundary."""
     return await perform_stop(request, [plant_of(request).body(body_id)], stop.mode)
 
 
-@router.post("/groups/{group_id}/stop", name="stop_group", response_model=StopResult, responses=DECLARED)
+@router.post("/groups/{group_id}/stop", Right.STOP, response_model=StopResult)
 async def stop_group(request: Request, group_id: GroupId, stop: StopBody) -> Response:
     """Stop all members of a group by software, with one frame for all and then one for each."""
     group = plant_of(request).group(group_id)

@@ -9,12 +9,12 @@ from pydantic import BaseModel
 from starlette.responses import StreamingResponse
 from starlette.websockets import WebSocketDisconnect
 
-from api.common.problems import DECLARED
 from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import CloudEvent, Event, SlowConsumer, Subscription
+from gateway.core.rights import Right
 from gateway.plant import Plant
 from gateway.rorze.bodies import Body, Group
 
@@ -51,7 +51,7 @@ class EventList(BaseModel):
     cursor: str
 
 
-@router.get("/events", name="list_events", response_model=EventList, responses=DECLARED)
+@router.get("/events", Right.VIEW, response_model=EventList)
 async def list_events(
     request: Request,
     after: After = None,
@@ -70,7 +70,7 @@ async def list_events(
 
 
 # A stream has no end, which the schema of a response cannot say: it stays out of the OpenAPI document.
-@router.get("/events/stream", name="stream_events", include_in_schema=False)
+@router.get("/events/stream", Right.VIEW, include_in_schema=False)
 async def stream_events(
     request: Request,
     after: After = None,
@@ -110,7 +110,7 @@ def _frame(event: Event) -> str:
     return f"id: {event.cursor}\nevent: {event.type}\ndata: {event.json}\n\n"
 
 
-@router.websocket("/events", name="follow_events")
+@router.websocket("/events", Right.VIEW)
 async def follow_events(websocket: WebSocket) -> None:
     """Send events as they happen, one in each text frame; what the client sends is not read."""
     plant: Plant = websocket.app.state.plant

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gateway.core.errors import ShuttingDown
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
+from gateway.core.origin import Origin, acting
 from gateway.core.stops import UNCONFIRMED
 from gateway.fics.robot import Robot
 from gateway.rorze.bodies import Body
@@ -40,7 +41,8 @@ class WindDown:
     async def done(self) -> None:
         """Wind down, or wait until that is done."""
         if self._task is None:
-            self._task = asyncio.create_task(self._wind_down(), name="wind down")
+            with acting(Origin("gateway: shutdown")):
+                self._task = asyncio.create_task(self._wind_down(), name="wind down")
         await asyncio.shield(self._task)
 
     def hurry(self) -> None:

@@ -6,7 +6,7 @@ from datetime import datetime
 from itertools import islice
 
 from transports.base import Receiver, Transport, TransportLost
-from transports.trace import Kind, Record, TraceEntry, wall_ns
+from transports.trace import NOBODY, Kind, Record, Sender, TraceEntry, wall_ns
 from transports.trace_file import TraceFile
 
 # Longer data becomes several records, so that a bound on records is a bound on bytes.
@@ -19,6 +19,8 @@ class Recorder:
     def __init__(self, capacity: int = 10_000, file: TraceFile | None = None) -> None:
         self._records: deque[Record] = deque(maxlen=capacity)
         self._file = file
+        self.sender: Sender = NOBODY
+        """Who writes, and because of which request; set right before each write."""
 
     @property
     def dropped(self) -> int:
@@ -31,7 +33,8 @@ class Recorder:
             for start in range(0, len(data), RECORD_BYTES):
                 self.record(kind, data[start : start + RECORD_BYTES])
             return
-        record = (time.time_ns(), time.monotonic_ns(), kind, data)
+        sender = self.sender if kind == "tx" else NOBODY
+        record = (time.time_ns(), time.monotonic_ns(), kind, data, *sender)
         self._records.append(record)
         if self._file is not None:
             self._file.put(record)

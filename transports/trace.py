@@ -2,14 +2,18 @@
 
 import re
 from datetime import UTC, datetime, timedelta
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, WithJsonSchema
 
 Kind = Literal["rx", "tx", "opened", "lost", "closed"]
 
-# A trace entry as it is kept, not formatted before somebody asks: wall ns, monotonic ns, kind, data.
-Record = tuple[int, int, Kind, bytes]
+Sender = tuple[str | None, str | None]
+"""Who has something written, and the id of the request that asks for it; None where nobody tells."""
+NOBODY: Final[Sender] = (None, None)
+
+# A trace entry as it is kept, not formatted before somebody asks: wall ns, monotonic ns, kind, data, sender.
+Record = tuple[int, int, Kind, bytes, str | None, str | None]
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 _ESCAPED = re.compile(r"(?:[ -\[\]-~]|\\[\\rnt]|\\x[0-9a-f]{2})*")
@@ -37,6 +41,10 @@ def unescape(text: str) -> bytes:
     return data
 
 
+def _is_none(value: object) -> bool:
+    return value is None
+
+
 EscapedBytes = Annotated[
     bytes,
     BeforeValidator(lambda value: unescape(value) if isinstance(value, str) else value),
@@ -48,7 +56,8 @@ EscapedBytes = Annotated[
 class TraceEntry(BaseModel):
     """What happened on a port at one moment: bytes were received or sent, or it opened, was lost or closed.
 
-    `at` is UTC wall time, which jumps when the clock is set; `monotonic_ns` never does.
+    `at` is UTC wall time, which jumps when the clock is set; `monotonic_ns` never does. Only what was sent
+    has a caller, and a request if there was one.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -57,10 +66,14 @@ class TraceEntry(BaseModel):
     monotonic_ns: int
     kind: Kind
     data: EscapedBytes = b""
+    caller: str | None = Field(None, exclude_if=_is_none)
+    request_id: str | None = Field(None, exclude_if=_is_none)
 
     @classmethod
     def of(cls, record: Record) -> "TraceEntry":
         """Format a kept record."""
-        wall_ns, monotonic_ns, kind, data = record
+        wall_ns, monotonic_ns, kind, data, caller, request_id = record
         at = _EPOCH + timedelta(microseconds=wall_ns // 1000)
-        return cls(at=at, monotonic_ns=monotonic_ns, kind=kind, data=data)
+        return cls(
+            at=at, monotonic_ns=monotonic_ns, kind=kind, data=data, caller=caller, request_id=request_id
+        )

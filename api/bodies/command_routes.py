@@ -5,15 +5,17 @@ from functools import cache
 from inspect import getdoc
 from typing import Annotated, Any, Final, Generic, TypeVar
 
-from fastapi import APIRouter, Body, Request, Response
+from fastapi import Body, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from api.bodies.moves import ENDS_DECLARED, GROUP_ENDS_DECLARED, perform
 from api.common.problems import DECLARED, Problem, instance_of, problem_of, wants_japanese
 from api.common.requests import BodyId, GroupId, LineId, Wait, age_ms_of, json_response, new_router, plant_of
+from api.common.routes import Router
 from api.stops import StopResult, perform_stop
 from gateway.core.errors import GatewayError
 from gateway.core.move_record import Move
+from gateway.core.rights import RIGHT_OF
 from gateway.core.stops import StopMode
 from gateway.rorze.bodies import Body as PlantBody
 from gateway.rorze.bodies import Group, answer_or_raise, reply_of
@@ -56,7 +58,7 @@ class GroupReply(BaseModel, Generic[R]):
 
 
 @cache
-def routers() -> list[APIRouter]:
+def routers() -> list[Router]:
     """Make the routes of the whole table."""
     bodies, groups, lines = map(new_router, ("commands", "group commands", "line commands"))
     for row in COMMANDS.values():
@@ -73,8 +75,8 @@ def snake(row: AnyRow) -> str:
     return row.name().replace("-", "_")
 
 
-def _add(router: APIRouter, place: str, name: str, row: Row, endpoint: Endpoint) -> None:
-    to_group = router.tags == ["group commands"]
+def _add(router: Router, place: str, name: str, row: Row, endpoint: Endpoint) -> None:
+    to_group = router.tag == "group commands"
     add_row(
         router,
         place,
@@ -88,14 +90,18 @@ def _add(router: APIRouter, place: str, name: str, row: Row, endpoint: Endpoint)
     )
 
 
-def add_row(router: APIRouter, place: str, name: str, row: AnyRow, endpoint: Endpoint, **told: Any) -> None:
-    """Register a row's route. Its parameters may be left out altogether where none is required."""
+def add_row(router: Router, place: str, name: str, row: AnyRow, endpoint: Endpoint, **told: Any) -> None:
+    """Register a row's route, with the right that its effect takes.
+
+    Its parameters may be left out altogether where none is required.
+    """
     required = not row.may_be_empty() or any(field.is_required() for field in row.model_fields.values())
     endpoint.__annotations__["command"] = row if required else Annotated[row, Body(default_factory=row)]
-    router.add_api_route(
+    router.add(
+        "POST",
         f"{place}/commands/{row.name()}",
+        RIGHT_OF[row.effect],
         endpoint,
-        methods=["POST"],
         name=name,
         summary=row.titles()[1].capitalize(),
         openapi_extra={"x-code": row.code} if row.code else None,

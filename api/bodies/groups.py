@@ -5,9 +5,9 @@ from typing import Annotated
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.problems import DECLARED
 from api.common.requests import GroupId, RequestModel, json_response, new_router, plant_of
 from gateway.core.addresses import numbered_address
+from gateway.core.rights import Right
 from gateway.rorze.bodies import Group
 from protocols.rorze.link_master import MOST_MEMBERS
 
@@ -38,19 +38,19 @@ class GroupDefinition(RequestModel):
     name: Annotated[str, Field(max_length=64)] = ""
 
 
-@router.get("/groups", name="list_groups", response_model=GroupList, responses=DECLARED)
+@router.get("/groups", Right.VIEW, response_model=GroupList)
 async def list_groups(request: Request) -> Response:
     """List all groups."""
     return json_response(GroupList(groups=[_info(group) for group in plant_of(request).groups()]))
 
 
-@router.get("/groups/{group_id}", name="get_group", response_model=GroupInfo, responses=DECLARED)
+@router.get("/groups/{group_id}", Right.VIEW, response_model=GroupInfo)
 async def get_group(request: Request, group_id: GroupId) -> Response:
     """Tell who is in a group; nothing is sent."""
     return json_response(_info(plant_of(request).group(group_id)))
 
 
-@router.put("/groups/{group_id}", name="define_group", response_model=GroupInfo, responses=DECLARED)
+@router.put("/groups/{group_id}", Right.SETUP, response_model=GroupInfo)
 async def define_group(request: Request, group_id: GroupId, definition: GroupDefinition) -> Response:
     """Define a group at the link master (XVS), or define it anew; not while a member moves.
 

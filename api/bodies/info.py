@@ -9,8 +9,8 @@ from pydantic import BaseModel, Field
 
 from api.bodies.moves import Length
 from api.common.fast_route import DirectRoute
-from api.common.problems import DECLARED
 from api.common.requests import BodyId, RequestModel, age_ms_of, json_response, new_router, plant_of, utc_of
+from gateway.core.rights import Right
 from gateway.plant import Plant
 from gateway.rorze.bodies import PULSES_RUNNING, Body
 from gateway.rorze.power import Homed
@@ -160,7 +160,7 @@ class SpeedAccepted(BaseModel):
     command: str = Field(description="The three characters of the controller's command.")
 
 
-@reads.get("/bodies/{body_id}/position", name="read_position", response_model=Position, responses=DECLARED)
+@reads.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
 async def read_position(request: Request, body_id: BodyId) -> Response:
     """Ask the controller where the motor stands (6PD)."""
     body = plant_of(request).body(body_id)
@@ -168,7 +168,7 @@ async def read_position(request: Request, body_id: BodyId) -> Response:
     return json_response(_position(body, reply.pulses, answered.at))
 
 
-@router.put("/bodies/{body_id}/position", name="set_position", response_model=Position, responses=DECLARED)
+@router.put("/bodies/{body_id}/position", Right.SETUP, response_model=Position)
 async def set_position(request: Request, body_id: BodyId, position: Length) -> Response:
     """Call the present position by another number (6PS). Nothing moves; refused while the motor moves."""
     body = plant_of(request).body(body_id)
@@ -177,7 +177,7 @@ async def set_position(request: Request, body_id: BodyId, position: Length) -> R
     return json_response(_position(body, pulses, answered.at))
 
 
-@reads.get("/bodies/{body_id}/status", name="read_status", response_model=BodyStatus, responses=DECLARED)
+@reads.get("/bodies/{body_id}/status", Right.VIEW, response_model=BodyStatus)
 async def read_status(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD)."""
     body = plant_of(request).body(body_id)
@@ -197,9 +197,7 @@ async def read_status(request: Request, body_id: BodyId) -> Response:
     )
 
 
-@router.post(
-    "/bodies/{body_id}/speed", name="change_speed_of_move", response_model=SpeedAccepted, responses=DECLARED
-)
+@router.post("/bodies/{body_id}/speed", Right.OPERATE, response_model=SpeedAccepted)
 async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRequest) -> Response:
     """Change the speed of the running move; refused at standstill, while homing and while interpolating."""
     body = plant_of(request).body(body_id)
@@ -208,26 +206,21 @@ async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRe
     return json_response(SpeedAccepted(body_id=body.address, command=command.code))
 
 
-@router.get("/bodies", name="list_bodies", response_model=BodyList, responses=DECLARED)
+@router.get("/bodies", Right.VIEW, response_model=BodyList)
 async def list_bodies(request: Request) -> Response:
     """List all bodies; nothing is sent."""
     plant = plant_of(request)
     return json_response(BodyList(bodies=[_info(plant, body) for body in plant.bodies()]))
 
 
-@router.get("/bodies/{body_id}", name="get_body", response_model=BodyInfo, responses=DECLARED)
+@router.get("/bodies/{body_id}", Right.VIEW, response_model=BodyInfo)
 async def get_body(request: Request, body_id: BodyId) -> Response:
     """Tell what is known of a body; nothing is sent."""
     plant = plant_of(request)
     return json_response(_info(plant, plant.body(body_id)))
 
 
-@router.post(
-    "/bodies/{body_id}/power-cycle/acknowledge",
-    name="acknowledge_body_power_cycle",
-    response_model=BodyInfo,
-    responses=DECLARED,
-)
+@router.post("/bodies/{body_id}/power-cycle/acknowledge", Right.OPERATE, response_model=BodyInfo)
 async def acknowledge_body_power_cycle(request: Request, body_id: BodyId) -> Response:
     """Allow motions to places again after a loss of power: its position counts from where it was switched on.
 

@@ -20,6 +20,7 @@ from api.common.requests import (
 )
 from gateway.core.errors import InvalidRequest, NotAllowed, NotFound
 from gateway.core.move_record import Move
+from gateway.core.rights import Right
 from gateway.plant import Plant
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.plans import PlannedMove, plan_of
@@ -189,7 +190,7 @@ GROUP_ENDS_DECLARED: Final[dict[int | str, dict[str, Any]]] = {
 
 @router.post(
     "/bodies/{body_id}/moves",
-    name="start_move",
+    Right.OPERATE,
     status_code=202,
     response_model=Move,
     responses={**ENDS_DECLARED, 200: {**ENDS_DECLARED[200], "model": Move | PlannedMove}},
@@ -208,7 +209,7 @@ async def start_move(request: Request, body_id: BodyId, move: MoveRequest, wait:
     return await perform(request, body, command, wait)
 
 
-@router.get("/bodies/{body_id}/moves", name="list_moves", response_model=MoveList, responses=DECLARED)
+@router.get("/bodies/{body_id}/moves", Right.VIEW, response_model=MoveList)
 async def list_moves(
     request: Request, body_id: BodyId, limit: Annotated[int, Query(ge=1, le=1000)] = 100
 ) -> Response:
@@ -217,7 +218,7 @@ async def list_moves(
     return json_response(MoveList(moves=plant.moves.of(plant.body(body_id))[:limit]))
 
 
-@router.get("/bodies/{body_id}/moves/{move_id}", name="get_move", response_model=Move, responses=DECLARED)
+@router.get("/bodies/{body_id}/moves/{move_id}", Right.VIEW, response_model=Move)
 async def get_move(request: Request, body_id: BodyId, move_id: str, wait: Wait = None) -> Response:
     """Get a move, at once or when it is over."""
     plant = plant_of(request)
@@ -230,7 +231,7 @@ async def get_move(request: Request, body_id: BodyId, move_id: str, wait: Wait =
 
 @router.post(
     "/groups/{group_id}/moves",
-    name="start_group_move",
+    Right.OPERATE,
     status_code=202,
     response_model=GroupMove,
     responses={**GROUP_ENDS_DECLARED, 200: {**GROUP_ENDS_DECLARED[200], "model": GroupMove | GroupPlan}},

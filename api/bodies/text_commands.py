@@ -16,6 +16,7 @@ from api.common.strict_json import StrictRoute
 from api.stops import StopResult, perform_stop
 from gateway.core.errors import InvalidRequest, NotAllowed
 from gateway.core.move_record import Move
+from gateway.core.rights import Right
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.notation import Text
 from protocols.rorze.row import RorzeCommand
@@ -68,7 +69,7 @@ class Verbatim(
 
 @router.post(
     "/bodies/{body_id}/raw",
-    name="send_raw",
+    Right.SETUP,
     response_model=RawReply | StopResult,
     responses={
         **DECLARED,

@@ -3,13 +3,13 @@
 from typing import Any
 
 from fastapi import Request
-from fastapi.routing import APIRoute
 from starlette.types import Receive, Scope, Send
 
 from api.common.query_params import require_known
+from api.common.routes import HttpRoute
 
 
-class DirectRoute(APIRoute):
+class DirectRoute(HttpRoute):
     """Calls its endpoint with the request and the words of the path, all of them plain text.
 
     FastAPI looks for dependencies, queries, headers and a body at every request, which takes longer than all

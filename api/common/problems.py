@@ -26,6 +26,7 @@ from gateway.core.errors import (
     NotFound,
     NotSent,
 )
+from gateway.core.origin import current
 
 TYPE_PREFIX = "urn:motion-gateway:problem:"
 MEDIA_TYPE = "application/problem+json"
@@ -59,6 +60,10 @@ class Problem(BaseModel):
     moved: Moved = Field(description="Whether the motor did anything because of this request.")
     remedy: str = Field(description="What to do next; may be empty.")
     retryable: bool = Field(description="Whether the same request may succeed later.")
+    request_id: str | None = Field(
+        default_factory=lambda: current().request_id,
+        description="The header X-Request-Id of this answer, which the line's trace has too.",
+    )
     code: str | None = Field(default=None, description="The controller's error code, such as 0x51 or E05.")
     errors: list[InvalidField] | None = Field(default=None, description="Every part that is not valid.")
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Query, Request, Response
-from fastapi.routing import APIRoute
+from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, ConfigDict
 
+from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRoute
 from gateway.plant import Plant
 
@@ -44,11 +44,9 @@ class RequestModel(BaseModel):
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-def new_router(tag: str, route_class: type[APIRoute] = StrictRoute) -> APIRouter:
-    """Make a router, for strict JSON if nothing else is said, whose operations are named as their routes."""
-    return APIRouter(
-        route_class=route_class, tags=[tag], generate_unique_id_function=lambda route: route.name
-    )
+def new_router(tag: str, route_class: type[HttpRoute] = StrictRoute) -> Router:
+    """Make a router, for strict JSON if nothing else is said."""
+    return Router(tag, route_class)
 
 
 def plant_of(request: Request) -> Plant:

@@ -7,6 +7,7 @@ from typing import Final
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api.common.problems import MEDIA_TYPE, TYPE_PREFIX
+from gateway.core.origin import current
 
 LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "[::1]"})
 CLOSE_POLICY_VIOLATION = 1008
@@ -71,6 +72,7 @@ async def _refuse(scope: Scope, send: Send, reason: str) -> None:
         "moved": "no",
         "remedy": "",
         "retryable": False,
+        "request_id": current().request_id,
     }
     headers = [(b"content-type", MEDIA_TYPE.encode())]
     await send({"type": "http.response.start", "status": 403, "headers": headers})

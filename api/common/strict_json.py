@@ -6,13 +6,13 @@ from collections.abc import Callable, Coroutine
 from typing import Any, ClassVar
 
 from fastapi import HTTPException, Request, Response
-from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 from starlette.types import Scope
 
 from api.common.idempotency import WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
-from api.front.stop_paths import is_stop
+from api.common.routes import HttpRoute
+from gateway.core.rights import Right
 
 MAX_BODY_BYTES = 65_536
 """A longer request body is refused with 413."""
@@ -127,7 +127,7 @@ class StrictRequest(Request):
             ) from None
 
 
-class StrictRoute(APIRoute):
+class StrictRoute(HttpRoute):
     """A route that knows every part of its query, and takes its body as strict JSON or not at all.
 
     A software stop goes out whatever stands in its query and in its headers.
@@ -140,7 +140,7 @@ class StrictRoute(APIRoute):
         """Put the checks before the route's own handler."""
         handle = super().get_route_handler()
         takes_body = self.body_field is not None
-        stops = is_stop("POST", self.path)
+        stops = self.right is Right.STOP
         refuses_keys = self.refuses_keys and not stops and not WITH_EFFECT.isdisjoint(self.methods or ())
         known = [parameter.alias for parameter in self.dependant.query_params]
 

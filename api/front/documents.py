@@ -15,6 +15,9 @@ from fastapi import FastAPI, Request, Response
 from fastapi.openapi.docs import get_redoc_html, get_swagger_ui_html
 from starlette.responses import HTMLResponse
 
+from api.common.routes import PageRoute
+from gateway.core.rights import Right
+
 HTML = "text/html; charset=utf-8"
 JSON = "application/json"
 
@@ -120,7 +123,7 @@ def install(app: FastAPI) -> None:
         **{f"{ASSETS_AT}/{name}": _asset(name, media_type) for name, media_type in _ASSETS.items()},
     }
     for path, document in documents.items():
-        app.add_route(path, _answering(document), include_in_schema=False)
+        app.routes.append(PageRoute(path, _answering(document), right=Right.VIEW))
     app.state.documents = list(documents.values())
 
 

@@ -5,12 +5,13 @@ from functools import cache
 from inspect import getdoc
 from typing import Any, Final, Generic, TypeVar
 
-from fastapi import APIRouter, Request, Response
+from fastapi import Request, Response
 from pydantic import BaseModel, ConfigDict
 
 from api.bodies.command_routes import AGE_HEADER, Endpoint, add_row, snake
 from api.common.problems import DECLARED
 from api.common.requests import Wait, age_ms_of, json_response, new_router, plant_of
+from api.common.routes import Router
 from api.robots.fit import require_fit
 from api.robots.jogs import begin_jog
 from api.robots.moves import ROBOT_ENDS_DECLARED, perform
@@ -49,7 +50,7 @@ class Replies(BaseModel, Generic[R]):
 
 
 @cache
-def routers() -> list[APIRouter]:
+def routers() -> list[Router]:
     """Make the routes of the whole table."""
     router = new_router("robot commands")
     for row in ROWS:

@@ -8,6 +8,7 @@ from pydantic import Field
 from api.common.problems import DECLARED
 from api.common.requests import RequestModel, json_response, new_router, plant_of
 from api.robots.paths import RobotId
+from gateway.core.rights import Right
 from gateway.fics.jogs import JogSession
 from gateway.fics.units import RobotUnit
 from protocols.fics.notation import AxisName, Direction, Unit
@@ -23,24 +24,13 @@ class JogRequest(RequestModel):
     direction: Direction
 
 
-@router.post(
-    "/robots/{robot_id}/jogs",
-    name="start_jog",
-    status_code=201,
-    response_model=JogSession,
-    responses=DECLARED,
-)
+@router.post("/robots/{robot_id}/jogs", Right.OPERATE, status_code=201, response_model=JogSession)
 async def start_jog(request: Request, robot_id: RobotId, jog: JogRequest) -> Response:
     """Start to jog an axis. It stops by itself unless a heartbeat comes at least every half second."""
     return await begin_jog(plant_of(request).robot(robot_id).unit(jog.unit), jog.axis, jog.direction)
 
 
-@router.post(
-    "/robots/{robot_id}/jogs/{jog_id}/heartbeat",
-    name="keep_jogging",
-    response_model=JogSession,
-    responses=DECLARED,
-)
+@router.post("/robots/{robot_id}/jogs/{jog_id}/heartbeat", Right.OPERATE, response_model=JogSession)
 async def keep_jogging(request: Request, robot_id: RobotId, jog_id: str) -> Response:
     """Let the axis move for another half second; 409 when it is being stopped, or nobody can reach it."""
     return json_response(plant_of(request).robot(robot_id).jogs.heartbeat(jog_id))
@@ -48,7 +38,7 @@ async def keep_jogging(request: Request, robot_id: RobotId, jog_id: str) -> Resp
 
 @router.post(
     "/robots/{robot_id}/jogs/{jog_id}/stop",
-    name="end_jog",
+    Right.STOP,
     response_model=JogSession,
     responses={
         **DECLARED,

@@ -19,6 +19,7 @@ from api.robots.axes import Amounts, build, numbers
 from api.robots.fit import require_fit
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.rights import Right
 from gateway.fics.move_record import RobotMove
 from gateway.fics.plans import PlannedRobotMove, plan_of
 from gateway.fics.units import Coordinates, RobotUnit
@@ -146,7 +147,7 @@ ROBOT_ENDS_DECLARED: Final[dict[int | str, dict[str, Any]]] = {
 
 @router.post(
     "/robots/{robot_id}/units/{unit}/moves",
-    name="start_robot_move",
+    Right.OPERATE,
     status_code=202,
     response_model=RobotMove,
     responses={
@@ -170,12 +171,7 @@ async def start_robot_move(
     return await perform(request, axes, command, wait)
 
 
-@router.get(
-    "/robots/{robot_id}/units/{unit}/moves",
-    name="list_robot_moves",
-    response_model=RobotMoveList,
-    responses=DECLARED,
-)
+@router.get("/robots/{robot_id}/units/{unit}/moves", Right.VIEW, response_model=RobotMoveList)
 async def list_robot_moves(
     request: Request,
     robot_id: RobotId,
@@ -187,12 +183,7 @@ async def list_robot_moves(
     return json_response(RobotMoveList(moves=plant_of(request).robot_moves.of(axes)[:limit]))
 
 
-@router.get(
-    "/robots/{robot_id}/units/{unit}/moves/{move_id}",
-    name="get_robot_move",
-    response_model=RobotMove,
-    responses=DECLARED,
-)
+@router.get("/robots/{robot_id}/units/{unit}/moves/{move_id}", Right.VIEW, response_model=RobotMove)
 async def get_robot_move(
     request: Request, robot_id: RobotId, unit: UnitNumber, move_id: str, wait: Wait = None
 ) -> Response:
@@ -207,7 +198,7 @@ async def get_robot_move(
 
 @router.post(
     "/robots/{robot_id}/macros/{name}/runs",
-    name="run_macro",
+    Right.OPERATE,
     status_code=202,
     response_model=RobotMove,
     responses=ROBOT_ENDS_DECLARED,

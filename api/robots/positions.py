@@ -14,6 +14,7 @@ from api.common.strict_json import read_body
 from api.robots.axes import Amounts, AxisValue, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest
+from gateway.core.rights import Right
 from gateway.fics.units import RobotUnit
 from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity
 from protocols.fics.positions import LAST_POSITION
@@ -81,12 +82,7 @@ class Uploaded(BaseModel):
     count: int
 
 
-@router.get(
-    "/robots/{robot_id}/units/{unit}/positions",
-    name="list_positions",
-    response_model=PositionTable,
-    responses=DECLARED,
-)
+@router.get("/robots/{robot_id}/units/{unit}/positions", Right.VIEW, response_model=PositionTable)
 async def list_positions(
     request: Request, robot_id: RobotId, unit: UnitNumber, first: First = 1, last: Last = LAST_POSITION
 ) -> Response:
@@ -98,12 +94,7 @@ async def list_positions(
     return json_response(table)
 
 
-@router.put(
-    "/robots/{robot_id}/units/{unit}/positions",
-    name="store_positions",
-    response_model=Uploaded,
-    responses=DECLARED,
-)
+@router.put("/robots/{robot_id}/units/{unit}/positions", Right.SETUP, response_model=Uploaded)
 async def store_positions(
     request: Request, robot_id: RobotId, unit: UnitNumber, upload: PositionUpload
 ) -> Response:
@@ -120,7 +111,7 @@ async def store_positions(
 
 @router.get(
     "/robots/{robot_id}/units/{unit}/positions.csv",
-    name="download_positions",
+    Right.VIEW,
     response_class=Response,
     responses={**DECLARED, 200: {"content": {CSV: {"schema": {"type": "string"}}}, "headers": ENDED_AT}},
 )
@@ -143,7 +134,7 @@ async def download_positions(
 
 
 # Generated clients cannot send text/csv: it stays out of the OpenAPI document, whose way is JSON in parts.
-@router.put("/robots/{robot_id}/units/{unit}/positions.csv", name="upload_positions", include_in_schema=False)
+@router.put("/robots/{robot_id}/units/{unit}/positions.csv", Right.SETUP, include_in_schema=False)
 async def upload_positions(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Store positions from CSV as it is downloaded, undivided; positions it does not name stay."""
     axes = unit_of(request, robot_id, unit)

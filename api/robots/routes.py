@@ -1,11 +1,10 @@
 """All routes of robots."""
 
-from fastapi import APIRouter
-
+from api.common.routes import Router
 from api.robots import command_routes, info, jogs, moves, positions, settings, signals
 
 
-def routers() -> list[APIRouter]:
+def routers() -> list[Router]:
     """The routers of every module here."""
     modules = (info, moves, jogs, positions, settings, signals)
     return [*(module.router for module in modules), *command_routes.routers()]

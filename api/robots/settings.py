@@ -5,12 +5,12 @@ from typing import Annotated, Any, Final, NamedTuple
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.problems import DECLARED
 from api.common.requests import RequestModel, json_response, new_router
 from api.robots.axes import Amounts, AxisSpeeds, AxisValue, build, in_order, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.robots.read_back import reading_back
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
+from gateway.core.rights import Right
 from gateway.fics.errors import PartlyChanged, RobotFailed
 from gateway.fics.soft_limits import uncrossed
 from gateway.fics.units import Coordinates, RobotUnit
@@ -133,23 +133,13 @@ class UnitSettings(BaseModel):
 SMOOTH = "smooth_acceleration"
 
 
-@router.get(
-    "/robots/{robot_id}/units/{unit}/settings",
-    name="read_settings",
-    response_model=UnitSettings,
-    responses=DECLARED,
-)
+@router.get("/robots/{robot_id}/units/{unit}/settings", Right.VIEW, response_model=UnitSettings)
 async def read_settings(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot for all settings of a unit, one by one; refused while it moves."""
     return json_response(await _read(unit_of(request, robot_id, unit), [SMOOTH, *SETTINGS]))
 
 
-@router.patch(
-    "/robots/{robot_id}/units/{unit}/settings",
-    name="change_settings",
-    response_model=UnitSettings,
-    responses=DECLARED,
-)
+@router.patch("/robots/{robot_id}/units/{unit}/settings", Right.SETUP, response_model=UnitSettings)
 async def change_settings(
     request: Request, robot_id: RobotId, unit: UnitNumber, change: SettingsChange
 ) -> Response:

@@ -5,10 +5,10 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.problems import DECLARED
 from api.common.requests import RequestModel, json_response, new_router, plant_of
 from api.robots.paths import RobotId
 from gateway.core.errors import InvalidRequest
+from gateway.core.rights import Right
 from gateway.fics.robot import Robot
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
 from protocols.fics.notation import LAST_CHANNEL, Bit, Number, Within
@@ -64,7 +64,7 @@ class VariableSetting(RequestModel):
     value: Number
 
 
-@router.get("/robots/{robot_id}/inputs", name="read_inputs", response_model=Channels, responses=DECLARED)
+@router.get("/robots/{robot_id}/inputs", Right.VIEW, response_model=Channels)
 async def read_inputs(
     request: Request, robot_id: RobotId, first: FirstChannel = 1, count: ChannelCount = 1
 ) -> Response:
@@ -72,7 +72,7 @@ async def read_inputs(
     return await _read(plant_of(request).robot(robot_id), GetInputChannel, first, count)
 
 
-@router.get("/robots/{robot_id}/outputs", name="read_outputs", response_model=Channels, responses=DECLARED)
+@router.get("/robots/{robot_id}/outputs", Right.VIEW, response_model=Channels)
 async def read_outputs(
     request: Request, robot_id: RobotId, first: FirstChannel = 1, count: ChannelCount = 1
 ) -> Response:
@@ -80,12 +80,7 @@ async def read_outputs(
     return await _read(plant_of(request).robot(robot_id), GetOutputChannel, first, count)
 
 
-@router.put(
-    "/robots/{robot_id}/outputs/{channel}/{bit}",
-    name="switch_output",
-    response_model=Channels,
-    responses=DECLARED,
-)
+@router.put("/robots/{robot_id}/outputs/{channel}/{bit}", Right.OPERATE, response_model=Channels)
 async def switch_output(
     request: Request,
     robot_id: RobotId,
@@ -99,9 +94,7 @@ async def switch_output(
     return json_response(Channels(robot_id=robot.id, channels=[_channel(channel, told)]))
 
 
-@router.get(
-    "/robots/{robot_id}/variables", name="read_variables", response_model=Variables, responses=DECLARED
-)
+@router.get("/robots/{robot_id}/variables", Right.VIEW, response_model=Variables)
 async def read_variables(
     request: Request,
     robot_id: RobotId,
@@ -115,12 +108,7 @@ async def read_variables(
     return json_response(Variables(robot_id=robot.id, variables=values))
 
 
-@router.put(
-    "/robots/{robot_id}/variables/{number}",
-    name="set_variable",
-    response_model=VariableValue,
-    responses=DECLARED,
-)
+@router.put("/robots/{robot_id}/variables/{number}", Right.OPERATE, response_model=VariableValue)
 async def set_variable(
     request: Request,
     robot_id: RobotId,

@@ -5,6 +5,7 @@ from collections import Counter
 from typing import Generic, Protocol, TypeVar
 
 from gateway.core.errors import GatewayError, InvalidRequest, Overtaking
+from gateway.core.origin import Origin, acting
 from gateway.core.port import PortLoop
 from transports.base import Transport, TransportRefused
 
@@ -22,6 +23,10 @@ class Writable(Protocol):
     @property
     def timeout_s(self) -> float:
         """From the frame's last bit to the reply's deadline."""
+
+    @property
+    def origin(self) -> Origin:
+        """On whose behalf it is sent."""
 
     def settle(self, outcome: GatewayError, /) -> None:
         """Tell everybody who still waits."""
@@ -115,6 +120,10 @@ class Carrier(PortLoop, Generic[X, F]):
         return self._talk.has_something()
 
     def _write(self, exchange: X, now: float) -> None:
+        with acting(exchange.origin):
+            self._write_in_its_name(exchange, now)
+
+    def _write_in_its_name(self, exchange: X, now: float) -> None:
         try:
             written = self._send(exchange.frame, now)
         except TransportRefused as error:

@@ -7,6 +7,7 @@ from typing import Literal, Self
 from pydantic import Field
 
 from gateway.core.errors import ControllerError, GatewayError, Moved
+from gateway.core.origin import current
 from gateway.core.records import Record
 
 LOST_AFTER_S = 30.0
@@ -70,6 +71,10 @@ class MoveRecord(Record):
     frame: str = Field(description="The exact bytes, CR as \\r.")
     evidence: list[str] = Field(default_factory=list, description="How the gateway knows what it says.")
     error: MoveError | None = None
+    request_id: str | None = Field(
+        default_factory=lambda: current().request_id,
+        description="The X-Request-Id of the request that asked for it.",
+    )
     created_at: datetime
     sent_at: datetime | None = None
     acknowledged_at: datetime | None = None

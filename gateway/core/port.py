@@ -10,7 +10,9 @@ from typing import Any
 
 from gateway.core.admission import Admission
 from gateway.core.errors import LineDown
+from gateway.core.origin import Origin, acting, current
 from transports.base import Transport, TransportError, TransportLost
+from transports.recorder import Recorder
 
 log = logging.getLogger(__name__)
 
@@ -43,6 +45,8 @@ class PortLoop(ABC):
         self.down_reason = "not opened yet"
         self.admission = Admission()
         """What may be begun now; a plant's lines share one."""
+        self.recorder = Recorder(capacity=0)
+        """That of the port, if it is recorded."""
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
         self._open = False
         self._ready = False
@@ -96,9 +100,14 @@ class PortLoop(ABC):
     def start(self) -> None:
         """Begin to open the port, and to open it again whenever it is lost."""
         self._loop = asyncio.get_running_loop()
-        self._tasks = [
-            asyncio.create_task(work, name=f"line {self.id}") for work in (self._keep_open(), *self._beside())
-        ]
+        with acting(Origin("gateway: set-up")):
+            self._begin(self._keep_open())
+        with acting(Origin("gateway: probe")):
+            for work in self._beside():
+                self._begin(work)
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+        self._tasks.append(asyncio.create_task(work, name=f"line {self.id}"))
 
     async def close(self) -> None:
         """Cancel what waits, close the port and end all tasks. What was written stays written."""
@@ -209,7 +218,7 @@ class PortLoop(ABC):
         A line that is never silent is used nevertheless: what it does then tells people more than waiting.
         """
         try:
-            self.transport.write(opening)
+            self._hand_over(opening)
         except TransportLost:
             return
         self._tx_free_at = self._loop.time() + len(opening) * self.transport.byte_time_s
@@ -245,13 +254,19 @@ class PortLoop(ABC):
     def _send(self, frame: bytes, now: float) -> bool:
         """Hand a frame to the port, and know when its last bit will have left; False if the port has gone."""
         try:
-            self.transport.write(frame)
+            self._hand_over(frame)
         except TransportLost as error:
             self._went_down(str(error))
             return False
         self._heard_out = False
         self._tx_free_at = now + len(frame) * self.transport.byte_time_s
         return True
+
+    def _hand_over(self, data: bytes) -> None:
+        """Let the recorder know who writes, and write."""
+        origin = current()
+        self.recorder.sender = origin.caller, origin.request_id
+        self.transport.write(data)
 
     # time
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.lanes import Lane
+from gateway.core.origin import Origin, current
 from protocols.fics.link import Completion, Failure, Frame, Refusal, credit
 from protocols.fics.row import FicsCommand
 from protocols.table import Reply
@@ -73,6 +74,8 @@ class Exchange:
     unheard: int = 0
     """What `FicsLine.unheard` was when it had been written."""
     deadline: float | None = None
+    origin: Origin = field(default_factory=current)
+    """On whose behalf it is sent; of equal ones that share it, the first's."""
     doubt: NoReply | None = None
     """Why there is no usable reply, until a fence has shown whether one still comes."""
     late_answer: Outcome | None = None

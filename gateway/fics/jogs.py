@@ -9,6 +9,7 @@ from pydantic import Field
 
 from gateway.core.errors import ControllerRefused, GatewayError, NotFound
 from gateway.core.lanes import Lane
+from gateway.core.origin import Origin, acting
 from gateway.core.records import Record
 from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected
 from protocols.fics.jog import StartJog, StopJog
@@ -292,6 +293,7 @@ class Jogs:
             )
         raise NotFound(f"There is no JOG session {session_id}.")
 
+    @acting(Origin("gateway: missing heartbeat"))
     def _missed(self, session: JogSession) -> None:
         self._end(session, "lost")
         self._stop_axis(session)

@@ -173,7 +173,7 @@ class Journey:
         if self._overdue_at is not None and now > self._overdue_at:
             self._overdue_at = None
             self.move.evidence.append("It takes longer than its distance and speed account for.")
-            told = {"move_id": self.move.id, "longest_s": self.move.longest_s}
+            told = self.move.model_dump(include={"longest_s", "request_id"}) | {"move_id": self.move.id}
             self.robot.publish_of(self.unit, "robot.move.overdue", told, self.move.id)
 
     async def _rests_without_answer(self, accepted: Accepted) -> bool:

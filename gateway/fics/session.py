@@ -25,6 +25,7 @@ from gateway.core.errors import (
     StoppedFirst,
 )
 from gateway.core.lanes import Lane
+from gateway.core.origin import Origin, acting
 from gateway.fics.copies import Copies
 from gateway.fics.errors import NotProved, RobotOffline
 from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
@@ -273,6 +274,7 @@ class Conversation:
         """Whether the end of an upload is on its way."""
         return any(isinstance(it.command, EndPositionUpload) for it in (*self._stops, *self._stopping))
 
+    @acting(Origin("gateway: fence"))
     def _recovery(self) -> Exchange:
         """What brings the line into step again: an open upload must be ended before anything is answered."""
         # In Ver.2 an upload nobody here knows of would be as silent.

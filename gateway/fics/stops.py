@@ -7,6 +7,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError, NotSent
 from gateway.core.lanes import Lane
+from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.waiting import happens
@@ -36,6 +37,10 @@ class RobotStopReport(Record):
         "requested", description="Only confirmed means that the robot itself reports standstill of all axes."
     )
     detail: str | None = Field(None, description="Why it is not confirmed.")
+    request_id: str | None = Field(
+        default_factory=lambda: current().request_id,
+        description="The X-Request-Id of the request that asked for it first.",
+    )
     units_unknown: list[int] = Field(
         default_factory=list, description="Units of which the robot has not told whether they stand still."
     )

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.lanes import Lane
+from gateway.core.origin import Origin, acting
 from gateway.core.records import Record
 from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed
 from protocols.fics.alarms import DetailKind, ErrorDetail, ResetErrors
@@ -97,6 +98,7 @@ class SystemErrors:
         if lookup(error).kind is ErrorKind.FICS:
             raise ErrorRemains(self._robot.id, ResetErrors.code, error)
 
+    @acting(Origin("gateway: poll"))
     def _look_soon(self) -> None:
         task = asyncio.create_task(self.look(), name=f"errors of {self._robot.id}")
         self._looking.add(task)

@@ -8,6 +8,7 @@ from typing import Any
 
 from gateway.core.errors import Expired, GatewayError, NoReply
 from gateway.core.lanes import QUESTIONS, Lane
+from gateway.core.origin import Origin, current
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP, RorzeCommand
 from protocols.table import Reply, WireFault
@@ -56,6 +57,8 @@ class Exchange:
     """Who waits, and until when it had to be written for each of them."""
     written_at: float | None = None
     deadline: float | None = None
+    origin: Origin = field(default_factory=current)
+    """On whose behalf it is sent; of equal ones that share it, the first's."""
     doubt: NoReply | None = None
     """Why there is no usable reply, until a fence has shown whether one still comes."""
     late_answer: Answered | Refusal | NoReply | None = None

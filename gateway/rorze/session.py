@@ -17,6 +17,7 @@ from typing import Any
 
 from gateway.core.errors import BodyOffline, Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
 from gateway.core.lanes import IMPATIENT, STOPS, Lane
+from gateway.core.origin import Origin, acting
 from gateway.rorze.copies import Copies, ReplyFrame
 from gateway.rorze.exchange import Answered, Exchange
 from gateway.rorze.gate import Gate
@@ -425,6 +426,7 @@ class Conversation:
         """Order bodies by how well they can witness that the line still works."""
         return sorted(bodies, key=lambda it: self._heard_at.get(it, -inf), reverse=True)
 
+    @acting(Origin("gateway: fence"))
     def _new_fence(self) -> Exchange:
         self._fence = self.self_identifying_read(self._fence_body)
         self._fence.timeout_s = max(self.reply_timeout_s, self.late_reply_s / FENCE_TRIES)

@@ -10,6 +10,7 @@ from pydantic import Field
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
+from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState
 from gateway.core.stops import StopMode as StopMode
@@ -41,6 +42,10 @@ class StopReport(Record):
     )
     position: int | None = Field(None, description="In pulses, at standstill.")
     detail: str | None = Field(None, description="Why it is not confirmed.")
+    request_id: str | None = Field(
+        default_factory=lambda: current().request_id,
+        description="The X-Request-Id of the request that asked for it first.",
+    )
 
 
 class Stops:

@@ -1,0 +1,64 @@
+"""The id of each request: its sender's, or a new one; it is answered, and what is done for it carries it."""
+
+import re
+from collections.abc import Iterable
+from typing import Final
+from uuid import uuid4
+
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from gateway.core.origin import Origin, acting
+
+HEADER: Final = "X-Request-Id"
+_NAME: Final = b"x-request-id"
+_TRACE_NAME: Final = b"traceparent"
+_GOOD: Final = re.compile(rb"[!-~]{1,128}")
+_TRACE: Final = re.compile(
+    rb"(?!ff|00.{53}.)[0-9a-f]{2}-(?!0{32})([0-9a-f]{32})-(?!0{16})[0-9a-f]{16}-[0-9a-f]{2}(?:-.*)?"
+)
+_STARTS: Final = frozenset({"http.response.start", "websocket.accept", "websocket.http.response.start"})
+
+Headers = Iterable[tuple[bytes, bytes]]
+
+
+def request_id_of(headers: Headers) -> str:
+    """Take the id from `X-Request-Id`, or the trace's from `traceparent` (W3C Trace Context), or make one.
+
+    An id is 1 to 128 printable ASCII characters without blanks; another one is passed over.
+    """
+    trace: re.Match[bytes] | None = None
+    for name, value in headers:
+        if name == _NAME and _GOOD.fullmatch(value):
+            return value.decode("ascii")
+        if name == _TRACE_NAME:
+            trace = _TRACE.fullmatch(value)
+    return trace[1].decode("ascii") if trace else uuid4().hex
+
+
+def header_of(request_id: str) -> tuple[bytes, bytes]:
+    """Give the header of the answer."""
+    return _NAME, request_id.encode("ascii")
+
+
+class RequestIds:
+    """Gives every request and every WebSocket its id, and lets what is done for it be done in its name."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, and add the id to the head of its answer."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        request_id = request_id_of(scope["headers"])
+
+        async def answer(message: Message) -> None:
+            if message["type"] in _STARTS:
+                message["headers"] = [*message.get("headers", ()), header_of(request_id)]
+            await send(message)
+
+        client = scope.get("client")
+        caller = f"{scope['type']} {client[0]}" if client else scope["type"]
+        with acting(Origin(caller, request_id)):
+            await self._app(scope, receive, answer)

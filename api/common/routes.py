@@ -1,0 +1,118 @@
+"""Routes, each with the right that using it takes: there is none without, and no way past the hook."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, TypeVar
+
+from fastapi.routing import APIRoute, APIWebSocketRoute
+from starlette.routing import BaseRoute, Mount, Route
+from starlette.types import Receive, Scope, Send
+
+from api.common.access import Access
+from api.common.problems import DECLARED
+from gateway.core.rights import Right
+
+Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
+
+
+class Guarded(BaseRoute):
+    """A route that asks the access hook for its right as soon as it was found, before it reads a body."""
+
+    def __init__(self, *args: Any, right: Right, **options: Any) -> None:
+        self.right = Right(right)
+        super().__init__(*args, **options)
+
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Refuse, or do what the route does."""
+        access: Access = scope["app"].state.access
+        access.require(scope, self.right)
+        await super().handle(scope, receive, send)
+
+
+class HttpRoute(Guarded, APIRoute):
+    """An operation, which its OpenAPI entry shows with its right."""
+
+    def __init__(self, path: str, endpoint: Callable[..., Any], *, right: Right, **options: Any) -> None:
+        extra = {"x-right": right, **(options.pop("openapi_extra", None) or {})}
+        super().__init__(path, endpoint, right=right, openapi_extra=extra, **options)
+
+
+class SocketRoute(Guarded, APIWebSocketRoute):
+    """A WebSocket; who does not have its right is refused before it is opened."""
+
+
+class PageRoute(Guarded, Route):
+    """A document or a redirection: no operation."""
+
+
+class FilesMount(Guarded, Mount):
+    """Files, or an application, under one path and one right."""
+
+
+class Router:
+    """The routes of one tag. The application takes them side by side with all others."""
+
+    def __init__(self, tag: str, route_class: type[HttpRoute]) -> None:
+        self.tag = tag
+        self.routes: list[BaseRoute] = []
+        self._route_class = route_class
+
+    def add(self, method: str, path: str, right: Right, endpoint: Callable[..., Any], **options: Any) -> None:
+        """Add an operation, named as its endpoint if nothing else is said; `options` are those of FastAPI."""
+        told = {"responses": DECLARED, **options}
+        self.routes.append(
+            self._route_class(
+                path,
+                endpoint,
+                right=right,
+                methods=[method],
+                tags=[self.tag],
+                generate_unique_id_function=_name_of,
+                **told,
+            )
+        )
+
+    def get(self, path: str, right: Right, **options: Any) -> Callable[[Endpoint], Endpoint]:
+        """Register the function below for GET."""
+        return self._registering("GET", path, right, options)
+
+    def post(self, path: str, right: Right, **options: Any) -> Callable[[Endpoint], Endpoint]:
+        """Register the function below for POST."""
+        return self._registering("POST", path, right, options)
+
+    def put(self, path: str, right: Right, **options: Any) -> Callable[[Endpoint], Endpoint]:
+        """Register the function below for PUT."""
+        return self._registering("PUT", path, right, options)
+
+    def patch(self, path: str, right: Right, **options: Any) -> Callable[[Endpoint], Endpoint]:
+        """Register the function below for PATCH."""
+        return self._registering("PATCH", path, right, options)
+
+    def websocket(self, path: str, right: Right) -> Callable[[Endpoint], Endpoint]:
+        """Register the function below for a WebSocket."""
+
+        def register(endpoint: Endpoint) -> Endpoint:
+            self.routes.append(SocketRoute(path, endpoint, right=right))
+            return endpoint
+
+        return register
+
+    def _registering(
+        self, method: str, path: str, right: Right, options: dict[str, Any]
+    ) -> Callable[[Endpoint], Endpoint]:
+        def register(endpoint: Endpoint) -> Endpoint:
+            self.add(method, path, right, endpoint, **options)
+            return endpoint
+
+        return register
+
+
+def _name_of(route: APIRoute) -> str:
+    return route.name
+
+
+def unguarded(routes: Iterable[BaseRoute]) -> Iterator[BaseRoute]:
+    """Give every route without a right, those of mounted applications too."""
+    for route in routes:
+        if not isinstance(route, Guarded):
+            yield route
+        yield from unguarded(getattr(route, "routes", None) or ())
