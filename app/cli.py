@@ -9,6 +9,7 @@ from importlib.metadata import version as distribution_version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated, Any, NoReturn
+from uuid import uuid4
 
 import httpx
 import typer
@@ -178,9 +179,10 @@ def scan(
 
 
 def _ask(method: str, url: str, wait_s: float, content: object) -> dict[str, Any]:
-    """Ask the gateway, and turn a problem into its sentence and an exit code."""
+    """Ask the gateway, and turn a problem into its sentence, the request's id and an exit code."""
+    request_id = uuid4().hex
+    headers = {"X-Request-Id": request_id, **({"Prefer": f"wait={wait_s:g}"} if wait_s else {})}
     try:
-        headers = {"Prefer": f"wait={wait_s:g}"} if wait_s else {}
         answer = httpx.request(method, url, json=content, headers=headers, timeout=wait_s + 10)
         data = dict(answer.json())
     except (httpx.ConnectError, httpx.ConnectTimeout, httpx.UnsupportedProtocol, httpx.InvalidURL) as error:
@@ -188,12 +190,13 @@ def _ask(method: str, url: str, wait_s: float, content: object) -> dict[str, Any
     except (httpx.HTTPError, TypeError, ValueError) as error:
         _fail(
             f"The gateway at {url} was asked, and its answer was lost: {str(error).rstrip('.')}. The command "
-            "may have been carried out: read status and position before anything else.",
+            "may have been carried out: read status and position before anything else. The line's trace has "
+            f"what was sent, as request {request_id}.",
             EXIT_UNKNOWN,
         )
     if not answer.is_success:
         sentence = f"{data.get('detail', answer.text)} {data.get('remedy', '')}".strip()
-        _fail(sentence, _exit_code(answer.status_code, data))
+        _fail(f"{sentence} (request {request_id})", _exit_code(answer.status_code, data))
     return data
 
 

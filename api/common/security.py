@@ -1,16 +1,15 @@
 """Which browsers and host names may talk to the gateway: what protects it until there is access control."""
 
-import json
 from collections.abc import Iterable
 from typing import Final
+from urllib.parse import quote
 
+from starlette.responses import Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api.common.problems import MEDIA_TYPE, TYPE_PREFIX
-from gateway.core.origin import current
+from api.common.problems import TYPE_PREFIX, plain_problem, response_to
 
 LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "[::1]"})
-CLOSE_POLICY_VIOLATION = 1008
 
 
 class SameSite:
@@ -30,11 +29,8 @@ class SameSite:
         reason = self._reason_against(scope) if scope["type"] in ("http", "websocket") else None
         if reason is None:
             await self._app(scope, receive, send)
-        elif scope["type"] == "websocket":
-            await receive()
-            await send({"type": "websocket.close", "code": CLOSE_POLICY_VIOLATION, "reason": reason})
         else:
-            await _refuse(scope, send, reason)
+            await _refusal(scope, reason)(scope, receive, send)
 
     def _reason_against(self, scope: Scope) -> str | None:
         host = origin = site = ""
@@ -62,18 +58,8 @@ def _without_port(host: str) -> str:
     return name if colon and port.isdecimal() else host
 
 
-async def _refuse(scope: Scope, send: Send, reason: str) -> None:
-    problem = {
-        "type": f"{TYPE_PREFIX}not-from-there",
-        "title": "Not from there",
-        "status": 403,
-        "detail": f"{reason} Nothing was sent.",
-        "instance": scope["path"],
-        "moved": "no",
-        "remedy": "",
-        "retryable": False,
-        "request_id": current().request_id,
-    }
-    headers = [(b"content-type", MEDIA_TYPE.encode())]
-    await send({"type": "http.response.start", "status": 403, "headers": headers})
-    await send({"type": "http.response.body", "body": json.dumps(problem).encode()})
+def _refusal(scope: Scope, reason: str) -> Response:
+    """Answer with a problem; a WebSocket that is not open yet, too."""
+    problem = plain_problem(403, f"{reason} Nothing was sent.", quote(scope["path"]))
+    problem.type, problem.title, problem.remedy = f"{TYPE_PREFIX}not-from-there", "Not from there", ""
+    return response_to(problem)

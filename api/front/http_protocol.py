@@ -21,6 +21,7 @@ from uvicorn.protocols.http.flow_control import HIGH_WATER_LIMIT, FlowControl
 from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol, RequestResponseCycle
 
 from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, plain_problem
+from api.common.request_ids import Headers, header_of, request_id_of
 from api.front.admission import Admission, Admitted
 from api.front.drain import Drain
 from api.front.stop_paths import is_stop
@@ -50,13 +51,16 @@ class Refused(Exception):
         self.status = status
         self.detail = f"{detail} Nothing was sent."
 
-    def answer(self, default_headers: list[tuple[bytes, bytes]], path: str) -> bytes:
-        """The whole answer."""
+    def answer(self, default_headers: Headers, path: str, asked: Headers) -> bytes:
+        """The whole answer to a request with the headers `asked`, as far as they were read."""
+        request_id = request_id_of(asked)
         problem = plain_problem(self.status, self.detail, path)
+        problem.request_id = request_id
         problem.retryable = self.status in (HTTPStatus.REQUEST_TIMEOUT, HTTPStatus.SERVICE_UNAVAILABLE)
         content = problem.model_dump_json(exclude_none=True).encode()
         headers = [
             *default_headers,
+            header_of(request_id),
             (b"content-type", MEDIA_TYPE.encode()),
             (b"content-length", str(len(content)).encode()),
             (b"connection", b"close"),
@@ -436,7 +440,7 @@ class HttpProtocol(HttpToolsProtocol):
     def _refuse(self, refused: Refused) -> None:
         """End the connection with an answer; before it comes what was begun, and nothing that was not."""
         path = quote(self.url.partition(b"?")[0][:_INSTANCE_BYTES], safe="/%")
-        words = refused.answer(self.server_state.default_headers, path)
+        words = refused.answer(self.server_state.default_headers, path, self.headers or ())
         self._last_words = b"" if self._in_body and not self._take_back() else words
         self._end_of_receiving()
         self._unread = b""

@@ -40,7 +40,7 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         super().data_received(data)
         if self.conn.handshake_exc is not None and not self.handshake_initiated:
             refused = Refused(431, "A header of the request is too long for a WebSocket, or it has too many.")
-            self.transport.write(refused.answer(self.default_headers, ""))
+            self.transport.write(refused.answer(self.default_headers, "", ()))
             self._close()
 
     def send_receive_event_to_app(self) -> None:

@@ -16,8 +16,12 @@ class FakeGateway:
         self._status, self._answer = status, answer
         self.paths: list[str] = []
         self.sent: list[object] = []
+        self.ids: list[str] = []
 
-    def request(self, _method: str, url: str, *, json: object, **_: object) -> httpx.Response:
+    def request(
+        self, _method: str, url: str, *, json: object, headers: dict[str, str], **_: object
+    ) -> httpx.Response:
+        self.ids.append(headers["X-Request-Id"])
         self.paths.append(httpx.URL(url).path)
         self.sent.append(json)
         return httpx.Response(self._status, json=self._answer)
@@ -107,6 +111,15 @@ def test_a_problem_is_told_in_its_sentence(
     said = run(monkeypatch, problem, "send", "3F", "6PD", status=status)
     assert (said.exit_code, said.stdout) == (code, "")
     assert (problem["detail"] if isinstance(problem, dict) else "answer was lost") in said.stderr
+
+
+def test_each_call_has_an_id_of_its_own_and_an_error_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    for status, answer in ((404, {"moved": "no", "detail": "There is no body 3F."}), (502, ["a proxy"])):
+        gateway = FakeGateway(status, answer)
+        monkeypatch.setattr(httpx, "request", gateway.request)
+        errors = [CliRunner().invoke(cli.app, ["send", "3F", "6PD"]).stderr for _ in range(2)]
+        assert len(set(gateway.ids)) == 2
+        assert all(f"request {name}" in error for name, error in zip(gateway.ids, errors, strict=True))
 
 
 @pytest.mark.parametrize(

@@ -105,6 +105,25 @@ async def test_a_recorded_port_tells_its_whole_story() -> None:
 
 
 @pytest.mark.anyio
+async def test_what_is_sent_has_its_sender_and_nothing_else_has(tmp_path: Path) -> None:
+    path = tmp_path / "line.jsonl"
+    recorder = Recorder(file=TraceFile(path))
+    port = Recorded(LoopBack("loop"), recorder)
+    await port.open(Ear())
+    recorder.sender = "http 10.0.0.1", "job-17"
+    port.write(b"&3F6PD\r")
+    recorder.sender = "gateway: poll", None
+    port.write(bytes(RECORD_BYTES + 1))
+    recorder.close()
+    senders = [(entry.caller, entry.request_id) for entry in recorder.entries() if entry.kind == "tx"]
+    assert senders == [("http 10.0.0.1", "job-17"), ("gateway: poll", None), ("gateway: poll", None)]
+    assert {entry.caller for entry in recorder.entries() if entry.kind != "tx"} == {None}
+    written = [TraceEntry.model_validate_json(line) for line in path.read_bytes().splitlines()]
+    assert written == recorder.entries()
+    assert b"caller" not in path.read_bytes().splitlines()[0]
+
+
+@pytest.mark.anyio
 async def test_a_loss_is_recorded_and_passed_on_and_closing_afterwards_is_not() -> None:
     recorder, ear, loop = Recorder(), Ear(), LoopBack("loop")
     port = Recorded(loop, recorder)

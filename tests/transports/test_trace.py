@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from transports.trace import Kind, TraceEntry, escape, unescape, wall_ns
+from transports.trace import NOBODY, Kind, TraceEntry, escape, unescape, wall_ns
 
 AT_NS = 1_790_000_000_123_456_789
 
@@ -52,12 +52,12 @@ def test_foreign_escapes_are_refused(text: str) -> None:
 
 @given(st.binary(), st.sampled_from(["rx", "tx"]))
 def test_an_entry_survives_json(data: bytes, kind: Kind) -> None:
-    entry = TraceEntry.of((AT_NS, 5, kind, data))
+    entry = TraceEntry.of((AT_NS, 5, kind, data, *NOBODY))
     assert TraceEntry.model_validate_json(entry.model_dump_json()) == entry
 
 
 def test_an_entry_reads_as_one_line_of_json() -> None:
-    entry = TraceEntry.of((AT_NS, 42, "rx", b">&3F1+M\r"))
+    entry = TraceEntry.of((AT_NS, 42, "rx", b">&3F1+M\r", *NOBODY))
     assert entry.model_dump_json() == (
         '{"at":"2026-09-21T14:13:20.123456Z","monotonic_ns":42,"kind":"rx","data":">&3F1+M\\\\r"}'
     )
@@ -73,5 +73,5 @@ def test_an_entry_of_another_kind_or_with_more_in_it_is_refused() -> None:
 
 
 def test_the_moment_of_an_entry_converts_back_to_its_microsecond() -> None:
-    assert wall_ns(TraceEntry.of((AT_NS, 0, "rx", b"")).at) == AT_NS // 1000 * 1000
+    assert wall_ns(TraceEntry.of((AT_NS, 0, "rx", b"", *NOBODY)).at) == AT_NS // 1000 * 1000
     assert wall_ns(datetime(1970, 1, 1, tzinfo=UTC)) == 0

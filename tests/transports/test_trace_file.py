@@ -10,7 +10,7 @@ from typing_extensions import Buffer
 
 from transports import trace_file
 from transports.recorder import RECORD_BYTES
-from transports.trace import TraceEntry
+from transports.trace import NOBODY, TraceEntry
 from transports.trace_file import FileRing, TraceFile
 
 # A file that opens and always answers "no space left on device".
@@ -85,7 +85,7 @@ def test_what_is_recorded_is_in_the_file_when_it_is_closed(tmp_path: Path) -> No
     path = tmp_path / "trace.jsonl"
     file = TraceFile(path)
     for number in range(1000):
-        file.put((number, number, "tx", b"&3F6PD\r"))
+        file.put((number, number, "tx", b"&3F6PD\r", *NOBODY))
     file.close()
     entries = [TraceEntry.model_validate_json(line) for line in path.read_bytes().splitlines()]
     assert len(entries) == 1000
@@ -96,7 +96,7 @@ def test_what_is_recorded_is_in_the_file_when_it_is_closed(tmp_path: Path) -> No
 def test_a_full_disk_costs_records_which_are_counted_and_told_once(caplog: pytest.LogCaptureFixture) -> None:
     file = TraceFile(FULL_DISK)
     for number in range(50):
-        file.put((number, number, "rx", b">&3F6PD+000000000\r"))
+        file.put((number, number, "rx", b">&3F6PD+000000000\r", *NOBODY))
     file.close()
     assert file.dropped == 50
     assert [record.levelno for record in caplog.records] == [logging.WARNING]
@@ -110,10 +110,10 @@ def test_a_disk_that_recovers_is_recorded_to_again_and_says_how_much_is_missing(
     path.parent.write_text("in the way of the folder")
     file = TraceFile(path)
     file.close()
-    file._write((1, 1, "rx", b"lost"))
-    file._write((2, 2, "rx", b"lost too"))
+    file._write((1, 1, "rx", b"lost", *NOBODY))
+    file._write((2, 2, "rx", b"lost too", *NOBODY))
     path.parent.unlink()
-    file._write((3, 3, "rx", b"kept"))
+    file._write((3, 3, "rx", b"kept", *NOBODY))
     file._ring.close()
     assert [TraceEntry.model_validate_json(line).data for line in path.read_bytes().splitlines()] == [b"kept"]
     failed, recovered = caplog.messages
@@ -122,7 +122,8 @@ def test_a_disk_that_recovers_is_recorded_to_again_and_says_how_much_is_missing(
 
 
 def test_the_longest_record_fits_the_smallest_file_that_can_be_configured() -> None:
-    longest = TraceEntry.of((2**63 - 1, 2**63 - 1, "opened", bytes(RECORD_BYTES)))
+    sender = f"websocket {'f' * 39}%interface-name0", '"' * 128
+    longest = TraceEntry.of((2**63 - 1, 2**63 - 1, "opened", bytes(RECORD_BYTES), *sender))
     assert len(longest.model_dump_json()) < 4096
 
 
@@ -134,7 +135,7 @@ def test_a_disk_that_is_too_slow_costs_the_oldest_records(
     path = tmp_path / "trace.jsonl"
     file = TraceFile(path)
     for number in range(25):
-        file.put((number, number, "rx", b""))
+        file.put((number, number, "rx", b"", *NOBODY))
     file.close()
     entries = [TraceEntry.model_validate_json(line) for line in path.read_bytes().splitlines()]
     assert [entry.monotonic_ns for entry in entries] == list(range(15, 25))

@@ -56,7 +56,7 @@ def test_a_foreign_page_can_neither_move_nor_listen(headers: dict[str, str]) -> 
         assert stand.moved() == []
         async with socket(stand, "/events", headers=headers) as client:
             refused = await client.message()
-        assert (refused["type"], refused["code"]) == ("websocket.close", 1008)
+        assert (refused["type"], refused["status"]) == ("websocket.http.response.start", 403)
 
     story()
 

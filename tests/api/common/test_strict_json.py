@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
 from api.common import problems
+from api.common.access import Access
 from api.common.requests import RequestModel, new_router
 from api.common.strict_json import MAX_BODY_BYTES, MAX_DEPTH, MAX_DIGITS, MAX_KEYS, NotStrict, parse
+from gateway.core.rights import Right
 
 # No deeper than a request may be, and no numbers that are too large for JSON.
 JSON = st.recursive(
@@ -34,10 +36,11 @@ class Pulses(RequestModel):
 
 def client() -> TestClient:
     app = FastAPI()
+    app.state.access = Access()
     problems.install(app)
     router = new_router("test")
 
-    @router.post("/pulses", name="take_pulses")
+    @router.post("/pulses", Right.OPERATE)
     async def take_pulses(body: Pulses) -> int:
         return body.pulses
 

@@ -48,6 +48,27 @@ async def test_a_head_that_is_one_byte_longer_ends_the_connection(front: Front) 
     assert front.app.begun == []
 
 
+@on_front(receive_s=0.2)
+async def test_a_refusal_has_the_id_of_its_request_as_far_as_that_was_read(front: Front) -> None:
+    slow, long = await front.client(), await front.client()
+    mine = b"x-request-id: job-17\r\n"
+    slow.say(b"POST /a HTTP/1.1\r\n", HOST, mine, b"content-length: 9\r\n\r\nhalf")
+    long.say(b"GET /a HTTP/1.1\r\n", HOST, mine, b"x: ", b"y" * (16 * KIB))
+    for client, status in ((slow, b"408"), (long, b"431")):
+        head, _, body = (await client.reader.read()).partition(b"\r\n\r\n")
+        assert head.split(b" ")[1] == status
+        assert b"\r\nx-request-id: job-17\r\n" in head + b"\r\n"
+        assert json.loads(body)["request_id"] == "job-17"
+
+
+@on_front()
+async def test_a_refusal_of_what_is_no_request_has_an_id_too(front: Front) -> None:
+    client = await front.client()
+    client.say(b"\x00\x01\r\n\r\n")
+    status, body = await client.answer()
+    assert (status, len(json.loads(body)["request_id"])) == (400, 32)
+
+
 @pytest.mark.parametrize(
     "begin",
     [

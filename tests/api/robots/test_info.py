@@ -69,11 +69,14 @@ async def test_the_status_names_what_each_motor_does(cell: Cell) -> None:
 async def test_a_stop_is_confirmed_by_standstill_and_ends_the_move(cell: Cell) -> None:
     await cell.move(HOME)
     started = await cell.post(f"{UNIT}/moves", {"kind": "absolute", "axes": mm(X=-200)})
-    stopped = (await cell.post("/robots/r1/stop")).json()
-    assert stopped == {
+    answer = await cell.post("/robots/r1/stop")
+    asked = answer.headers["x-request-id"]
+    assert answer.json() == {
         "confirmed": True,
         "bodies": [],
-        "robots": [{"robot_id": "r1", "state": "confirmed", "detail": None, "units_unknown": []}],
+        "robots": [
+            {"robot_id": "r1", "state": "confirmed", "detail": None, "request_id": asked, "units_unknown": []}
+        ],
     }
     assert (await cell.get(started.headers["location"])).json()["status"] == "stopped"
     assert "ASS" in cell.commands()
