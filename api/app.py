@@ -1,9 +1,9 @@
 """The web application: all routes over one plant."""
 
-from fastapi import FastAPI, Request
+from fastapi import FastAPI, HTTPException, Request
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
-from starlette.types import ASGIApp
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import catalogue, health, lines, stops, streams
 from api.bodies import command_routes, groups, info, moves, text_commands
@@ -61,6 +61,7 @@ def create_app(plant: Plant) -> FastAPI:
     app.router.routes[:0] = [route for router in routers for route in router.routes]
     documents.install(app)
     app.routes.append(PageRoute("/", _to_docs, right=Right.VIEW))
+    app.router.default = _nowhere
     if bare := list(unguarded(app.routes)):
         raise TypeError(f"Routes without a right: {bare}")
     server = plant.config.server
@@ -79,6 +80,11 @@ def create_app(plant: Plant) -> FastAPI:
 def make_documents(app: FastAPI) -> None:
     """Make all that never changes, before anybody can ask for it: it takes a second or two."""
     documents.make_ready([*app.state.documents, *catalogue.TABLES.values()])
+
+
+async def _nowhere(_scope: Scope, _receive: Receive, _send: Send) -> None:
+    """Answer as to every request, where a WebSocket would only be closed."""
+    raise HTTPException(404)
 
 
 async def _to_docs(_: Request) -> RedirectResponse:

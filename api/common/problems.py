@@ -161,7 +161,7 @@ async def _tell_invalid(request: Request, error: RequestValidationError) -> Resp
 async def _tell_http_error(request: Request, error: HTTPException) -> Response:
     details = {
         404: f"There is nothing at {instance_of(request)}; nothing was sent.",
-        405: f"{request.method} is not possible at {instance_of(request)}; nothing was sent.",
+        405: f"{request.scope.get('method')} is not possible at {instance_of(request)}; nothing was sent.",
     }
     detail = details.get(error.status_code, error.detail)
     return response_to(_plain(request, error.status_code, detail), error.headers)

@@ -71,9 +71,11 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         self._drain.watch()
 
     async def send(self, message: Any) -> None:
-        """Send for the application."""
+        """Send for the application; an answer that refuses the handshake is one to it, too."""
         await super().send(message)
-        if message["type"] == "websocket.close":
+        if message["type"] == "websocket.http.response.body" and not message.get("more_body", False):
+            self.handshake_complete = True
+        if self.close_sent:
             self._drain.watch()
 
     def _close(self) -> None:

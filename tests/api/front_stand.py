@@ -32,7 +32,7 @@ class Application:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "websocket":
-            await self._follow(receive, send)
+            await (self._deny if scope["path"] == "/denied" else self._follow)(receive, send)
             return
         path = scope["path"]
         self.begun.append(path)
@@ -65,6 +65,12 @@ class Application:
         if sender is not None:
             sender.cancel()
             await asyncio.gather(sender, return_exceptions=True)
+
+    async def _deny(self, receive: Receive, send: Send) -> None:
+        """Answer a handshake as a request."""
+        await receive()
+        await send({"type": "websocket.http.response.start", "status": 403, "headers": [(b"x", b"y")]})
+        await send({"type": "websocket.http.response.body", "body": b"no"})
 
     async def _flood(self, send: Send) -> None:
         while True:
@@ -177,6 +183,7 @@ def on_front(connections: int = 100, **limits: float) -> Callable[[Story], Calla
 
             uvloop.run(run())
             assert "Traceback" not in caplog.text
+            assert "ASGI" not in caplog.text
             assert not [record for record in caplog.records if record.exc_info]
 
         return test

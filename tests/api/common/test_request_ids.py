@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from api.common.request_ids import request_id_of
+from simulator.faults import Direction, Fault, Switch
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell
 from tests.api.stand import RELATIVE, Stand, on_stand, socket
 
@@ -102,9 +103,11 @@ async def test_refusals_of_strangers_have_it_and_pages_may_read_it(stand: Stand)
 
 @on_stand()
 async def test_a_websocket_has_it_in_its_handshake(stand: Stand) -> None:
-    async with socket(stand, "/events", headers={"traceparent": PARENT}) as client:
-        accepted = await client.message()
-    assert (b"x-request-id", TRACE.encode()) in accepted["headers"]
+    for path, status in {"/events": None, "/nothing": 404}.items():
+        async with socket(stand, path, headers={"traceparent": PARENT}) as client:
+            answer = await client.message()
+        assert answer.get("status") == status
+        assert (b"x-request-id", TRACE.encode()) in answer["headers"]
 
 
 @pytest.mark.parametrize(
@@ -208,16 +211,12 @@ async def test_the_gateways_own_frames_say_what_they_are_for(stand: Stand) -> No
 
 @on_stand({"arm": [{"id": "3F"}, {"id": "00"}]})
 async def test_a_fence_and_a_probe_are_the_gateways_own(stand: Stand) -> None:
-    stand.port.machine.receive = _deaf  # type: ignore[method-assign]  # nobody answers any more
+    stand.port.machine.faults.set(Switch(Fault.LOST, Direction.REQUESTS, 1.0))
     assert (await stand.get("/bodies/3F/position")).status_code in (409, 503)
     await asyncio.sleep(20)
     questions = [entry for entry in sent(await stand.get("/lines/arm/trace")) if "3ND" in entry["data"]]
     assert list(dict.fromkeys(entry["caller"] for entry in questions)) == ["gateway: fence", "gateway: probe"]
     assert not any("request_id" in entry for entry in questions)
-
-
-def _deaf(_data: bytes, _now: float) -> None:
-    return
 
 
 @in_cell()

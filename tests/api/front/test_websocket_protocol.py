@@ -38,6 +38,14 @@ async def opened(front: Front, *headers: bytes) -> Client:
     return client
 
 
+@on_front()
+async def test_a_handshake_that_the_application_refuses_is_answered_and_ended(front: Front) -> None:
+    client = await front.client()
+    client.say(HANDSHAKE.replace(b"/events", b"/denied"), b"\r\n")
+    assert await client.answer() == (403, b"no")
+    assert await client.ended()
+
+
 async def close_code(client: Client) -> int:
     """The code of the frame that closes the connection, which then ends."""
     async with asyncio.timeout(PATIENCE_S):

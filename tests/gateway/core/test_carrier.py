@@ -12,6 +12,7 @@ from gateway.core.carrier import GAP_S, Carrier
 from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, LineDown, Overtaking
 from gateway.core.lanes import Lane
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
+from gateway.core.origin import current
 from gateway.rorze.line import Line, LineState
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.position import GetPosition
@@ -39,6 +40,7 @@ class Said:
     def __init__(self, text: str) -> None:
         self.frame = f"{text}\r".encode()
         self.timeout_s = TIMEOUT_S
+        self.origin = current()
         self.outcome: GatewayError | None = None
 
     def settle(self, outcome: GatewayError, /) -> None:
