@@ -12,12 +12,13 @@ from gateway.core.carrier import GAP_S, Carrier
 from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, LineDown, Overtaking
 from gateway.core.lanes import Lane
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
-from gateway.core.origin import current
+from gateway.core.origin import Origin, acting, current
 from gateway.rorze.line import Line, LineState
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.position import GetPosition
 from tests.gateway.rorze.far_end import FarEnd, running_line, until, virtual
 from transports.base import TransportRefused
+from transports.recorder import Recorded, Recorder
 
 BAUD = 9600
 FRAME_S = len("&026PD\r") * 10 / BAUD
@@ -60,6 +61,8 @@ class Speech:
         self.fences = 0
         self.said: list[tuple[bytes, float, float]] = []
         """What was written when, and until when its answer is waited for."""
+        self.writers: list[str] = []
+        """On whose behalf each was noted as written."""
         self.passed: list[tuple[float, float | None]] = []
         """When deadlines were looked at, and until when a reply that has begun may go on."""
 
@@ -79,6 +82,7 @@ class Speech:
 
     def written(self, exchange: Said, now: float, deadline: float) -> None:
         self.said.append((exchange.frame, now, deadline))
+        self.writers.append(current().caller)
 
     def deadline(self) -> float | None:
         return None
@@ -151,6 +155,22 @@ def now() -> float:
 
 
 # writing
+
+
+@virtual
+async def test_a_frame_that_waited_is_written_in_the_name_of_who_asked_for_it() -> None:
+    port = Port(BAUD)
+    async with speaking(port) as line:
+        line.recorder = Recorder()
+        line.transport = Recorded(port, line.recorder)
+        for caller in ("http 10.0.0.1", "http 10.0.0.2"):
+            with acting(Origin(caller, "job")):
+                line.say("&026PD")
+        await asyncio.sleep(1)  # the second goes by a timer that the first has set
+        senders = [(entry.caller, entry.request_id) for entry in line.recorder.entries()]
+        assert senders == [("http 10.0.0.1", "job"), ("http 10.0.0.2", "job")]
+        assert line.speech.writers == ["http 10.0.0.1", "http 10.0.0.2"]
+        assert current() == Origin("gateway")
 
 
 @virtual
