@@ -101,13 +101,12 @@ class PortLoop(ABC):
         """Begin to open the port, and to open it again whenever it is lost."""
         self._loop = asyncio.get_running_loop()
         with acting(Origin("gateway: set-up")):
-            self._begin(self._keep_open())
+            self._tasks = [self._begun(self._keep_open())]
         with acting(Origin("gateway: probe")):
-            for work in self._beside():
-                self._begin(work)
+            self._tasks += map(self._begun, self._beside())
 
-    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
-        self._tasks.append(asyncio.create_task(work, name=f"line {self.id}"))
+    def _begun(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
+        return asyncio.create_task(work, name=f"line {self.id}")
 
     async def close(self) -> None:
         """Cancel what waits, close the port and end all tasks. What was written stays written."""

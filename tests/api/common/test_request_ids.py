@@ -102,6 +102,27 @@ async def test_refusals_of_strangers_have_it_and_pages_may_read_it(stand: Stand)
 
 
 @on_stand()
+async def test_a_stream_of_events_has_it_in_its_head(stand: Stand) -> None:
+    heads: list[dict[str, Any]] = []
+
+    async def send(message: Any) -> None:
+        heads.append(message)
+
+    scope = {
+        "type": "http",
+        "method": "GET",
+        "path": "/events/stream",
+        "query_string": b"",
+        "headers": [(b"host", b"127.0.0.1"), (b"x-request-id", MINE.encode())],
+    }
+    streaming = asyncio.create_task(stand.app(scope, asyncio.Event().wait, send))  # type: ignore[arg-type]  # nothing comes
+    await asyncio.sleep(0.1)
+    streaming.cancel()
+    assert heads[0]["status"] == 200
+    assert (b"x-request-id", MINE.encode()) in heads[0]["headers"]
+
+
+@on_stand()
 async def test_a_websocket_has_it_in_its_handshake(stand: Stand) -> None:
     for path, status in {"/events": None, "/nothing": 404}.items():
         async with socket(stand, path, headers={"traceparent": PARENT}) as client:
@@ -217,6 +238,15 @@ async def test_a_fence_and_a_probe_are_the_gateways_own(stand: Stand) -> None:
     questions = [entry for entry in sent(await stand.get("/lines/arm/trace")) if "3ND" in entry["data"]]
     assert list(dict.fromkeys(entry["caller"] for entry in questions)) == ["gateway: fence", "gateway: probe"]
     assert not any("request_id" in entry for entry in questions)
+
+
+@in_cell()
+async def test_a_fence_of_a_robot_is_the_gateways_own_and_the_repeated_read_its_senders(cell: Cell) -> None:
+    cell.rig.lose_replies()
+    assert (await cell.get("/robots/r1/inputs", **{"x-request-id": MINE})).status_code == 200
+    frames = [it for it in cell.rig.plant.recorders["cell"].entries() if it.kind == "tx"]
+    assert {it.caller for it in frames if it.data.startswith(b"VAR")} == {"gateway: fence"}
+    assert [it.request_id for it in frames if it.data.startswith(b"IDI")] == [MINE, MINE]
 
 
 @in_cell()
