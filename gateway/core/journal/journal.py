@@ -1,0 +1,233 @@
+"""The journal at work: one thread writes, all that waits goes into one commit, trouble is told at once."""
+
+import asyncio
+import logging
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from gateway.core.errors import NotSent
+from gateway.core.journal import writes
+from gateway.core.journal.disk import Disk, DiskFailed, DiskFull
+from gateway.core.journal.retention import Retention, forget
+from gateway.core.journal.writes import Value, Write
+
+log = logging.getLogger(__name__)
+
+WRITTEN_WITHIN_S = 1.0
+"""What the disk has not taken by then is not waited for."""
+LOOK_S = 5.0
+"""How often a quiet journal sees that its file is there, and one in trouble tries again."""
+SYNCED_WITHIN_S = 1.0
+"""What nobody waits for is safe from a loss of power after so long."""
+MOST_AT_ONCE = 1000
+"""Entries of one commit."""
+
+
+class JournalUnavailable(NotSent):
+    """What has an effect cannot be written down, so it is not sent."""
+
+    kind = "journal-unavailable"
+    title = "The journal cannot be written"
+
+    def __init__(self, why: str) -> None:
+        super().__init__(
+            f"The journal cannot be written ({why}), so nothing with an effect is sent; nothing was sent. "
+            "Stops and reads go on.",
+            "Make room on the disk, or mend it; the gateway tries again by itself every few seconds.",
+        )
+
+
+@dataclass(eq=False, slots=True)
+class _Entry:
+    """Writes that belong together, and who waits for them."""
+
+    writes: Sequence[Write]
+    done: "asyncio.Future[None] | None" = None
+
+
+@dataclass(eq=False, slots=True)
+class _Question:
+    sql: str
+    values: Sequence[Value]
+    answer: "asyncio.Future[list[tuple[Any, ...]]]"
+
+
+@dataclass(eq=False)
+class Journal:
+    """The writer of one disk. Its methods belong to the event loop's thread."""
+
+    disk: Disk
+    on_trouble: Callable[[str | None], None] = lambda _why: None
+    """Called with the reason when it cannot be written any more, and with None when it can again."""
+    retention: Retention = field(default_factory=Retention)
+    trouble: str | None = None
+    """Why it cannot be written."""
+    lag_s: float = 0.0
+    """How long the last commit that somebody waited for has taken."""
+    _waiting: "SimpleQueue[_Entry | _Question | None]" = field(default_factory=SimpleQueue)
+    _thread: threading.Thread | None = None
+    _unsynced_since: float | None = None
+    _failed: bool = False
+    """The file is not trusted again in this process."""
+
+    def start(self) -> None:
+        """Begin to write, beside the event loop."""
+        self._loop = asyncio.get_running_loop()
+        self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
+        self._thread.start()
+
+    async def close(self) -> None:
+        """Write what waits, mark the end as clean, and release the file."""
+        self.note(writes.meta("clean", "1"))
+        self._waiting.put(None)
+        if self._thread is not None:
+            await asyncio.to_thread(self._thread.join)
+        self.disk.close()
+
+    def require(self) -> None:
+        """Make sure that what has an effect can be written down.
+
+        :raises JournalUnavailable: it cannot.
+        """
+        if self.trouble is not None:
+            raise JournalUnavailable(self.trouble)
+
+    def note(self, *entries: Write) -> None:
+        """Write soon; nobody waits."""
+        self._waiting.put(_Entry(entries))
+
+    async def write(self, *entries: Write) -> None:
+        """Write, and return when a loss of power cannot undo it.
+
+        :raises JournalUnavailable: the disk does not take it, or not in time.
+        """
+        self.require()
+        began_at = time.monotonic()
+        done: asyncio.Future[None] = self._loop.create_future()
+        self._waiting.put(_Entry(entries, done))
+        try:
+            async with asyncio.timeout(WRITTEN_WITHIN_S):
+                await asyncio.shield(done)
+        except TimeoutError:
+            self._in_trouble(f"the disk has taken nothing for {WRITTEN_WITHIN_S:g} s")
+            raise JournalUnavailable(self.trouble or "") from None
+        except (DiskFull, DiskFailed) as error:
+            raise JournalUnavailable(str(error)) from None
+        finally:
+            self.lag_s = time.monotonic() - began_at
+            if done.done() and not done.cancelled():
+                done.exception()
+
+    async def rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:
+        """Read rows, after all that was written before."""
+        answer: asyncio.Future[list[tuple[Any, ...]]] = self._loop.create_future()
+        self._waiting.put(_Question(sql, values, answer))
+        return await answer
+
+    # the writer's thread
+
+    def _run(self) -> None:
+        looked_at = time.monotonic()
+        while True:
+            taken = self._take()
+            entries = [it for it in taken if isinstance(it, _Entry)]
+            if entries:
+                self._commit(entries)
+            for question in taken:
+                if isinstance(question, _Question):
+                    self._answer(question)
+            if None in taken:
+                return
+            if not taken or time.monotonic() - looked_at > LOOK_S:
+                self._look()
+                looked_at = time.monotonic()
+
+    def _take(self) -> "list[_Entry | _Question | None]":
+        """What waits, in its order, up to a question: that is answered after what came before it."""
+        quiet_s = LOOK_S if self._unsynced_since is None else SYNCED_WITHIN_S
+        taken: list[_Entry | _Question | None] = []
+        with suppress(Empty):
+            taken.append(self._waiting.get(timeout=quiet_s))
+            while len(taken) < MOST_AT_ONCE and isinstance(taken[-1], _Entry):
+                taken.append(self._waiting.get_nowait())
+        return taken
+
+    def _commit(self, entries: list[_Entry]) -> None:
+        now = time.monotonic()
+        waited_for = any(it.done is not None for it in entries)
+        overdue = self._unsynced_since is not None and now - self._unsynced_since >= SYNCED_WITHIN_S
+        durable = waited_for or overdue
+        error = self._try([write for entry in entries for write in entry.writes], durable=durable)
+        if error is None:
+            self._unsynced_since = None if durable else self._unsynced_since or now
+        self._loop.call_soon_threadsafe(self._settle, entries, error)
+
+    def _try(self, batch: Sequence[Write], *, durable: bool) -> OSError | None:
+        if self._failed:
+            return DiskFailed(self.trouble or "it has failed before")
+        try:
+            self.disk.commit(batch, durable=durable)
+        except DiskFull as error:
+            return error
+        except DiskFailed as error:
+            self._failed = True
+            return error
+        return None
+
+    def _answer(self, question: _Question) -> None:
+        try:
+            rows = self.disk.rows(question.sql, question.values)
+        except Exception as error:  # whatever it is belongs to who asked
+            self._loop.call_soon_threadsafe(_fail, question.answer, error)
+        else:
+            self._loop.call_soon_threadsafe(_give, question.answer, rows)
+
+    def _look(self) -> None:
+        """Sync, forget what is old, try again after trouble, and see that the file is there."""
+        now = time.time()
+        error = self._try([writes.meta("seen_at", str(now)), *forget(now, self.retention)], durable=True)
+        if error is None:
+            try:
+                self.disk.check()
+                self.disk.tidy()
+            except DiskFailed as gone:
+                self._failed, error = True, gone
+        self._unsynced_since = None
+        self._loop.call_soon_threadsafe(self._settle, [], error)
+
+    # back on the event loop
+
+    def _settle(self, entries: list[_Entry], error: OSError | None) -> None:
+        if error is not None:
+            self._in_trouble(str(error))
+        elif self.trouble is not None:
+            log.warning("the journal is written again")
+            self.trouble = None
+            self.on_trouble(None)
+        for entry in entries:
+            if entry.done is not None and not entry.done.done():
+                if error is None:
+                    entry.done.set_result(None)
+                else:
+                    entry.done.set_exception(error)
+
+    def _in_trouble(self, why: str) -> None:
+        if self.trouble is None:
+            log.error("the journal cannot be written: %s; nothing with an effect is sent", why)
+            self.trouble = why
+            self.on_trouble(why)
+
+
+def _give(answer: "asyncio.Future[list[tuple[Any, ...]]]", rows: list[tuple[Any, ...]]) -> None:
+    if not answer.done():
+        answer.set_result(rows)
+
+
+def _fail(answer: "asyncio.Future[list[tuple[Any, ...]]]", error: Exception) -> None:
+    if not answer.done():
+        answer.set_exception(error)

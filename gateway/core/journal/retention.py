@@ -1,0 +1,53 @@
+"""What is forgotten, and when: by age and by number, a little at a time."""
+
+from dataclasses import dataclass
+
+from gateway.core.journal.writes import Write
+
+SLICE = 2000
+"""Rows that one statement forgets at most, so that nobody waits long for the file."""
+DAY_S = 86_400.0
+
+
+@dataclass(frozen=True, slots=True)
+class Retention:
+    """How much is kept. What is not over yet is always kept."""
+
+    days: float = 30.0
+    """Moves, intents and alarms that are over."""
+    events: int = 100_000
+    moves: int = 100_000
+    keys_days: float = 1.0
+    """Idempotency keys that were answered."""
+
+
+def forget(now: float, kept: Retention) -> list[Write]:
+    """The statements that forget what is too old at a moment of the wall clock, or too much."""
+    over = now - kept.days * DAY_S
+    return [
+        Write(
+            "DELETE FROM events WHERE number IN (SELECT number FROM events WHERE number <= "
+            "(SELECT max(number) FROM events) - ? ORDER BY number LIMIT ?)",
+            (kept.events, SLICE),
+        ),
+        Write(
+            "DELETE FROM moves WHERE id IN (SELECT id FROM moves WHERE final = 1 AND (at < ? OR id <= "
+            "(SELECT id FROM moves ORDER BY id DESC LIMIT 1 OFFSET ?)) LIMIT ?)",
+            (over, kept.moves, SLICE),
+        ),
+        Write(
+            "DELETE FROM intents WHERE id IN "
+            "(SELECT id FROM intents WHERE ended_at IS NOT NULL AND at < ? LIMIT ?)",
+            (over, SLICE),
+        ),
+        Write(
+            "DELETE FROM keys WHERE (scope, key) IN "
+            "(SELECT scope, key FROM keys WHERE status IS NOT NULL AND at < ? LIMIT ?)",
+            (now - kept.keys_days * DAY_S, SLICE),
+        ),
+        Write(
+            "DELETE FROM alarms WHERE id IN "
+            "(SELECT id FROM alarms WHERE reset_at IS NOT NULL AND at < ? LIMIT ?)",
+            (over, SLICE),
+        ),
+    ]

@@ -1,0 +1,78 @@
+"""What is written into the journal: one statement with its values for each kind of entry."""
+
+from typing import NamedTuple
+
+Value = str | int | float | None
+
+
+class Write(NamedTuple):
+    """One change of one row."""
+
+    sql: str
+    values: tuple[Value, ...]
+
+
+def meta(name: str, value: str) -> Write:
+    """Keep a fact about the journal itself."""
+    return Write("INSERT OR REPLACE INTO meta VALUES (?, ?)", (name, value))
+
+
+def intent(
+    intent_id: str,
+    at: float,
+    *,
+    target: str,
+    command: str,
+    effect: str,
+    frame: str,
+    caller: str,
+    request_id: str | None = None,
+    move_id: str | None = None,
+) -> Write:
+    """Something with an effect is about to be written to a line."""
+    return Write(
+        "INSERT INTO intents (id, at, target, command, effect, frame, caller, request_id, move_id) "
+        "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        (intent_id, at, target, command, effect, frame, caller, request_id, move_id),
+    )
+
+
+def written(intent_id: str, at: float) -> Write:
+    """Its first byte was handed to the port."""
+    return Write("UPDATE intents SET written_at = ? WHERE id = ?", (at, intent_id))
+
+
+def ended(intent_id: str, at: float, outcome: str, detail: str | None = None) -> Write:
+    """What became of it is known, or that nobody can know."""
+    return Write(
+        "UPDATE intents SET ended_at = ?, outcome = ?, detail = ? WHERE id = ?",
+        (at, outcome, detail, intent_id),
+    )
+
+
+def move(move_id: str, at: float, target: str, record: str, *, final: bool) -> Write:
+    """The record of a move, as it is now."""
+    return Write("INSERT OR REPLACE INTO moves VALUES (?, ?, ?, ?, ?)", (move_id, target, final, at, record))
+
+
+def event(number: int, at: float, type_: str, subject: str, text: str) -> Write:
+    """An event, as clients read it."""
+    return Write("INSERT OR REPLACE INTO events VALUES (?, ?, ?, ?, ?)", (number, at, type_, subject, text))
+
+
+def key_used(scope: str, key: str, digest: str, at: float) -> Write:
+    """The first request with an idempotency key has begun."""
+    return Write("INSERT INTO keys (scope, key, digest, at) VALUES (?, ?, ?, ?)", (scope, key, digest, at))
+
+
+def key_answered(scope: str, key: str, status: int, location: str | None, answer: str) -> Write:
+    """It was answered so, and its repetitions will be."""
+    return Write(
+        "UPDATE keys SET status = ?, location = ?, answer = ? WHERE scope = ? AND key = ?",
+        (status, location, answer, scope, key),
+    )
+
+
+def key_free(scope: str, key: str) -> Write:
+    """It was refused before anything was sent: the key can be used again."""
+    return Write("DELETE FROM keys WHERE scope = ? AND key = ?", (scope, key))

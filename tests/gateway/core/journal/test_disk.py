@@ -1,0 +1,94 @@
+"""The file of the journal: one owner, sound or set aside, all or nothing."""
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from gateway.core.journal import schema, writes
+from gateway.core.journal.beginning import begin
+from gateway.core.journal.disk import DiskFailed, InUse, SqliteDisk
+from gateway.core.journal.schema import TooNew
+
+
+def test_two_gateways_never_share_a_directory(tmp_path: Path) -> None:
+    disk = SqliteDisk(tmp_path)
+    with pytest.raises(InUse, match="another gateway"):
+        SqliteDisk(tmp_path)
+    disk.close()
+    SqliteDisk(tmp_path).close()
+
+
+def test_nobody_else_may_read_it(tmp_path: Path) -> None:
+    SqliteDisk(tmp_path / "data").close()
+    assert (tmp_path / "data").stat().st_mode & 0o777 == 0o700
+    assert (tmp_path / "data" / "journal.db").stat().st_mode & 0o777 == 0o600
+
+
+def test_a_file_that_is_no_journal_is_set_aside(tmp_path: Path) -> None:
+    content = b"not a database at all, but long enough to be read as one" * 99
+    (tmp_path / "journal.db").write_bytes(content)
+    disk = SqliteDisk(tmp_path)
+    disk.commit([writes.meta("a", "b")], durable=True)
+    assert disk.set_aside is not None
+    assert disk.set_aside.read_bytes() == content
+    disk.close()
+
+
+def test_a_damaged_page_is_found_and_the_file_set_aside(tmp_path: Path) -> None:
+    disk = SqliteDisk(tmp_path)
+    disk.commit([writes.event(number, 1.0, "t", "s", "x" * 500) for number in range(1, 500)], durable=True)
+    epoch = begin(disk).epoch
+    disk.close()
+    damaged = bytearray((tmp_path / "journal.db").read_bytes())
+    damaged[20_480:102_400] = bytes(102_400 - 20_480)
+    (tmp_path / "journal.db").write_bytes(damaged)
+    disk = SqliteDisk(tmp_path)
+    assert disk.set_aside is not None
+    assert begin(disk).epoch != epoch
+    disk.close()
+
+
+def test_a_commit_is_all_or_nothing(tmp_path: Path) -> None:
+    disk = SqliteDisk(tmp_path)
+    with pytest.raises(DiskFailed):
+        disk.commit([writes.meta("a", "1"), writes.Write("INSERT INTO nothing VALUES (1)", ())], durable=True)
+    assert disk.rows("SELECT * FROM meta") == []
+    disk.close()
+
+
+def test_a_journal_of_a_later_version_is_left_alone(tmp_path: Path) -> None:
+    SqliteDisk(tmp_path).close()
+    with closing(sqlite3.connect(tmp_path / "journal.db")) as connection:
+        connection.execute(f"PRAGMA user_version = {schema.VERSION + 1}")
+    with pytest.raises(TooNew, match="this gateway knows"):
+        SqliteDisk(tmp_path)
+
+
+def test_a_directory_that_cannot_be_written_says_so(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(DiskFailed, match="file"):
+        SqliteDisk(tmp_path / "file")
+
+
+def test_the_next_life_knows_how_the_last_one_ended(tmp_path: Path) -> None:
+    disk = SqliteDisk(tmp_path)
+    first = begin(disk)
+    assert (first.was_clean, first.seen_at, first.last_event, first.open_moves) == (True, None, 0, [])
+    disk.commit(
+        [
+            writes.event(7, 1.0, "line.up", "/lines/a", "{}"),
+            writes.move("m1", 1.0, "a.3F", "{1}", final=False),
+            writes.move("m0", 1.0, "a.3F", "{0}", final=True),
+        ],
+        durable=True,
+    )
+    disk.close()
+    disk = SqliteDisk(tmp_path)
+    second = begin(disk)
+    assert (second.epoch, second.last_event, second.was_clean) == (first.epoch, 7, False)
+    assert (second.open_moves, second.seen_at is not None) == (["{1}"], True)
+    disk.commit([writes.meta("clean", "1")], durable=True)
+    assert begin(disk).was_clean
+    disk.close()

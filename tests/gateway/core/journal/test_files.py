@@ -1,0 +1,70 @@
+"""Journals as files: sound or not, written out, copied and made smaller while a gateway writes them."""
+
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from gateway.core.journal import files, writes
+from gateway.core.journal.disk import SqliteDisk
+from gateway.core.journal.retention import Retention
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[SqliteDisk]:
+    disk = SqliteDisk(tmp_path)
+    disk.commit([writes.event(number, 1.0, "t", "s", "{}") for number in range(1, 101)], durable=True)
+    moves = [writes.move(f"m{number:03}", 1.0, "a.3F", "{}", final=number != 5) for number in range(20)]
+    disk.commit(moves, durable=True)
+    yield disk
+    disk.close()
+
+
+def numbers(directory: Path) -> list[int]:
+    return [row["number"] for row in files.export(directory) if row["table"] == "events"]
+
+
+@pytest.mark.usefixtures("disk")
+def test_a_sound_journal_has_nothing_to_complain_of(tmp_path: Path) -> None:
+    assert files.verify(tmp_path) == []
+    with pytest.raises(FileNotFoundError, match="no journal"):
+        files.verify(tmp_path / "elsewhere")
+
+
+def test_missing_events_are_found(disk: SqliteDisk, tmp_path: Path) -> None:
+    disk.commit([writes.Write("DELETE FROM events WHERE number = 50", ())], durable=True)
+    assert files.verify(tmp_path) == ["1 events between 1 and 100 are missing."]
+
+
+@pytest.mark.usefixtures("disk")
+def test_it_is_written_out_row_by_row(tmp_path: Path) -> None:
+    assert numbers(tmp_path) == list(range(1, 101))
+    assert sum(row["table"] == "moves" for row in files.export(tmp_path)) == 20
+
+
+@pytest.mark.usefixtures("disk")
+def test_a_copy_is_a_journal_and_nothing_is_overwritten(tmp_path: Path) -> None:
+    target = tmp_path / "copy" / "journal.db"
+    target.parent.mkdir()
+    files.backup(tmp_path, target)
+    assert files.verify(target.parent) == []
+    assert list(files.export(target.parent)) == list(files.export(tmp_path))
+    with pytest.raises(FileExistsError):
+        files.backup(tmp_path, target)
+
+
+@pytest.mark.usefixtures("disk")
+def test_what_is_too_much_or_too_old_is_forgotten_and_what_is_open_is_kept(tmp_path: Path) -> None:
+    assert files.prune(tmp_path, Retention(events=10, days=1.0)) == 90 + 19
+    assert numbers(tmp_path) == list(range(91, 101))
+    assert [row["id"] for row in files.export(tmp_path) if row["table"] == "moves"] == ["m005"]
+    assert files.verify(tmp_path) == []
+
+
+def test_a_broken_file_is_called_broken(tmp_path: Path) -> None:
+    (tmp_path / "journal.db").write_bytes(b"x" * 10_000)
+    [complaint] = files.verify(tmp_path)
+    assert "not a database" in complaint
+    with pytest.raises(sqlite3.DatabaseError):
+        list(files.export(tmp_path))

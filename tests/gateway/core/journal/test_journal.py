@@ -1,0 +1,152 @@
+"""The journal: durable before it returns, in one commit with all that waits, honest about trouble."""
+
+import asyncio
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+import pytest
+
+from gateway.core.journal import journal as module
+from gateway.core.journal import writes
+from gateway.core.journal.disk import Disk, DiskFailed, DiskFull, SqliteDisk
+from gateway.core.journal.journal import Journal, JournalUnavailable
+from gateway.core.journal.writes import Value, Write
+
+pytestmark = pytest.mark.anyio
+
+
+class ShakyDisk:
+    """A disk whose next commits fail as they are told."""
+
+    def __init__(self) -> None:
+        self.commits: list[tuple[int, bool]] = []
+        self.troubles: list[OSError] = []
+        self.may_go_on = Event()
+        self.may_go_on.set()
+
+    def commit(self, batch: Sequence[Write], *, durable: bool) -> None:
+        self.may_go_on.wait(5.0)
+        if self.troubles:
+            raise self.troubles.pop(0)
+        self.commits.append((len(batch), durable))
+
+    def rows(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
+        return [(sql, *values)]
+
+    def check(self) -> None:
+        return
+
+    def tidy(self) -> None:
+        return
+
+    def close(self) -> None:
+        return
+
+
+@asynccontextmanager
+async def journal_on(disk: Disk) -> AsyncIterator[Journal]:
+    it = Journal(disk)
+    it.start()
+    try:
+        yield it
+    finally:
+        await it.close()
+
+
+def intent(number: int = 1) -> Write:
+    told = {"target": "line1.3F", "command": "1+M", "effect": "motion", "frame": "&3F1+M5\\r"}
+    return writes.intent(f"i{number}", 1.0, caller="test", **told)
+
+
+async def recovery(journal: Journal) -> None:
+    while journal.trouble is not None:  # noqa: ASYNC110
+        await asyncio.sleep(0.002)
+
+
+async def test_what_was_written_is_there_for_the_next_life(tmp_path: Path) -> None:
+    async with journal_on(SqliteDisk(tmp_path)) as journal:
+        await journal.write(intent())
+        journal.note(writes.ended("i1", 2.0, "succeeded"))
+        assert await journal.rows("SELECT id, outcome FROM intents") == [("i1", "succeeded")]
+    disk = SqliteDisk(tmp_path)
+    assert disk.rows("SELECT outcome FROM intents") == [("succeeded",)]
+    disk.close()
+
+
+async def test_all_that_waits_shares_one_commit() -> None:
+    disk = ShakyDisk()
+    disk.may_go_on.clear()
+    async with journal_on(disk) as journal:
+        first = asyncio.create_task(journal.write(intent(0)))
+        await asyncio.sleep(0)
+        others = asyncio.gather(*(journal.write(intent(number)) for number in range(1, 101)))
+        await asyncio.sleep(0.02)
+        disk.may_go_on.set()
+        await first
+        await others
+    assert len([durable for _, durable in disk.commits if durable]) <= 3
+
+
+async def test_what_nobody_waits_for_does_not_wait_for_the_disk() -> None:
+    disk = ShakyDisk()
+    async with journal_on(disk) as journal:
+        journal.note(intent(1))
+        await journal.rows("SELECT 1")
+        await journal.write(intent(2))
+    assert disk.commits[:2] == [(1, False), (1, True)]
+
+
+async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(module, "LOOK_S", 0.01)
+    told: list[str | None] = []
+    disk = ShakyDisk()
+    disk.troubles = [DiskFull("journal.db: No space left on device")] * 3
+    async with journal_on(disk) as journal:
+        journal.on_trouble = told.append
+        with pytest.raises(JournalUnavailable, match="No space left") as refused:
+            await journal.write(intent())
+        assert (refused.value.moved, refused.value.retryable) == ("no", True)
+        with pytest.raises(JournalUnavailable):
+            journal.require()
+        await recovery(journal)
+        await journal.write(intent())
+    assert told == ["journal.db: No space left on device", None]
+
+
+async def test_a_disk_that_has_failed_is_not_trusted_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "LOOK_S", 0.005)
+    disk = ShakyDisk()
+    disk.troubles = [DiskFailed("journal.db: disk I/O error")]
+    async with journal_on(disk) as journal:
+        with pytest.raises(JournalUnavailable, match="I/O error"):
+            await journal.write(intent())
+        await asyncio.sleep(0.03)
+        with pytest.raises(JournalUnavailable, match="I/O error"):
+            journal.require()
+    assert disk.commits == []
+
+
+async def test_a_file_that_has_gone_is_noticed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(module, "LOOK_S", 0.01)
+    async with journal_on(SqliteDisk(tmp_path)) as journal:
+        await journal.write(intent())
+        (tmp_path / "journal.db").unlink()
+        while journal.trouble is None:  # noqa: ASYNC110
+            await asyncio.sleep(0.002)
+        assert "has gone" in journal.trouble
+
+
+async def test_a_disk_that_takes_its_time_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "WRITTEN_WITHIN_S", 0.02)
+    disk = ShakyDisk()
+    disk.may_go_on.clear()
+    async with journal_on(disk) as journal:
+        with pytest.raises(JournalUnavailable, match="taken nothing"):
+            await journal.write(intent())
+        disk.may_go_on.set()
+        await recovery(journal)
