@@ -15,6 +15,7 @@ import httpx
 import typer
 import uvloop
 
+from app.journal import journal
 from app.server import CannotListen
 from app.server import serve as run_server
 from gateway.config import Config, ConfigError, load
@@ -47,6 +48,7 @@ app = typer.Typer(
 )
 simulate = typer.Typer(help="Run fake controllers to develop and test against.", no_args_is_help=True)
 app.add_typer(simulate, name="simulate")
+app.add_typer(journal, name="journal")
 
 Url = Annotated[str, typer.Option(help="Where the gateway listens.", envvar="MOTION_GATEWAY_URL")]
 
