@@ -9,7 +9,7 @@ SLICE = 2000
 DAY_S = 86_400.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Retention:
     """How much is kept. What is not over yet is always kept."""
 
