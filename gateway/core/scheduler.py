@@ -1,8 +1,8 @@
 """Whose turn it is on a line: a pure decision over what waits, without clock or I/O.
 
-Stops go first, then the questions a motor waits for, then commands, then reads. Within a lane the targets take
-turns, so that one busy target starves nobody; within a target the order of arrival holds. Equal reads that wait
-share one exchange, and so do equal stops.
+Stops go first, then the questions a motor waits for, then commands, then reads. Within a lane the targets
+take turns, so that one busy target starves nobody; within a target the order of arrival holds. Equal reads
+that wait share one exchange, and so do equal stops.
 """
 
 from collections import OrderedDict, deque

@@ -107,7 +107,7 @@ class SequenceLock:
 
 @asynccontextmanager
 async def all_held(locks: Iterable[SequenceLock], expires_at: float | None = None) -> AsyncIterator[Series]:
-    """Hold several locks for one series. Give them in one order everywhere, or two holders wait for each other.
+    """Hold several locks for one series. Give them in one order everywhere: two holders must not cross.
 
     :raises QueueFull, Expired: as of `SequenceLock.held`.
     """

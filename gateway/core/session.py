@@ -1,8 +1,8 @@
 """What is being said on a line: what goes next, what awaits its reply, and whether the line is in step.
 
-One exchange is under way at a time; stops may be written while it waits for its reply, and what a family lets go
-beside them. When a reply stays away or cannot be understood, the line is out of step: nothing but stops is sent
-until a fence, a query whose number comes back, has proved that every earlier reply was seen or will never come.
+One exchange is under way at a time; only stops may be written while it waits for its reply. When a reply stays
+away or cannot be understood, the line is out of step: nothing but stops is sent until a fence, a query whose
+number comes back, has proved that every earlier reply was seen or will never come.
 
 No clock and no port: times are given, frames are taken and handed out.
 """
@@ -104,7 +104,7 @@ class Session(ABC, Generic[X, F]):
         """What has to wait for its reply."""
         return Awaited.BESIDE if exchange.lane in STOPS else Awaited.FIRST
 
-    def may_follow(self, exchange: X) -> bool:
+    def may_follow(self, _exchange: X) -> bool:
         """Whether it may be written now, before the replies to what is under way."""
         return True
 
@@ -136,8 +136,8 @@ class Session(ABC, Generic[X, F]):
     def fence_passed(self, fence: X) -> None:
         """No reply to what was written before it is on its way any more."""
 
-    def fence_wanted(self, target: int, *, doubtful: bool) -> None:
-        """The line has lost its step, because of a target; not `doubtful` if only copies have to be ruled out."""
+    def fence_wanted(self, target: int, doubtful: bool) -> None:
+        """The line has lost its step because of a target; not `doubtful` if only copies are to be ruled out."""
 
     def fence_failed(self) -> None:
         """A fence had no usable reply."""
@@ -148,16 +148,16 @@ class Session(ABC, Generic[X, F]):
     def was_disturbed(self, now: float) -> None:
         """Something came that nobody can have wanted."""
 
-    def is_bracketed(self, exchange: X) -> bool:
+    def is_bracketed(self, _exchange: X) -> bool:
         """Whether a fence has to show that its reply was the last before that is told."""
         return False
 
-    def kind_of_stray(self, frame: F, now: float) -> str:
+    def kind_of_stray(self, _frame: F, _now: float) -> str:
         """What a reply that nobody has asked for is counted as."""
         return "strays"
 
     def is_heard_out(self) -> bool:
-        """Whether all that was written has been answered, so that the port need not be asked what it holds."""
+        """Whether all that was written has been answered: then nothing can wait in the port."""
         return False
 
     def port_lost(self) -> None:
@@ -418,7 +418,7 @@ class Session(ABC, Generic[X, F]):
     def _lose_step(self, target: int, *, doubtful: bool = True) -> None:
         """From now on nothing but stops is sent until a fence has passed."""
         self._fence.take(Event.DOUBT)
-        self.fence_wanted(target, doubtful=doubtful)
+        self.fence_wanted(target, doubtful)
 
     def _fence_failed(self) -> None:
         self._fence_query = None

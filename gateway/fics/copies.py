@@ -1,7 +1,7 @@
 """What copies of answers look like on a robot's line (decision 12).
 
-What an answer could be taken for is told by the rule that credits answers, so no row of the command table has to
-be named here.
+What an answer could be taken for is told by the rule that credits answers, so no row of the command table
+has to be named here.
 """
 
 from typing import Any

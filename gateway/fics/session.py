@@ -1,4 +1,4 @@
-"""The session with a robot: motion that is answered a minute later, uploads in which it is deaf, silent modes.
+"""The session with a robot: motion that is answered a minute later, uploads without stops, silent modes.
 
 Answers are matched by name. A fence is the query of a variable, whose number comes back.
 """
@@ -145,7 +145,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     # the fence
 
-    def fence_wanted(self, target: int, *, doubtful: bool) -> None:
+    def fence_wanted(self, _target: int, doubtful: bool) -> None:
         """An upload may have to be ended before a fence is answered."""
         self.upload.begin_fence(in_doubt=doubtful)
 
@@ -156,7 +156,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         return self.exchange(EndPositionUpload(), Lane.STOP)
 
     def fence_query(self) -> FicsExchange:
-        """Ask for a variable, and last for the version: that is told while the teaching terminal runs the robot."""
+        """Ask for a variable, and last for the version, which is told while the teaching terminal runs."""
         last = self._fence.state.tries == FENCE_TRIES - 1
         fence = self.exchange(
             GetSystemVersion() if last else GetVariable(number=self._fresh_variable()), Lane.READ
@@ -230,7 +230,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """Remember it, for a copy may come."""
         self._copies.note(exchange, frame, now, now + self.late_reply_s)
 
-    def learn(self, exchange: FicsExchange, outcome: Any, now: float) -> None:
+    def learn(self, exchange: FicsExchange, outcome: Any, _now: float) -> None:
         """The robot is there; and an upload that only its refusal tells of has to be ended."""
         self.offline.discard(ROBOT)
         if self.upload.note_outcome(exchange.command, exchange.number, outcome) and self.in_step:

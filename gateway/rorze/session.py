@@ -57,7 +57,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.groups = dict(groups or {})
         self.introducer = introducer
         self.silent: set[int] = set()
-        """Those that are offline, and the one that seems to be silent while the line is still being fenced."""
+        """Those, and the one that seems to be silent while the line is still being fenced."""
         self.last_error_at: float | None = None
         self.on_online: Callable[[int], None] = lambda _body: None
         self.on_offline: Callable[[int, bool], None] = lambda _body, _asked: None
@@ -144,7 +144,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         return super().heard(frame, now)
 
     def note_reply(self, exchange: RorzeExchange, frame: ReplyFrame, now: float) -> None:
-        """Remember it, for a copy may come. Where all commands of a code ask the same, that can do no harm."""
+        """Remember it: a copy may come. Where all commands of a code ask the same, it can do no harm."""
         if exchange.lane in STOPS:
             return  # an equal one is repeated before its reply has come
         self._last[exchange.target] = frame
@@ -152,7 +152,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             until = max(now, exchange.deadline or now) + self.late_reply_s
             self._copies.note(exchange, frame, now, until)
 
-    def learn(self, exchange: RorzeExchange, outcome: Any, now: float) -> None:
+    def learn(self, exchange: RorzeExchange, _outcome: Any, now: float) -> None:
         """A body has answered: it is there."""
         body = exchange.target
         self._heard_at[body] = now
@@ -167,7 +167,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         """Whether a position entry was refused."""
         return isinstance(frame, Refusal) and frame.code == GetNumberedPositionEntry.code
 
-    def fence_passed(self, fence: RorzeExchange) -> None:
+    def fence_passed(self, _fence: RorzeExchange) -> None:
         """A group, or the link master, that others have stood for has said all it will."""
         if self._fence_for > LAST_BODY:
             self._rule_out_copies(self._fence_for)
@@ -237,8 +237,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     # silence
 
-    def fence_wanted(self, target: int, *, doubtful: bool) -> None:
-        """Choose whom to ask for proof: the body itself, or one that stands for the group or the link master."""
+    def fence_wanted(self, target: int, _doubtful: bool) -> None:
+        """Choose whom to ask for proof: the body, or one that stands for the group or the link master."""
         self._fence_for = target
         self._fence_body, self._fenced_in_silence = self._witness_for(target), 0
 
