@@ -1,8 +1,8 @@
 """What is being said on a line: what goes next, what awaits its reply, and whether the line is in step.
 
-One exchange is under way at a time; only stops may be written while it waits for its reply. When a reply stays
-away or cannot be understood, the line is out of step: nothing but stops is sent until a fence, a query whose
-number comes back, has proved that every earlier reply was seen or will never come.
+One exchange is under way at a time; only stops may be written while it waits for its reply. When a reply
+stays away or cannot be understood, the line is out of step: nothing but stops is sent until a fence, a query
+whose number comes back, has proved that every earlier reply was seen or will never come.
 
 No clock and no port: times are given, frames are taken and handed out.
 """
@@ -14,7 +14,7 @@ from enum import Enum, auto
 from functools import partial
 from typing import Any, Generic, TypeVar
 
-from gateway.core.copies import Copies, Grammar
+from gateway.core.copies import Copies
 from gateway.core.errors import Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
 from gateway.core.exchange import Exchange, More, Proof
 from gateway.core.fence import FENCE_TRIES, Action, Event, Fence, State
@@ -52,10 +52,10 @@ class Session(ABC, Generic[X, F]):
 
     def __init__(
         self,
-        grammar: Grammar[X, F],
         *,
         target: str,
         set_up_target: int,
+        replies_remembered: int,
         reply_timeout_s: float,
         late_reply_s: float,
         interject_stops: bool = True,
@@ -74,7 +74,7 @@ class Session(ABC, Generic[X, F]):
         """Told a reply that nobody has asked for."""
         self._target = target
         self._set_up_target = set_up_target
-        self._copies: Copies[X, F] = Copies(grammar)
+        self._copies: Copies[X, F] = Copies(replies_remembered)
         self._locks: dict[int, SequenceLock] = {}
         self._urgent: deque[X] = deque()
         self._sent: list[X] = []
@@ -136,32 +136,16 @@ class Session(ABC, Generic[X, F]):
     def fence_passed(self, fence: X) -> None:
         """No reply to what was written before it is on its way any more."""
 
-    def fence_wanted(self, target: int, doubtful: bool) -> None:
-        """The line has lost its step because of a target; not `doubtful` if only copies are to be ruled out."""
-
-    def fence_failed(self) -> None:
-        """A fence had no usable reply."""
-
     def was_missed(self, exchange: X, now: float) -> None:
         """No reply came in time."""
-
-    def was_disturbed(self, now: float) -> None:
-        """Something came that nobody can have wanted."""
 
     def is_bracketed(self, _exchange: X) -> bool:
         """Whether a fence has to show that its reply was the last before that is told."""
         return False
 
-    def kind_of_stray(self, _frame: F, _now: float) -> str:
-        """What a reply that nobody has asked for is counted as."""
-        return "strays"
-
     def is_heard_out(self) -> bool:
         """Whether all that was written has been answered: then nothing can wait in the port."""
         return False
-
-    def port_lost(self) -> None:
-        """Forget what does not outlive the port."""
 
     # what goes next
 
@@ -362,18 +346,18 @@ class Session(ABC, Generic[X, F]):
         self.note_reply(suspect, frame, now)
         return True
 
-    def _stray(self, frame: F, now: float) -> None:
-        self.counters[self.kind_of_stray(frame, now)] += 1
+    def _stray(self, frame: F, now: float, kind: str = "strays") -> None:
+        """Hear a reply that nobody has asked for."""
+        self.counters[kind] += 1
         self.noise("the reply to another command", now)
         self.on_stray(frame)
 
-    def noise(self, what: str, now: float) -> None:
+    def noise(self, what: str, _now: float) -> None:
         """Something came that nobody can have wanted: whatever is awaited may have been it.
 
         A fence waits on: noise must not use up its tries, and its own reply cannot be mistaken.
         """
         self.doubts += 1
-        self.was_disturbed(now)
         exchange = self._awaiting
         if exchange is not None and not exchange.self_identifying:
             self._doubt(exchange, exchange.unusable(GarbledReply, f"{what} came back"))
@@ -415,15 +399,16 @@ class Session(ABC, Generic[X, F]):
             exchange.doubt, self._suspect = reason, exchange
             self._lose_step(exchange.target)
 
-    def _lose_step(self, target: int, *, doubtful: bool = True) -> None:
-        """From now on nothing but stops is sent until a fence has passed."""
+    def _lose_step(self, _target: int, *, doubtful: bool = True) -> None:  # noqa: ARG002  # families heed it
+        """From now on nothing but stops is sent until a fence has passed.
+
+        It is not `doubtful` where only copies of replies have to be ruled out.
+        """
         self._fence.take(Event.DOUBT)
-        self.fence_wanted(target, doubtful)
 
     def _fence_failed(self) -> None:
         self._fence_query = None
         action = self._fence.take(Event.SILENCE)
-        self.fence_failed()
         if action is Action.GIVE_UP:
             found = self.witness_failed()
             action = self._fence.take(Event.WITNESS if found else Event.NOBODY)
@@ -459,7 +444,6 @@ class Session(ABC, Generic[X, F]):
         self._awaiting = self._suspect = self._fence_query = None
         self._sent, self._urgent = [], deque()
         self._fence.take(Event.PORT_LOST)
-        self.port_lost()
         for exchange in written:
             exchange.settle(exchange.late_answer or NoReply(lost.detail, exchange.remedy, exchange.command))
         for exchange in waiting:
