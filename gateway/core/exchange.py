@@ -206,7 +206,7 @@ class Exchange(ABC, Generic[C, F, O]):
     def begin(self, number: int, deadline: float | None) -> None:
         """Its frame has been handed to the port; an earlier attempt is forgotten."""
         self.number, self.doubt = number, None
-        self.await_until(deadline)
+        self.deadline, self.due_at = deadline, deadline or 0.0
 
     def await_until(self, deadline: float | None) -> None:
         """Set the time at which its reply, or the next part of it, is overdue."""

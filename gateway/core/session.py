@@ -100,8 +100,8 @@ class Session(ABC, Generic[X, F]):
     def wants_fence(self, exchange: X, now: float) -> bool:
         """Whether a fence has to go before it."""
 
-    def awaited(self, exchange: X) -> Awaited:
-        """What has to wait for its reply."""
+    def was_written(self, exchange: X, _now: float) -> Awaited:
+        """A frame has been handed to the port: what has to wait for its reply."""
         return Awaited.BESIDE if exchange.lane in STOPS else Awaited.FIRST
 
     def may_follow(self, _exchange: X) -> bool:
@@ -130,9 +130,6 @@ class Session(ABC, Generic[X, F]):
     def learn(self, exchange: X, outcome: Any, now: float) -> None:
         """An exchange has its whole reply."""
 
-    def was_written(self, exchange: X, now: float) -> None:
-        """A frame has been handed to the port."""
-
     def fence_passed(self, fence: X) -> None:
         """No reply to what was written before it is on its way any more."""
 
@@ -156,8 +153,8 @@ class Session(ABC, Generic[X, F]):
 
     def epoch(self, target: int) -> int:
         """The epoch of what is asked here and now: a series has those of its beginning."""
-        series = current_series()
         now = self.gate.epoch(target)
+        series = current_series() if self._locks else None
         return now if series is None else series.epochs.get(target, now)
 
     def submit(self, exchange: X) -> X:
@@ -168,7 +165,7 @@ class Session(ABC, Generic[X, F]):
         if self.gate.is_overtaken(exchange):
             exchange.settle(self.gate.overtaken(exchange.target))
             return exchange
-        if exchange.lane in IMPATIENT:
+        if self._locks and exchange.lane in IMPATIENT:
             exchange.series = current_series()
         return self.scheduler.submit(exchange)
 
@@ -188,7 +185,7 @@ class Session(ABC, Generic[X, F]):
         """Whether anything could go; asked first, because it costs less than asking the port."""
         if self._awaiting is not None:
             return self.scheduler.has_stops()
-        return not self.in_step or bool(self._urgent) or bool(self.scheduler)
+        return not self._fence.in_step or bool(self._urgent) or bool(self.scheduler)
 
     def next(self, now: float, *, ready: bool) -> X | None:
         """Take the exchange that is to be written now, the gate's refusals settled; None if none may go."""
@@ -205,13 +202,13 @@ class Session(ABC, Generic[X, F]):
     def _choose(self, now: float, *, ready: bool) -> X | None:
         if self._is_held_up():
             return self._interjected() if self.interject_stops else None
-        if ready and self.in_step and not self._urgent:
+        if ready and self._fence.in_step and not self._urgent:
             wanted = self.scheduler.next_wanted(now, self._may_go if self._sent or self._locks else None)
             return self._interposed(wanted, now, self.scheduler.put_back)
         stop = self.scheduler.next(NEW_STOPS, self.may_follow)
         if stop is not None:
             return stop
-        if not self.in_step:
+        if not self._fence.in_step:
             return self._recovery()
         if self._urgent:
             return self._interposed(self._urgent.popleft(), now, self._urgent.appendleft)
@@ -267,8 +264,7 @@ class Session(ABC, Generic[X, F]):
         exchange.begin(self._written, deadline)
         if exchange.proves is not None:
             exchange.proves.note_asked(self._written, deadline)
-        self.was_written(exchange, now)
-        awaited = self.awaited(exchange)
+        awaited = self.was_written(exchange, now)
         if awaited is not Awaited.NEVER:
             self._sent.append(exchange)
         if awaited is Awaited.FIRST:

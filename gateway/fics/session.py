@@ -194,21 +194,13 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     # what is written, and what comes back
 
-    def awaited(self, exchange: FicsExchange) -> Awaited:
-        """Motion is answered at its end, and a change of mode as the new mode answers."""
-        command = exchange.command
-        if self._is_silent(command):
-            return Awaited.NEVER
-        if exchange.lane is Lane.STOP or _is_answered_at_its_end(command):
-            return Awaited.BESIDE
-        return Awaited.FIRST
-
     def _is_silent(self, command: FicsCommand[Any]) -> bool:
+        """Whether it gets no answer in this mode; a change of mode is answered as the new mode answers."""
         mode = command.mode if isinstance(command, SetCommunicationMode) else self.mode
         return mode == HostMode.VER_2 and not command.is_query()
 
-    def was_written(self, exchange: FicsExchange, now: float) -> None:
-        """Note what it begins or ends, and what may still be said to it."""
+    def was_written(self, exchange: FicsExchange, now: float) -> Awaited:
+        """Note what it begins or ends; stops and motion are answered while others are asked."""
         command, silent = exchange.command, self._is_silent(exchange.command)
         if isinstance(command, GetVariable) and exchange is not self._fence_query:
             self._asked_for.append(command.number)
@@ -219,10 +211,13 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         exchange.unheard = self.unheard
         if silent:
             exchange.settle(Answered(confirmed=False))
-        elif isinstance(command, StopAllDecelerating):
+            return Awaited.NEVER
+        if isinstance(command, StopAllDecelerating):
             exchange.await_until((exchange.deadline or now) + STANDSTILL_S)
         elif _is_answered_at_its_end(command):
             exchange.await_until(None)
+            return Awaited.BESIDE
+        return Awaited.BESIDE if exchange.lane is Lane.STOP else Awaited.FIRST
 
     def _note_action(self, exchange: FicsExchange, now: float, *, silent: bool) -> None:
         """It outdates what was read before, and its answer may come at any time."""

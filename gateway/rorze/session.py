@@ -299,7 +299,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def is_heard_out(self) -> bool:
         """Whether all that was written has been answered: every frame has a reply."""
-        return not self.awaits_replies()
+        return not self._sent
 
     def break_off(self, lost: NoReply, unsent: Cancelled) -> None:
         """The port has gone: what was written may have been executed, what waited was not."""

@@ -133,7 +133,7 @@ async def test_a_series_to_a_body_is_divided_by_stops_and_their_proofs_alone() -
             await line.submit(2, FIRST, Lane.COMMAND)
             others.ask(GetPosition(), lane=Lane.PROOF)
             await others.ask(StopImmediately())
-            await asyncio.sleep(1)
+            await asyncio.sleep(0.1)
             assert not any(it.done() for it in kept_waiting)
             assert far.frames == ["&021AM1", "&026PD", "&025IS"]
         outcomes = await asyncio.gather(*kept_waiting)
