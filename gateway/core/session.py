@@ -367,7 +367,7 @@ class Session(ABC, Generic[X, F]):
     def pass_deadlines(self, now: float, resumes_at: float | None) -> None:
         """Give up waiting for what is overdue; `resumes_at` is set while a reply has begun and may go on."""
         for exchange in self._sent[:]:
-            if exchange.deadline is None or exchange.deadline > now:
+            if exchange.deadline is None or exchange.deadline > now or exchange not in self._sent:
                 continue
             given_up_at = exchange.due_at + self.late_reply_s
             if resumes_at is not None and now < min(resumes_at, given_up_at):
