@@ -12,11 +12,11 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from enum import Enum, auto
 from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic
 
 from gateway.core.copies import Copies
 from gateway.core.errors import Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
-from gateway.core.exchange import Exchange, More, Proof
+from gateway.core.exchange import Exchange, F, More, Proof, X
 from gateway.core.fence import FENCE_TRIES, Action, Event, Fence, State
 from gateway.core.gate import Gate
 from gateway.core.lanes import IMPATIENT, STOPS, Lane
@@ -28,9 +28,6 @@ READ_REPEATS = 2
 """How often a read without a usable reply is repeated, each time after a passed fence."""
 
 NEW_STOPS = (Lane.STOP,)
-
-X = TypeVar("X", bound=Exchange[Any, Any, Any])
-F = TypeVar("F")
 
 Tell = Callable[[], None]
 """Tells those who wait; it can be called after the next write."""
