@@ -118,11 +118,7 @@ class Exchange(ABC, Generic[C, F, O]):
     @property
     def remedy(self) -> str:
         """What to do where nobody knows what came of it."""
-        if self.command.may_repeat():
-            return "Ask again."
-        if self.command.retry is Retry.SETTING:
-            return "Read back whether it was set."
-        return "Read status and position before anything else."
+        return remedy_of(self.command)
 
     def unusable(self, kind: type[NoReply], what: str) -> NoReply:
         """The error of an exchange without a usable reply."""
@@ -213,6 +209,15 @@ class Exchange(ABC, Generic[C, F, O]):
     def await_until(self, deadline: float | None) -> None:
         """Set the time at which its reply, or the next part of it, is overdue."""
         self.deadline, self.due_at = deadline, deadline or 0.0
+
+
+def remedy_of(command: Command[Any]) -> str:
+    """What to do where nobody knows what came of a command."""
+    if command.may_repeat():
+        return "Ask again."
+    if command.retry is Retry.SETTING:
+        return "Read back whether it was set."
+    return "Read status and position before anything else."
 
 
 def _tell(waiter: "asyncio.Future[O]", outcome: O) -> None:

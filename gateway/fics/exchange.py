@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import Exchange, More, Said
+from gateway.core.exchange import Exchange, More, Said, remedy_of
 from gateway.core.exchange import Proof as Proof
 from gateway.core.lanes import Lane
 from protocols.fics.alarms import TakeCurrentError
@@ -50,7 +50,7 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
         """An error that was taken is not told again."""
         if isinstance(self.command, TakeCurrentError):
             return "What it would have told is gone: read the details of the latest error (ERD)."
-        return Exchange.remedy.fget(self)  # type: ignore[attr-defined,no-any-return]
+        return remedy_of(self.command)
 
     @property
     def speaker(self) -> int:

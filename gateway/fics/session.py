@@ -11,7 +11,6 @@ from math import inf
 from typing import Any
 
 from gateway.core.errors import Cancelled, GatewayError, NoReply, StoppedFirst
-from gateway.core.exchange import Proof as Proof
 from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS, Awaited, Session
@@ -215,6 +214,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         if isinstance(command, StopAllDecelerating):
             exchange.await_until((exchange.deadline or now) + STANDSTILL_S)
         elif _is_answered_at_its_end(command):
+            self._forget_motion()
             exchange.await_until(None)
             return Awaited.BESIDE
         return Awaited.BESIDE if exchange.lane is Lane.STOP else Awaited.FIRST
@@ -231,26 +231,29 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def learn(self, exchange: FicsExchange, outcome: Any, _now: float) -> None:
         """The robot is there; and an upload that only its refusal tells of has to be ended."""
-        self.offline.discard(ROBOT)
+        if not (exchange is self._fence_query and isinstance(outcome, Refusal)):
+            self.offline.discard(ROBOT)
         if self.upload.note_outcome(exchange.command, exchange.number, outcome) and self.in_step:
             self._lose_step()  # the fence ends the upload
 
-    @property
-    def _motion(self) -> FicsExchange | None:
-        return next((it for it in self._sent if _is_answered_at_its_end(it.command)), None)
+    def _forget_motion(self) -> FicsExchange | None:
+        """No answer to a motion is awaited any more: a robot does one at a time."""
+        motion = next((it for it in self._sent if _is_answered_at_its_end(it.command)), None)
+        if motion is not None:
+            self._let_go(motion)
+        return motion
 
     def give_up(self, motion: FicsExchange) -> None:
         """A motion has ended, and its answer will not come: fence now, so that none comes late."""
-        if motion is self._motion:
+        if motion in self._sent:
             self._let_go(motion)
             self._lose_step()
 
     def lose_motion(self, reason: NoReply, unsent: Cancelled) -> None:
         """The robot has forgotten what it was doing; what was to follow is not written."""
         self.doubts += 1
-        motion = self._motion
+        motion = self._forget_motion()
         if motion is not None:
-            self._let_go(motion)
             motion.settle(reason)
         self._withdraw_commands(unsent)
 

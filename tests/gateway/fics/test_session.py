@@ -7,11 +7,11 @@ from typing import ClassVar
 
 import pytest
 
-from gateway.core.errors import Cancelled, Expired, HeldUp, NoReply, StoppedFirst
+from gateway.core.errors import Cancelled, Expired, GarbledReply, HeldUp, NoReply, StoppedFirst
 from gateway.core.lanes import Lane
 from gateway.fics.errors import NotProved
-from gateway.fics.exchange import ROBOT, Answered, FicsExchange, Outcome, Proof
-from gateway.fics.session import FicsSession
+from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, Outcome, Proof
+from gateway.fics.session import FENCES, FicsSession
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StartJog, StopJog
@@ -503,3 +503,46 @@ def test_a_late_refusal_of_a_fence_is_not_credited_to_the_query_in_doubt() -> No
     assert it.write(3.0) == "VER"
     it.hear(Refusal("VAR", "E06"))  # to one of three
     assert asked.late_answer is None
+
+
+def test_a_robot_that_only_refuses_fences_is_not_called_back() -> None:
+    it, silences = Bench(), list[str]()
+    it.session.on_silence = lambda: silences.append("silent")
+    for _ in range(2):
+        it.session.put_first(it.session.exchange(GetCommunicationMode(), Lane.COMMAND, SET_UP))
+        now = 0.0
+        while (exchange := it.session.next(now, ready=False)) is not None and not silences:
+            it.session.written(exchange, now, now + exchange.timeout_s)
+            name = exchange.command.wire_name()
+            if name in FENCES:
+                it.hear(Refusal(name, "E01"))
+            else:
+                it.session.pass_deadlines(now := now + 1.0, None)
+    assert silences == ["silent"]
+    assert not it.session.online
+
+
+def test_late_answers_that_contradict_each_other_leave_a_doubt_and_of_one_kind_the_last_counts() -> None:
+    for frames, kind in (
+        ([Refusal("ACD", "E01"), AT_REST], GarbledReply),
+        ([Refusal("ACD", "E01"), Refusal("ACD", "E03")], Refusal),
+    ):
+        it = Bench()
+        outcome = it.wait_for(it.submit(GetAxisStatus(), Lane.READ))
+        it.write()
+        it.session.pass_deadlines(1.0, None)
+        text = it.write(1.0)
+        it.hear(*frames, Answer("VAR", f"{text[4:]}=+1"))
+        assert isinstance(outcome.result(), kind)
+
+
+def test_the_answer_to_a_motion_that_was_followed_by_another_is_not_awaited_any_more() -> None:
+    it = Bench()
+    for distance in (1.0, 2.0):
+        it.submit(MoveRelative(coordinates=[distance]))
+        text = it.write()
+        if text.startswith("VAR"):
+            it.hear(Answer("VAR", f"{text[4:]}=+1"))
+            text = it.write()
+        assert text == f"LMI {distance:g}"
+    assert [one.command for one in it.session._sent] == [MoveRelative(coordinates=[2.0])]
