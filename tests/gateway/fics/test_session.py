@@ -506,19 +506,18 @@ def test_a_late_refusal_of_a_fence_is_not_credited_to_the_query_in_doubt() -> No
 
 
 def test_a_robot_that_only_refuses_fences_is_not_called_back() -> None:
-    it, silences = Bench(), list[str]()
-    it.session.on_silence = lambda: silences.append("silent")
+    it, silences = Bench(), list[float]()
+    now = 0.0
+    it.session.on_silence = lambda: silences.append(now)
     for _ in range(2):
-        it.session.put_first(it.session.exchange(GetCommunicationMode(), Lane.COMMAND, SET_UP))
-        now = 0.0
-        while (exchange := it.session.next(now, ready=False)) is not None and not silences:
+        it.session.put_first(it.session.exchange(GetAxisStatus(), Lane.COMMAND, SET_UP))
+        while (exchange := it.session.next(now, ready=False)) is not None:
             it.session.written(exchange, now, now + exchange.timeout_s)
-            name = exchange.command.wire_name()
-            if name in FENCES:
-                it.hear(Refusal(name, "E01"))
-            else:
-                it.session.pass_deadlines(now := now + 1.0, None)
-    assert silences == ["silent"]
+            now += 1.0
+            if exchange.command.wire_name() in FENCES:
+                it.hear(Refusal(exchange.command.wire_name(), "E01"))
+            it.session.pass_deadlines(now, None)
+    assert len(silences) == 1
     assert not it.session.online
 
 
