@@ -45,9 +45,9 @@ class More(Enum):
 
 @dataclass(eq=False, slots=True)
 class Proof:
-    """That a motion may be written: all it depends on was told, and nothing has raised a doubt since.
+    """That a motion may be written: all it depends on was asked and answered, without a doubt since.
 
-    What tells of a loss of power is asked last, and the motion follows at once.
+    The question that shows a loss of power is asked last, and the motion follows at once.
     """
 
     doubts: int
@@ -94,7 +94,7 @@ class Exchange(ABC, Generic[C, F, O]):
     series: Series | None = None
     """The undivided series it belongs to."""
     waiters: dict["asyncio.Future[O | GatewayError]", float | None] = field(default_factory=dict)
-    """Who waits, and until when it had to be written for each of them."""
+    """The waiters, and the deadline of each for the write."""
     number: int = 0
     """The place of its frame among all that were written."""
     due_at: float = 0.0
@@ -113,7 +113,7 @@ class Exchange(ABC, Generic[C, F, O]):
     @property
     @abstractmethod
     def sent(self) -> str:
-        """A clause that says what was sent, and to whom."""
+        """What was sent and where to, as a clause."""
 
     @property
     def remedy(self) -> str:
@@ -148,7 +148,7 @@ class Exchange(ABC, Generic[C, F, O]):
     def mistakes(self, said: Said) -> bool:
         """Whether a copy of something said before would be taken for its reply, and be wrong."""
 
-    # those who wait
+    # waiters
 
     @property
     def queue(self) -> Hashable:
@@ -162,7 +162,7 @@ class Exchange(ABC, Generic[C, F, O]):
         return self.lane is Lane.STOP or (self.lane in QUESTIONS and self.command.may_repeat())
 
     def wait_for(self, waiter: "asyncio.Future[O | GatewayError]") -> None:
-        """Add somebody who waits, for whom it has to be written before it expires."""
+        """Add a waiter, for which it has to be written before it expires."""
         self.waiters[waiter] = self.expires_at
 
     def take_over(self, other: "Exchange[C, F, O]") -> None:
@@ -178,11 +178,11 @@ class Exchange(ABC, Generic[C, F, O]):
             self.expires_at = max(self.expires_at, other.expires_at)
 
     def expire(self, now: float) -> bool:
-        """Tell those for whom it is too late; whether it is for all of them."""
+        """Settle the waiters for which it is too late; whether it is for all of them."""
         late = [it for it, expires_at in self.waiters.items() if expires_at is not None and expires_at <= now]
         for waiter in late:
             del self.waiters[waiter]
-            _tell(waiter, self.doubt or Expired())
+            _give(waiter, self.doubt or Expired())
         return self.expires_at is not None and self.expires_at <= now
 
     def withdraw(self, reason: GatewayError) -> None:
@@ -190,9 +190,9 @@ class Exchange(ABC, Generic[C, F, O]):
         self.settle(self.doubt or reason)
 
     def settle(self, outcome: O | GatewayError) -> None:
-        """Tell all who still wait."""
+        """Give the outcome to all waiters that are left."""
         for waiter in self.waiters:
-            _tell(waiter, outcome)
+            _give(waiter, outcome)
         self.waiters.clear()
 
     def abandoned(self) -> bool:
@@ -220,7 +220,7 @@ def remedy_of(command: Command[Any]) -> str:
     return "Read status and position before anything else."
 
 
-def _tell(waiter: "asyncio.Future[O]", outcome: O) -> None:
+def _give(waiter: "asyncio.Future[O]", outcome: O) -> None:
     if not waiter.done():
         waiter.set_result(outcome)
 

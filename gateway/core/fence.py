@@ -52,7 +52,7 @@ class Step(NamedTuple):
 
 
 class CannotHappen(Exception):
-    """The session has told the fence something that its state rules out."""
+    """An event came that the state of the fence rules out."""
 
 
 Cell = Step | str

@@ -56,7 +56,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     @property
     def reply_timeout_s(self) -> float:
-        """How long a reply is waited for, if its command does not take long by itself."""
+        """How long a reply is waited for, where its command takes no time of its own."""
         return self._session.reply_timeout_s
 
     @property
@@ -89,7 +89,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     @abstractmethod
     def _take(self, frame: W) -> None:
-        """Hear a frame, let the next one go, and only then tell what was heard."""
+        """Hear a frame, let the next one go, and only then settle what it answers."""
 
     def _in_step(self) -> bool:
         return self._session.in_step
@@ -187,12 +187,12 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             self._expire_at(max(next_at, now + EXPIRY_STEP_S))
 
     def _hear(self, reply: F) -> None:
-        """Hear a reply; the next frame goes out before anybody is told what it was."""
-        tell = self._session.heard(reply, self._last_rx_at)
-        self._heard_out = tell is not None and self._session.is_heard_out()
+        """Hear a reply; the next frame goes out before its waiters have it."""
+        settle = self._session.heard(reply, self._last_rx_at)
+        self._heard_out = settle is not None and self._session.is_heard_out()
         self._pump()
-        if tell is not None:
-            tell()
+        if settle is not None:
+            settle()
 
     def _hear_noise(self, what: str) -> None:
         """Hear what can be no reply."""
@@ -201,7 +201,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._pump()
 
     def _break_off_all(self, reason: str, remedy: str) -> None:
-        """Tell all who wait that the port has gone, and forget what was half read."""
+        """Settle all that waits for a port that has gone, and forget what was half read."""
         self._reader = self._new_reader()
         self._session.break_off(
             NoReply(f"Line {self.id} was lost before the reply came: {reason}.", remedy),

@@ -139,7 +139,7 @@ class Scheduler(Generic[X]):
         return [exchange for turns in self._lanes for exchange in turns.remove(unwanted)]
 
     def expire(self, now: float) -> float | None:
-        """Tell those for whom it is too late, and give the time at which to look again, if any."""
+        """Settle what is too late, and give the time at which to look again, if any."""
         self.remove(lambda it: it.expire(now))
         waiting = chain.from_iterable(turns.exchanges() for turns in self._lanes)
         deadlines = chain.from_iterable(exchange.waiters.values() for exchange in waiting)

@@ -38,7 +38,7 @@ class SequenceLock:
         self._of = of
         self.holder: Series | None = None
         self.on_free: Callable[[], None] = lambda: None
-        """Told that what had to wait for its holder may go."""
+        """Called when what had to wait for its holder may go."""
         self._taken = False
         self._waiting: dict[Lane, deque[asyncio.Future[None]]] = {lane: deque() for lane in Lane}
 

@@ -29,8 +29,8 @@ READ_REPEATS = 2
 
 NEW_STOPS = (Lane.STOP,)
 
-Tell = Callable[[], None]
-"""Tells those who wait; it can be called after the next write."""
+Settle = Callable[[], None]
+"""Gives the waiters their outcome; it can be called after the next write."""
 
 
 class Awaited(Enum):
@@ -68,7 +68,7 @@ class Session(ABC, Generic[X, F]):
         self.doubts = 0
         """How often a reply stayed away, could not be understood, or came though nobody had asked."""
         self.on_stray: Callable[[F], None] = lambda _: None
-        """Told a reply that nobody has asked for."""
+        """Called with a reply that nobody has asked for."""
         self._target = target
         self._set_up_target = set_up_target
         self._copies: Copies[X, F] = Copies(replies_remembered)
@@ -115,7 +115,7 @@ class Session(ABC, Generic[X, F]):
 
     @abstractmethod
     def witness_failed(self) -> bool:
-        """Give up whom the fences have asked; whether there is another to ask."""
+        """Give up the target that the fences have asked; whether there is another to ask."""
 
     @abstractmethod
     def is_refusal_of_fence(self, frame: F) -> bool:
@@ -134,7 +134,7 @@ class Session(ABC, Generic[X, F]):
         """No reply came in time."""
 
     def is_bracketed(self, _exchange: X) -> bool:
-        """Whether a fence has to show that its reply was the last before that is told."""
+        """Whether a fence has to prove that its reply was the last before its waiters have it."""
         return False
 
     def is_heard_out(self) -> bool:
@@ -279,7 +279,7 @@ class Session(ABC, Generic[X, F]):
         """Whether anything was written that is neither answered nor given up."""
         return bool(self._sent)
 
-    def heard(self, frame: F, now: float) -> Tell | None:
+    def heard(self, frame: F, now: float) -> Settle | None:
         """Credit a reply; None if it ends no exchange."""
         for exchange in self._sent:
             outcome = exchange.credit(frame, now)
@@ -295,7 +295,7 @@ class Session(ABC, Generic[X, F]):
             self._stray(frame, now)
         return None
 
-    def _ended(self, exchange: X, outcome: Any, frame: F, now: float) -> Tell | None:
+    def _ended(self, exchange: X, outcome: Any, frame: F, now: float) -> Settle | None:
         """An exchange has its reply."""
         self._let_go(exchange)
         self.learn(exchange, outcome, now)
@@ -381,7 +381,7 @@ class Session(ABC, Generic[X, F]):
         self._lose_step(self._set_up_target)
 
     def _doubt(self, exchange: X, reason: NoReply) -> None:
-        """An exchange has no usable reply: fence the line before its outcome is told."""
+        """An exchange has no usable reply: fence the line before it is settled."""
         self.doubts += 1
         self._let_go(exchange)
         if exchange is self._fence_query:
@@ -461,4 +461,4 @@ def _last_of(exchange: Exchange[Any, Any, Any], first: Any, last: Any) -> Any:
 
 
 def _nothing() -> None:
-    """Tell nobody anything yet."""
+    """Settle nothing yet."""

@@ -78,14 +78,14 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
         """Held from the selection of a unit to the last command that depends on it."""
         session.on_silence = self._robot_is_silent
         self.on_stray: Callable[[ReplyFrame], None] = lambda _: None
-        """Told an answer that nobody has asked for."""
+        """Called with an answer that nobody has asked for."""
         session.on_stray = lambda frame: self.on_stray(frame)
         self._known = False
         """Whether the robot has been set up in this life of the gateway."""
         self._was_away = False
         """Whether it was silent, or its port gone, since."""
         self._missing = False
-        """Whether its silence has been told."""
+        """Whether its silence has been reported."""
         self._patient_until = 0.0
         """Deadline for requests that wait for the set-up."""
 
@@ -161,7 +161,7 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
         self._patient_until = self._loop.time() + READY_WITHIN_S
 
     async def _agree_on_mode_or_tell(self) -> bool:
-        """Whether the robot is in its mode now; a robot that says nothing at all is told to be silent."""
+        """Whether the robot is in its mode now; a robot that says nothing at all is reported silent."""
         replies, garbage = self.counters["replies"], self.counters["garbage"]
         if await self._agree_on_mode():
             return True

@@ -159,7 +159,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         return self.exchange(EndPositionUpload(), Lane.STOP)
 
     def fence_query(self) -> FicsExchange:
-        """Ask for a variable, and last for the version, which is told while the teaching terminal runs."""
+        """Ask for a variable, and last for the version: it comes even while the teaching terminal runs."""
         last = self._fence.tries == FENCE_TRIES - 1
         fence = self.exchange(
             GetSystemVersion() if last else GetVariable(number=self._fresh_variable()), Lane.READ
@@ -230,7 +230,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._copies.note(exchange, frame, now, now + self.late_reply_s)
 
     def learn(self, exchange: FicsExchange, outcome: Any, _now: float) -> None:
-        """The robot is there; and an upload that only its refusal tells of has to be ended."""
+        """The robot is there; and an upload that its refusal shows has to be ended."""
         if not (exchange is self._fence_query and isinstance(outcome, Refusal)):
             self.offline.discard(ROBOT)
         if self.upload.note_outcome(exchange.command, exchange.number, outcome) and self.in_step:

@@ -107,7 +107,7 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
 
     @property
     def groups(self) -> dict[int, list[int]]:
-        """What its link master is told of its groups: their numbers, and those of their members."""
+        """Its groups as they are defined at its link master: their numbers, and those of their members."""
         return self._session.groups
 
     @property

@@ -9,7 +9,7 @@ from typing import Any
 from gateway.core.errors import BodyOffline, Cancelled, NoReply
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.session import READ_REPEATS as READ_REPEATS
-from gateway.core.session import Session, Tell
+from gateway.core.session import Session, Settle
 from gateway.rorze.exchange import ReplyFrame, RorzeExchange
 from protocols.rorze.link import Refusal, encode
 from protocols.rorze.notation import PositionReference
@@ -61,11 +61,11 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self.last_error_at: float | None = None
         self.on_online: Callable[[int], None] = lambda _body: None
         self.on_offline: Callable[[int, bool], None] = lambda _body, _asked: None
-        """Told which body counts as silent, and whether it was asked itself, or nobody was heard at all."""
+        """Called with a body that counts as silent; was it asked itself, or is nobody heard at all?"""
         self.on_strict: Callable[[bool], None] = lambda _on: None
-        """Told when acknowledgements begin to be bracketed by fences, and when that is over."""
+        """Called when acknowledgements begin to be bracketed by fences, and when that is over."""
         self.on_given_up: Callable[[], None] = lambda: None
-        """Told that a body is not asked any more, but by probes."""
+        """Called when a body is not asked any more, but by probes."""
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
         self._nonces = cycle(dice.sample(range(NONCES), NONCES))
         self._fence_for = self._fence_body = 0
@@ -137,8 +137,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     # what comes back
 
-    def heard(self, frame: ReplyFrame, now: float) -> Tell | None:
-        """Credit a reply. What it gives back tells those who wait; it can be called after the next write."""
+    def heard(self, frame: ReplyFrame, now: float) -> Settle | None:
+        """Credit a reply; None if it ends no exchange."""
         self._fenced_in_silence = 0
         self._fenced.discard(frame.body)
         return super().heard(frame, now)
@@ -191,7 +191,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         return self._strict_until is not None
 
     def is_bracketed(self, exchange: RorzeExchange) -> bool:
-        """Whether a fence has to show that its reply was the last before that is told."""
+        """Whether a fence has to prove that its reply was the last before its waiters have it."""
         return self.strict and exchange.lane is Lane.COMMAND
 
     def _stray(self, frame: ReplyFrame, now: float, kind: str = "strays") -> None:
@@ -239,7 +239,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     # silence
 
     def _lose_step(self, target: int, *, doubtful: bool = True) -> None:
-        """Choose whom to ask for proof: the body, or one that stands for the group or the link master."""
+        """Choose the witness: the body, or one that stands for the group or the link master."""
         super()._lose_step(target, doubtful=doubtful)
         self._fence_for = target
         self._fence_body, self._fenced_in_silence = self._witness_for(target), 0
@@ -260,9 +260,9 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         return sorted(bodies, key=lambda it: self._heard_at.get(it, -inf), reverse=True)
 
     def _fence_failed(self) -> None:
-        """Who answers neither a question nor a fence on a clean line is told silent at once."""
+        """A body that answers neither a question nor a fence on a clean line is silent."""
         if self._was_clean and self._suspect is not None and self._suspect.target == self._fence_body:
-            self._tell_silent(self._fence_body, asked=True)
+            self._call_silent(self._fence_body, asked=True)
         super()._fence_failed()
 
     def witness_failed(self) -> bool:
@@ -287,10 +287,10 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             lambda it: it.target == body and it.lane not in STOPS and not it.self_identifying,
             offline_error(body),
         )
-        self._tell_silent(body, asked=asked)
+        self._call_silent(body, asked=asked)
         self.on_given_up()
 
-    def _tell_silent(self, body: int, *, asked: bool) -> None:
+    def _call_silent(self, body: int, *, asked: bool) -> None:
         if body not in self.silent:
             self.silent.add(body)
             self.on_offline(body, asked)
