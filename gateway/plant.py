@@ -26,7 +26,7 @@ from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.move_record import Move
-from gateway.core.origin import Origin, acting
+from gateway.core.origin import POLL, acting
 from gateway.fics.line import FicsLine
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
@@ -35,7 +35,7 @@ from gateway.fics.watch import watch
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_watch import HEALTH_POLL_S as HEALTH_POLL_S
 from gateway.rorze.body_watch import BodyWatch
-from gateway.rorze.exchange import Exchange
+from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.line import Line
 from gateway.rorze.moves import Moves
 from gateway.rorze.power import Power, needs_place
@@ -96,7 +96,7 @@ class Plant:
         """Open the lines; ports that are missing are tried again and again."""
         for port in self.ports().values():
             port.start()
-        with acting(Origin("gateway: poll")):
+        with acting(POLL):
             self._polls = [
                 *(asyncio.create_task(watch(robot), name=f"watch {robot.id}") for robot in self.robots()),
                 *(
@@ -404,7 +404,7 @@ class Plant:
 
     # rules and watching
 
-    def _flash_while_moving(self, line: Line, exchange: Exchange) -> GatewayError | None:
+    def _flash_while_moving(self, line: Line, exchange: RorzeExchange) -> GatewayError | None:
         """A flash command holds up the line for 1.5 s: not while anything moves there, or may move."""
         if not exchange.command.takes_s:
             return None
@@ -420,7 +420,7 @@ class Plant:
             )
         return None
 
-    def _motion_while_stopping(self, line: Line, exchange: Exchange) -> GatewayError | None:
+    def _motion_while_stopping(self, line: Line, exchange: RorzeExchange) -> GatewayError | None:
         """Until a stop is confirmed nothing is sent that could move the motor again."""
         if exchange.command.effect is not Effect.MOTION:
             return None
@@ -437,7 +437,7 @@ class Plant:
             "Wait for standstill.",
         )
 
-    def _motion_to_a_lost_place(self, line: Line, exchange: Exchange, now: float) -> GatewayError | None:
+    def _motion_to_a_lost_place(self, line: Line, exchange: RorzeExchange, now: float) -> GatewayError | None:
         """A motion to a place is written only where the place is what it was when it was asked for."""
         if not needs_place(exchange.command):
             return None

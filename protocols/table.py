@@ -382,9 +382,13 @@ class Command(Spoken, Generic[R_co]):
         japanese, _, english = (getdoc(cls) or "").partition("\n")[0].partition(": ")
         return japanese, english.rstrip(".")
 
+    def retry_class(self) -> Retry:
+        """The retry class of this very command."""
+        return self.retry
+
     def may_repeat(self) -> bool:
         """Whether it may be sent again by itself."""
-        return self.retry is Retry.READ
+        return self.retry_class() is Retry.READ
 
     def read_reply(self, text: str) -> R_co:
         """Decode the payload of the reply to this very command.

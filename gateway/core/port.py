@@ -10,7 +10,7 @@ from typing import Any
 
 from gateway.core.admission import Admission
 from gateway.core.errors import LineDown
-from gateway.core.origin import Origin, acting, current
+from gateway.core.origin import PROBE, SET_UP, acting, current
 from transports.base import Transport, TransportError, TransportLost
 from transports.recorder import Recorder
 
@@ -100,9 +100,9 @@ class PortLoop(ABC):
     def start(self) -> None:
         """Begin to open the port, and to open it again whenever it is lost."""
         self._loop = asyncio.get_running_loop()
-        with acting(Origin("gateway: set-up")):
+        with acting(SET_UP):
             self._tasks = [self._begun(self._keep_open())]
-        with acting(Origin("gateway: probe")):
+        with acting(PROBE):
             self._tasks += map(self._begun, self._beside())
 
     def _begun(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":

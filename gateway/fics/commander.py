@@ -8,7 +8,7 @@ from typing import Any
 from gateway.core.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.core.lanes import Lane
 from gateway.fics.errors import NotProved, RobotFailed, refused
-from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
+from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof
 from gateway.fics.line import FicsLine
 from protocols.fics.alarms import (
     CurrentError,
@@ -34,8 +34,8 @@ async def _unheeded(_: str) -> None:
     """Nobody keeps errors of the system."""
 
 
-class Dialogue:
-    """What is said to a robot, a command at a time; whoever speaks holds the line's floor."""
+class Commander:
+    """What is said to a robot, a command at a time, with the line's sequence lock held."""
 
     def __init__(self, robot_id: str, line: FicsLine) -> None:
         self._robot_id = robot_id
@@ -45,7 +45,7 @@ class Dialogue:
         self._older_may_hide = False
         """Whether the last answer was an error that stands: behind it an older refusal may still wait."""
         self.on_error: Callable[[str], Awaitable[None]] = _unheeded
-        """Told every error of the system that is read, with the floor held."""
+        """Told every error of the system that is read, with the sequence lock held."""
         self.on_alarm: Callable[[], object] = lambda: None
         """Told that a motion was refused because an error stands which nobody has read."""
 
@@ -76,7 +76,7 @@ class Dialogue:
             await self._heed(outcome.error)
         return outcome
 
-    async def _submit(self, exchange: Exchange) -> Outcome:
+    async def _submit(self, exchange: FicsExchange) -> Outcome:
         """Give what becomes of an exchange; it is taken back if nobody waits for that any more."""
         try:
             return await self._line.submit(exchange)
@@ -111,7 +111,7 @@ class Dialogue:
         expires_at: float,
         proof: Proof,
         on_written: Callable[[float], None],
-    ) -> "tuple[Exchange, asyncio.Future[Outcome]]":
+    ) -> "tuple[FicsExchange, asyncio.Future[Outcome]]":
         """Write a motion command at most once, and give what will become of it.
 
         It is withdrawn if it cannot be written in time, or if nobody waits for that any more. In Ver.2 only a
@@ -223,7 +223,7 @@ class Dialogue:
             raise outcome
         return outcome
 
-    async def _verdict(self, exchange: Exchange) -> Outcome:
+    async def _verdict(self, exchange: FicsExchange) -> Outcome:
         """Ask for the error, in Ver.2 the only way to hear of a refusal (C-HOST manual 1-1-1, 2-12).
 
         That none is told confirms nothing: the command may have been lost.
@@ -249,7 +249,7 @@ class Dialogue:
             return Failure(command.wire_name(), error)
         return _nobody_knows(command)  # the error stands whatever was said, and hides a refusal
 
-    async def _why_unanswered(self, query: Exchange, unanswered: NoReply) -> Outcome:
+    async def _why_unanswered(self, query: FicsExchange, unanswered: NoReply) -> Outcome:
         """In Ver.2 a question is refused by silence, and ERR tells why (C-HOST manual 1-7)."""
         with suppress(GatewayError):
             error = await self.take_error()
@@ -262,7 +262,7 @@ class Dialogue:
         if isinstance(outcome, Refusal) and outcome.error == ALARM_STANDS:
             self.on_alarm()
 
-    async def _silent_outcome(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
+    async def _silent_outcome(self, exchange: FicsExchange) -> "asyncio.Future[Outcome]":
         future: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
         verdict = await self._verdict(exchange)
         if not isinstance(verdict, Answered):

@@ -17,6 +17,7 @@ class Overdue(EventData):
 
     move_id: str
     longest_s: float | None
+    request_id: str | None
 
 
 class StopRefusal(RobotStopReport):

@@ -215,7 +215,7 @@ class Jogs:
         if robot.selection.unit == unit:
             outcome = await robot.send_stop(command)
         else:
-            async with robot.line.floor.held(Lane.STOP):
+            async with robot.line.sequence_lock.held(Lane.STOP):
                 await self._select(unit, axis)
                 outcome = await robot.send_stop(command)
         robot.dialogue.answered(command, outcome)

@@ -160,7 +160,7 @@ class Journey:
         known = [place for place in (self.move.start_position or {}).values() if place is not None]
         if not known and not isinstance(self.command, HomeRobot):
             with suppress(GatewayError):
-                async with self.robot.line.floor.held(PROOF):
+                async with self.robot.line.sequence_lock.held(PROOF):
                     self._left = await self.robot.dialogue.leave_refusal()
 
     def _moves(self) -> None:

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 from gateway.core.errors import Expired, InvalidRequest, NotFound
 from gateway.core.lanes import Lane
 from gateway.core.stops import StopMode
-from gateway.fics.commander import Dialogue, in_time
+from gateway.fics.commander import Commander, in_time
 from gateway.fics.downloads import download
 from gateway.fics.errors import ErrorStands, NotProved, RobotBusy
-from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
+from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.power import Power
@@ -68,7 +68,7 @@ _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
 class Accepted(NamedTuple):
     """A motion command that was written: its exchange, and what will become of it."""
 
-    exchange: Exchange
+    exchange: FicsExchange
     outcome: "asyncio.Future[Outcome]"
     """Ver.2: only a refusal ever comes here."""
 
@@ -108,7 +108,7 @@ class Robot:
         """Whether a stop is not confirmed yet."""
         self.tables_change = asyncio.Lock()
         """Held from a change of a table of positions until it is read back: nothing moves meanwhile."""
-        self.dialogue = Dialogue(robot_id, line)
+        self.dialogue = Commander(robot_id, line)
         self.queries = Queries(self)
         self.selection = Selection(self)
         self.power = Power(self)
@@ -222,7 +222,7 @@ class Robot:
         """Send a command that changes something, to a unit just confirmed, and `read` back what it is."""
         self.line.admission.require()
         epoch, lane = self.line.stop_epoch, Lane.COMMAND
-        async with self.line.floor.held(lane, deadline_of(lane)):
+        async with self.line.sequence_lock.held(lane, deadline_of(lane)):
             if self.line.stop_epoch != epoch:
                 raise self.line.overtaken()
             if number is not None:
@@ -274,7 +274,7 @@ class Robot:
                 self.power.forget_origins()
             on_written(now)
 
-        async with self.line.floor.held(Lane.COMMAND, expires_at):
+        async with self.line.sequence_lock.held(Lane.COMMAND, expires_at):
             doubt: NotProved | None = None
             while True:
                 try:
@@ -416,12 +416,12 @@ class Robot:
         :raises PowerCycled: it has.
         :raises GatewayError: it did not tell.
         """
-        async with self.line.floor.held(Lane.COMMAND):
+        async with self.line.sequence_lock.held(Lane.COMMAND):
             await self.power.see()
 
     async def restore_speeds(self) -> None:
         """Set the speeds again that were lost with the power; errors as of `Power.restore`."""
-        async with self.line.floor.held(Lane.COMMAND):
+        async with self.line.sequence_lock.held(Lane.COMMAND):
             await self.power.restore()
 
     # news

@@ -115,7 +115,7 @@ class Queries:
         begun: Callable[[], object] = lambda: None,
     ) -> Heard:
         robot = self._robot
-        async with robot.line.floor.held(lane, expires_at):
+        async with robot.line.sequence_lock.held(lane, expires_at):
             begun()
             robot.line.admission.revise()  # after a suspension no unit is trusted
             if number is not None:

@@ -46,7 +46,7 @@ async def store(unit: "RobotUnit", positions: Positions) -> None:
     robot.require_free(UPLOAD)
     epoch = robot.line.stop_epoch
     async with robot.tables_change:
-        async with robot.line.floor.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
+        async with robot.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
             await robot.selection.make(unit.number, afresh=True)
             await upload(robot, runs, epoch)
         await _verify(unit, runs)

@@ -82,10 +82,6 @@ class RorzeCommand(Command[R_co]):
         """The retry class of this very command: each time it steps the position index is another step."""
         return Retry.NEVER if self.steps_index() else self.retry
 
-    def may_repeat(self) -> bool:
-        """Whether it may be sent again by itself: a read that does not step the position index."""
-        return self.retry_class() is Retry.READ
-
     def is_only_question(self) -> bool:
         """Whether every command of its code asks the same, and changes nothing: a read without parameters."""
         return self.retry is Retry.READ and not self.__dict__

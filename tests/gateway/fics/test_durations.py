@@ -59,7 +59,7 @@ async def test_h12_a_move_that_takes_longer_is_told_and_followed_to_its_end() ->
         move = await rig.move(down, unit=2)
         assert (move.status, move.completion) == (MoveStatus.SUCCEEDED, "reply")
         (overdue,) = rig.events("robot.move.overdue")
-        assert overdue.data == {"move_id": move.id, "longest_s": move.longest_s}
+        assert overdue.data == {"move_id": move.id, "longest_s": move.longest_s, "request_id": None}
         assert "It takes longer than its distance and speed account for." in move.evidence
 
 

@@ -1,24 +1,25 @@
-"""A conversation carried over its port: a frame at a time, and nobody keeps the line waiting."""
+"""A session carried over its port: a frame at a time, and nobody keeps the line waiting."""
 
 import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from typing import Any, cast
 
 import pytest
 
 from gateway.core.admission import Admission
-from gateway.core.carrier import GAP_S, Carrier
 from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, LineDown, Overtaking
 from gateway.core.lanes import Lane
+from gateway.core.line import GAP_S, LineDriver
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
-from gateway.core.origin import Origin, acting, current
+from gateway.core.origin import current
+from gateway.core.session import Session
 from gateway.rorze.line import Line, LineState
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.position import GetPosition
 from tests.gateway.rorze.far_end import FarEnd, running_line, until, virtual
 from transports.base import TransportRefused
-from transports.recorder import Recorded, Recorder
 
 BAUD = 9600
 FRAME_S = len("&026PD\r") * 10 / BAUD
@@ -61,8 +62,6 @@ class Speech:
         self.fences = 0
         self.said: list[tuple[bytes, float, float]] = []
         """What was written when, and until when its answer is waited for."""
-        self.writers: list[str] = []
-        """On whose behalf each was noted as written."""
         self.passed: list[tuple[float, float | None]] = []
         """When deadlines were looked at, and until when a reply that has begun may go on."""
 
@@ -82,7 +81,6 @@ class Speech:
 
     def written(self, exchange: Said, now: float, deadline: float) -> None:
         self.said.append((exchange.frame, now, deadline))
-        self.writers.append(current().caller)
 
     def deadline(self) -> float | None:
         return None
@@ -105,12 +103,12 @@ class Words:
         return len(self._begun)
 
 
-class Speaker(Carrier[Said, bytes]):
+class Speaker(LineDriver[Any, bytes, bytes]):
     """A line that is ready when a test says so, and only listens."""
 
     def __init__(self, port: Port) -> None:
         self.speech = Speech()
-        super().__init__("line1", port, self.speech, Words())
+        super().__init__("line1", port, cast("Session[Any, bytes]", self.speech), Words)
         self.heard: list[bytes] = []
         self.broken_off: list[str] = []
 
@@ -155,22 +153,6 @@ def now() -> float:
 
 
 # writing
-
-
-@virtual
-async def test_a_frame_that_waited_is_written_in_the_name_of_who_asked_for_it() -> None:
-    port = Port(BAUD)
-    async with speaking(port) as line:
-        line.recorder = Recorder()
-        line.transport = Recorded(port, line.recorder)
-        for caller in ("http 10.0.0.1", "http 10.0.0.2"):
-            with acting(Origin(caller, "job")):
-                line.say("&026PD")
-        await asyncio.sleep(1)  # the second goes by a timer that the first has set
-        senders = [(entry.caller, entry.request_id) for entry in line.recorder.entries()]
-        assert senders == [("http 10.0.0.1", "job"), ("http 10.0.0.2", "job")]
-        assert line.speech.writers == ["http 10.0.0.1", "http 10.0.0.2"]
-        assert current() == Origin("gateway")
 
 
 @virtual
@@ -289,7 +271,7 @@ async def test_several_frames_at_once_are_heard_in_their_order() -> None:
 
 def note_what_was_sent_when_told(line: Line, far: FarEnd) -> list[list[str]]:
     """Keep, for each reply, the frames that had gone out when the first person was told of it."""
-    hear, kept = line._talk.heard, []
+    hear, kept = line._session.heard, []
 
     def heard(frame: Answer | Refusal | GroupAnswer, at: float) -> Callable[[], None] | None:
         tell = hear(frame, at)
@@ -301,7 +283,7 @@ def note_what_was_sent_when_told(line: Line, far: FarEnd) -> list[list[str]]:
 
         return None if tell is None else note_and_tell
 
-    line._talk.heard = heard  # type: ignore[method-assign,assignment]  # between hearing and telling
+    line._session.heard = heard  # type: ignore[method-assign,assignment]  # between hearing and telling
     return kept
 
 

@@ -1,0 +1,49 @@
+"""Replies of which a copy may still be on its way, and whose answer such a copy would look like.
+
+A reply may come twice, and the copy later than what was said since. What one speaker says comes in order,
+though: after the echo of its fence come no copies of what it said before.
+"""
+
+from collections.abc import Hashable
+from typing import Generic
+
+from gateway.core.exchange import F, Said, X
+
+
+class Copies(Generic[X, F]):
+    """The replies of a line since each speaker's last fence."""
+
+    def __init__(self, remembered: int) -> None:
+        self._remembered = remembered
+        """Different replies of one name. After so many a fence goes before the next, whatever it asks."""
+        self._said: dict[int, dict[Hashable, dict[Hashable, Said]]] = {}
+        """By speaker, by name, and by the command's frame and the kind of reply."""
+
+    def note(self, exchange: X, frame: F, now: float, until: float) -> None:
+        """A reply was credited, or may come until then."""
+        said = self._said.setdefault(exchange.speaker, {}).setdefault(exchange.name_of(frame), {})
+        if len(said) >= self._remembered:
+            for key in [key for key, it in said.items() if it.until <= now]:
+                del said[key]
+        said[exchange.frame, exchange.kind_of(frame)] = Said(exchange, frame, exchange.number, until)
+
+    def forget(self, speaker: int) -> None:
+        """Its fence has passed: no copy of what it has said is on its way any more."""
+        self._said.pop(speaker, None)
+
+    def could_answer(self, exchange: X, now: float) -> bool:
+        """Whether a copy could be taken for the reply to this command, and be wrong."""
+        said = self._said.get(exchange.speaker)
+        if not said:
+            return False
+        found = [said[name] for name in exchange.reply_names if name in said]
+        return any(
+            len(replies) > self._remembered
+            or any(it.until > now and exchange.mistakes(it) for it in replies.values())
+            for replies in found
+        )
+
+    def include(self, speaker: int, frame: F) -> bool:
+        """Whether somebody has said this before."""
+        names = self._said.get(speaker, {}).values()
+        return any(it.frame == frame for replies in names for it in replies.values())
