@@ -98,7 +98,7 @@ class FicsLine(Carrier[Exchange, Frame]):
     @property
     def uploading(self) -> bool:
         """Whether an upload of positions is open."""
-        return self._talk.uploading
+        return self._talk.upload.is_open
 
     @property
     def stops(self) -> int:
@@ -306,7 +306,7 @@ class FicsLine(Carrier[Exchange, Frame]):
 
     def doubt_upload(self) -> None:
         """A stop was refused as it is in an upload: the end of one goes before the next stop, to be sure."""
-        self._talk.doubt_upload()
+        self._talk.upload.doubt()
 
     def give_up(self, motion: Exchange) -> None:
         """A motion is seen to have ended without its answer."""

@@ -11,8 +11,8 @@ from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.waiting import happens
 from gateway.fics.exchange import Answered, Outcome
-from gateway.fics.session import NO_UPLOAD
 from gateway.fics.units import RobotUnit, at_rest
+from gateway.fics.upload_state import NO_UPLOAD
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand
