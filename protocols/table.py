@@ -270,7 +270,7 @@ class Spoken(BaseModel):
         return self
 
     def _given(self) -> frozenset[str]:
-        return frozenset([name for name in type(self).model_fields if self.__dict__[name] is not None])
+        return frozenset([name for name in self.__pydantic_fields__ if self.__dict__[name] is not None])
 
     @classmethod
     def usage(cls) -> list[str]:

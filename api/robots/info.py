@@ -11,9 +11,10 @@ from api.common.requests import age_ms_of, json_response, new_router, plant_of, 
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.stops import StopBody, StopResult, perform_stop
 from gateway.core.port import LineState
+from gateway.fics.axes import Coordinates, at_rest
 from gateway.fics.robot import Robot
 from gateway.fics.system_errors import RobotErrorRecord
-from gateway.fics.units import Coordinates, RobotUnit, UnknownReason, at_rest
+from gateway.fics.units import RobotUnit, UnknownReason
 from protocols.fics.notation import Quantity
 from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, MotionMode, SensorStates
 
@@ -184,7 +185,7 @@ async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber
     """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
     axes = unit_of(request, robot_id, unit)
     statuses, at = await axes.status_at()
-    reply: SensorStates = await axes.robot.read(GetAxisSensors(), unit)
+    reply: SensorStates = await axes.read(GetAxisSensors())
     sensors = axes.by_axis(axes.motor_axes, reply.axes)
     return json_response(
         UnitStatus(
@@ -215,7 +216,7 @@ async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
 async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
     robot = plant_of(request).robot(robot_id)
-    await robot.errors_of_system.reset()
+    await robot.reset_errors()
     return json_response(_errors(robot))
 
 
@@ -243,7 +244,9 @@ async def stop_robot(request: Request, robot_id: RobotId, stop: StopBody) -> Res
 )
 async def stop_unit(request: Request, robot_id: RobotId, unit: UnitNumber, stop: StopBody) -> Response:
     """Stop all axes of the unit's robot by software: it knows no stop of a single unit."""
-    return await perform_stop(request, [], stop.mode, [unit_of(request, robot_id, unit).robot])
+    robot = plant_of(request).robot(robot_id)
+    robot.unit(unit)
+    return await perform_stop(request, [], stop.mode, [robot])
 
 
 def _errors(robot: Robot) -> RobotErrors:
@@ -270,7 +273,7 @@ def _info(robot: Robot) -> RobotInfo:
 
 def _unit_info(unit: RobotUnit) -> UnitInfo:
     return UnitInfo(
-        robot_id=unit.robot.id,
+        robot_id=unit.robot_id,
         number=unit.number,
         axes=_axes(unit, unit.axes),
         motor_axes=_axes(unit, unit.motor_axes),

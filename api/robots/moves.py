@@ -19,9 +19,10 @@ from api.robots.axes import Amounts, build, numbers
 from api.robots.fit import require_fit
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest, NotFound
+from gateway.fics.axes import Coordinates
 from gateway.fics.move_record import RobotMove
 from gateway.fics.plans import PlannedRobotMove, plan_of
-from gateway.fics.units import Coordinates, RobotUnit
+from gateway.fics.units import RobotUnit
 from protocols.fics import motor_axes, moves
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis, Steps
@@ -236,8 +237,9 @@ async def perform(
     :raises GatewayError: it was refused, or not sent.
     """
     require_fit(unit, command)
-    moves_of_robots = plant_of(request).robot_moves
-    move = await moves_of_robots.start(unit.robot, unit.number, command)
+    plant = plant_of(request)
+    moves_of_robots = plant.robot_moves
+    move = await moves_of_robots.start(plant.robot(unit.robot_id), unit.number, command)
     waited_s = wait_s(request, wait)
     move = await moves_of_robots.wait(move.id, waited_s)
     headers = {"Location": f"/robots/{unit.address}/moves/{move.id}", **wait_headers(waited_s)}
