@@ -15,6 +15,7 @@ from gateway.fics.axes import Coordinates, at_rest
 from gateway.fics.robot import Robot
 from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import RobotUnit, UnknownReason
+from protocols.fics.alarms import ResetErrors
 from protocols.fics.notation import Quantity
 from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, MotionMode, SensorStates
 
@@ -216,7 +217,7 @@ async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
 async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
     robot = plant_of(request).robot(robot_id)
-    await robot.reset_errors()
+    await robot.ask(ResetErrors())
     return json_response(_errors(robot))
 
 

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from gateway.core.errors import ControllerRefused, Expired, GatewayError, InvalidRequest
@@ -56,30 +57,24 @@ def _is_over(expires_at: float | None) -> bool:
     return expires_at is not None and asyncio.get_running_loop().time() >= expires_at
 
 
+@dataclass(eq=False)
 class Asking:
     """The questions and deeds of one robot that start no motion."""
 
-    def __init__(
-        self,
-        units: Sequence[UnitAxes],
-        commander: Commander,
-        motion: MotionState,
-        selection: Selection,
-        power: Power,
-        errors: SystemErrors,
-    ) -> None:
-        self._units = units
-        self.line = commander.line
-        self._commander = commander
-        self._motion = motion
-        self._selection = selection
-        self._power = power
-        self._errors = errors
-        self.settings_changed = 0
-        """How often a setting of an axis may have changed."""
-        self._waiting: dict[Question, asyncio.Task[Told | GatewayError]] = {}
-        """Those that wait for the sequence lock; an equal one shares the answer."""
-        self._tasks: set[asyncio.Task[Told | GatewayError]] = set()
+    _units: Sequence[UnitAxes]
+    _commander: Commander
+    _motion: MotionState
+    _selection: Selection
+    _power: Power
+    _errors: SystemErrors
+    settings_changed: int = 0
+    """How often a setting of an axis may have changed."""
+    _waiting: dict[Question, "asyncio.Task[Told | GatewayError]"] = field(default_factory=dict)
+    """Those that wait for the sequence lock; an equal one shares the answer."""
+    _tasks: set["asyncio.Task[Told | GatewayError]"] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.line = self._commander.line
 
     async def close(self) -> None:
         """Ask nothing more: once the line is closed all who wait are told so."""

@@ -59,8 +59,14 @@ class Durations:
         """What `Asking.settings_changed` was then."""
         self._kept: dict[tuple[int, Coordinates], AxisDurations] = {}
 
-    async def of(self, unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
-        """Read for a move how fast the axes of a unit go; empty where the robot does not tell it now."""
+    async def longest_s(
+        self, unit: RobotUnit, coordinates: Coordinates, start: Places, target: Places
+    ) -> float | None:
+        """How long a move may take; None where a place or a speed is not known."""
+        return longest_s(start, target, await self._of(unit, coordinates))
+
+    async def _of(self, unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
+        """How fast the axes of a unit go; empty where the robot does not tell it now."""
         if self._read_at != self._asking.settings_changed:
             self._kept.clear()
             self._read_at = self._asking.settings_changed

@@ -15,7 +15,6 @@ from gateway.fics.axes import unit_of
 from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions
-from gateway.fics.selection import Selection
 from gateway.fics.units import RobotUnit
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.system import HostMode
@@ -74,21 +73,15 @@ class Jogs:
         self,
         units: Sequence[RobotUnit],
         motions: Motions,
-        selection: Selection,
         tell: Tell,
         stop_robot: Callable[[], Awaitable[object]],
-        poll_interval_s: float,
     ) -> None:
-        self._robot_id = motions.commander.robot_id
         self._units = units
-        self._line = motions.line
-        self._commander = motions.commander
         self._motions = motions
-        self._selection = selection
+        self._line, self._robot_id = motions.line, motions.commander.robot_id
         self._tell = tell
         self._stop_robot = stop_robot
         """Called when an axis does not stop."""
-        self._poll_interval_s = poll_interval_s
         self._running: dict[str, _Running] = {}
         self._unsettled: dict[str, JogSession] = {}
         """From before its start is sent until the axis is seen to stand still."""
@@ -153,7 +146,7 @@ class Jogs:
         if self._line.mode == HostMode.VER_2 and not accepted.outcome.done():
             return
         try:
-            self._commander.answered(command, await accepted.outcome)
+            self._motions.commander.answered(command, await accepted.outcome)
         except GatewayError as error:
             if session.id in self._running and error.moved == "no":
                 self._leave(session, "ended")
@@ -230,13 +223,13 @@ class Jogs:
     async def _stop_unknown(self, unit: int, axis: str) -> None:
         """Stop an axis that has no session: the robot may jog it for an earlier life of the gateway."""
         line, command = self._line, StopJog(axis=axis)
-        if self._selection.unit == unit:
+        if self._motions.selection.unit == unit:
             outcome = await line.submit(line.exchange(command, Lane.STOP))
         else:
             async with line.floor.held(Lane.STOP):
                 await self._select(unit, axis)
                 outcome = await line.submit(line.exchange(command, Lane.STOP))
-        self._commander.answered(command, outcome)
+        self._motions.commander.answered(command, outcome)
         loop = asyncio.get_running_loop()
         patient_until = loop.time() + STILL_WITHIN_S
         while not await self._stands_still(unit, axis):
@@ -253,7 +246,7 @@ class Jogs:
 
     async def _select(self, unit: int, axis: str) -> None:
         try:
-            await self._selection.make(unit, afresh=False)  # in motion it does not tell
+            await self._motions.selection.make(unit, afresh=False)  # in motion it does not tell
         except (RobotBusy, ControllerRefused, UnitNotSelected) as error:
             raise UnitNotSelected(
                 f"Axis {axis} of unit {unit} was not stopped, for JOG {axis} might stop another unit's: "
@@ -319,7 +312,7 @@ class Jogs:
         """Return when the axis stands still though nobody has stopped it."""
         looks = 0
         while looks < STILL_LOOKS:
-            await asyncio.sleep(self._poll_interval_s)
+            await asyncio.sleep(self._motions.poll_interval_s)
             looks = looks + 1 if await self._stands_still(session.unit, session.axis) else 0
 
     def _rested(self, session: JogSession) -> None:

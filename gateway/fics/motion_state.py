@@ -1,8 +1,7 @@
 """What moves, whose motion it is, and what keeps the next one from beginning."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from collections.abc import Callable
 from typing import Any
 
 from gateway.fics.errors import RobotBusy
@@ -35,10 +34,13 @@ class MotionState:
         self.idle = asyncio.Event()
         """No unit has a move that is not over."""
         self.idle.set()
-        self._moves: dict[int, RobotMove] = {}
-        self._still: set[int] = set()
+        self.moves: dict[int, RobotMove] = {}
+        """By unit, the move that is not over yet."""
+        self.still: set[int] = set()
+        """The units that stood still when last asked; nothing was sent since that could move them."""
+        self.tables_change = asyncio.Lock()
+        """Held from a change of a table of positions until it is read back: nothing moves meanwhile."""
         self._stops = 0
-        self._tables_change = asyncio.Lock()
 
     @property
     def moving(self) -> bool | None:
@@ -60,47 +62,39 @@ class MotionState:
         """Whether nobody can select another unit now: in a macro the robot may do so (C-HOST manual 1-7)."""
         return self.command is not None and not isinstance(self.command, RunMacro)
 
-    def move_of(self, unit: int) -> RobotMove | None:
-        """The move of a unit that is not over yet."""
-        return self._moves.get(unit)
-
-    def stood_still(self, unit: int) -> bool:
-        """Whether a unit did when it was last asked, and nothing was sent since that could move it."""
-        return unit in self._still
-
     # motion commands
 
     def begin(self, command: FicsCommand[Any], unit: int) -> None:
         """A motion command has been written."""
         self.command, self.unit = command, unit
         if isinstance(command, MOVES_ALL_UNITS):
-            self._still.clear()
-        self._still.discard(unit)
+            self.still.clear()
+        self.still.discard(unit)
 
     def end(self, *, refused: bool = False) -> None:
         """The motion command is over; one that was `refused` has moved nothing."""
         self.command = None
         if self.unit is None or refused:
             return
-        self.foreign = False if self.unit in self._still else None
+        self.foreign = False if self.unit in self.still else None
         if self.foreign is None:
             self.look_soon()
 
     def begin_move(self, unit: int, move: RobotMove) -> None:
         """A move of a unit was asked for."""
-        self._moves[unit] = move
+        self.moves[unit] = move
         self.idle.clear()
 
     def end_move(self, unit: int) -> None:
         """The move of a unit is over."""
-        self._moves.pop(unit, None)
+        self.moves.pop(unit, None)
         self.idle.set()
 
     # what was seen
 
     def note_rest(self, unit: int, *, still: bool) -> None:
         """A unit has told whether it stands still."""
-        (self._still.add if still else self._still.discard)(unit)
+        (self.still.add if still else self.still.discard)(unit)
 
     def note_foreign(self, *, moves: bool | None) -> None:
         """The robot was looked at while no command of ours was under way."""
@@ -131,12 +125,6 @@ class MotionState:
         """A stop is confirmed and recorded, or given up."""
         self._stops -= 1
 
-    @asynccontextmanager
-    async def changing_tables(self) -> AsyncIterator[None]:
-        """Let nothing move from a change of a table of positions until it is read back."""
-        async with self._tables_change:
-            yield
-
     # what is refused meanwhile
 
     def require_still(self, command: FicsCommand[Any]) -> None:
@@ -149,7 +137,7 @@ class MotionState:
                 f"The stop of {self._robot_id} is not confirmed yet; {command.wire_name()} was not sent.",
                 "Wait for standstill.",
             )
-        if self._tables_change.locked():
+        if self.tables_change.locked():
             raise RobotBusy(
                 f"Positions of {self._robot_id} are being changed and read back; {command.wire_name()} was "
                 "not sent.",

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from gateway.core.errors import Expired, GatewayError
@@ -31,25 +32,21 @@ class Accepted(NamedTuple):
         return self.outcome.done() and isinstance(self.outcome.result(), Refusal)
 
 
+@dataclass(eq=False)
 class Motions:
     """The motion commands of one robot."""
 
-    def __init__(
-        self,
-        units: Sequence[UnitAxes],
-        commander: Commander,
-        motion: MotionState,
-        selection: Selection,
-        power: Power,
-        errors: SystemErrors,
-    ) -> None:
-        self._units = units
-        self.line = commander.line
-        self.commander = commander
-        self.state = motion
-        self._selection = selection
-        self.power = power
-        self.errors = errors
+    _units: Sequence[UnitAxes]
+    commander: Commander
+    state: MotionState
+    selection: Selection
+    power: Power
+    errors: SystemErrors
+    poll_interval_s: float
+    """How often what moves is looked at."""
+
+    def __post_init__(self) -> None:
+        self.line = self.commander.line
 
     def require_fit(self, command: FicsCommand[Any]) -> None:
         """Refuse motion that somebody has to look after first.
@@ -124,7 +121,7 @@ class Motions:
         return proof
 
     async def _select(self, number: int) -> None:
-        await self._selection.make(number, afresh=True)
+        await self.selection.make(number, afresh=True)
 
     def end(self, accepted: Accepted | None = None) -> None:
         """The motion command that was begun is over; an answer it still owes is no longer waited for."""

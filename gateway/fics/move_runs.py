@@ -20,7 +20,7 @@ from gateway.core.move_record import MoveStatus
 from gateway.core.silence import Silence
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.commander import in_time
-from gateway.fics.durations import PATIENCE, PATIENCE_S, Durations, longest_s
+from gateway.fics.durations import PATIENCE, PATIENCE_S, Durations
 from gateway.fics.errors import RobotFailed, refused
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.motion_state import Tell
@@ -58,27 +58,18 @@ class MoveRun:
         unit: RobotUnit,
         command: FicsCommand[Any],
         move: RobotMove,
-        epoch: int,
-        advance: Advance,
         motions: Motions,
         durations: Durations,
+        advance: Advance,
         publish: Tell,
-        poll_interval_s: float,
     ) -> None:
         self._unit = unit
         self._command = command
-        self.move = move
-        self._epoch = epoch
-        """The robot's stop epoch at admission."""
-        self._report = advance
-        self._motions = motions
-        self._line = motions.line
-        self._power = motions.power
-        self._errors = motions.errors
+        self._move = move
+        self._motions, self._line = motions, motions.line
         self._durations = durations
-        self._publish = publish
-        """Tells what has happened to the move."""
-        self._poll_interval_s = poll_interval_s
+        self._advance_move, self._publish = advance, publish
+        self._epoch = self._line.stop_epoch
         self.begun: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
         """Known when the robot has taken the command, or why it has not."""
         self._stops_before = self._line.stops
@@ -113,22 +104,22 @@ class MoveRun:
             self._tell(None)
 
     def _advance(self, status: MoveStatus, error: GatewayError | None = None) -> None:
-        self._report(self.move, status, error)
+        self._advance_move(self._move, status, error)
 
     def _tell(self, refusal: GatewayError | None) -> None:
         if not self.begun.done():
             self.begun.set_result(refusal)
 
     def _sent(self, now: float) -> None:
-        if self.move.longest_s is not None:
-            self._overdue_at = now + PATIENCE * self.move.longest_s + PATIENCE_S
+        if self._move.longest_s is not None:
+            self._overdue_at = now + PATIENCE * self._move.longest_s + PATIENCE_S
         self._advance(MoveStatus.SENT)
 
     # before
 
     async def _know_the_way(self) -> None:
         """Know where the axes stand and should come to: what the move needs, and what proves its end."""
-        unit, move = self._unit, self.move
+        unit, move = self._unit, self._move
         try:
             start = await unit.position(move.coordinates, Lane.COMMAND)
             stored = await self._stored()
@@ -143,8 +134,8 @@ class MoveRun:
         move.target_position = target_of(unit, self._command, start, stored)
         await require_known(unit, self._command, start, move.target_position)
         if move.target_position:
-            durations = await self._durations.of(unit, move.coordinates)
-            move.longest_s = longest_s(start, move.target_position, durations)
+            target = move.target_position
+            move.longest_s = await self._durations.longest_s(unit, move.coordinates, start, target)
 
     async def _stored(self) -> list[float | None] | None:
         """The position it is to go to, if it goes by a number; the robot refuses one that is not set."""
@@ -164,38 +155,38 @@ class MoveRun:
             if at_rest(axes) and await self._rests_without_answer(accepted):
                 await self._infer(axes)
                 return
-            if self.move.status.final:
+            if self._move.status.final:
                 return
             if not accepted.outcome.done():
                 # Commands are taken in their order: with this answer a refusal would have come.
                 self._moves()
-            await asyncio.wait({accepted.outcome}, timeout=self._poll_interval_s)
+            await asyncio.wait({accepted.outcome}, timeout=self._motions.poll_interval_s)
         await self._conclude(accepted.outcome.result())
 
     async def _leave_refusal(self) -> None:
         """In Ver.2, where no axis is homed, leave what a loss of power clears: nothing else tells of one."""
         if not REFUSAL_SHOWS_POWER or self._line.mode != HostMode.VER_2:
             return
-        known = [place for place in (self.move.start_position or {}).values() if place is not None]
+        known = [place for place in (self._move.start_position or {}).values() if place is not None]
         if not known and not isinstance(self._command, HomeRobot):
             self._left = await self._motions.leave_refusal(PROOF)
 
     def _moves(self) -> None:
         """The axes were seen to move."""
-        if self.move.status is MoveStatus.SENT:
-            self.move.acknowledged_at = datetime.now(UTC)
+        if self._move.status is MoveStatus.SENT:
+            self._move.acknowledged_at = datetime.now(UTC)
             self._advance(MoveStatus.MOVING)
             self._tell(None)
         now = asyncio.get_running_loop().time()
         if self._overdue_at is not None and now > self._overdue_at:
             self._overdue_at = None
-            self.move.evidence.append("It takes longer than its distance and speed account for.")
-            told = {"move_id": self.move.id, "longest_s": self.move.longest_s}
+            self._move.evidence.append("It takes longer than its distance and speed account for.")
+            told = {"move_id": self._move.id, "longest_s": self._move.longest_s}
             self._publish("robot.move.overdue", told)
 
     async def _rests_without_answer(self, accepted: Accepted) -> bool:
         """Whether the axes stand still for certain, and the answer, where there is one, stays away."""
-        begins_late = self.move.status is MoveStatus.SENT  # as it may
+        begins_late = self._move.status is MoveStatus.SENT  # as it may
         if begins_late or self._line.mode != HostMode.VER_2:
             await asyncio.wait({accepted.outcome}, timeout=ANSWER_AFTER_REST_S)
             if accepted.outcome.done():
@@ -206,25 +197,26 @@ class MoveRun:
     async def _status(self) -> list[AxisStatus] | None:
         """What the axes do; None when the move is lost, or nobody could ask for too long."""
         loop, line = asyncio.get_running_loop(), self._line
-        silence = Silence(loop.time(), line.reply_timeout_s + line.late_reply_s + self._poll_interval_s)
+        longest_s = line.reply_timeout_s + line.late_reply_s + self._motions.poll_interval_s
+        silence = Silence(loop.time(), longest_s)
         while not silence.too_long:
             axes = None
             try:
                 axes = list((await self._unit.status(PROOF)).values())
             except GatewayError as error:
                 silence.unanswered(loop.time(), silent=line.shows_silence(error))
-            if self._power.cycled:
-                self._lost("power_cycled", _without_power(self.move.robot_id))
+            if self._motions.power.cycled:
+                self._lost("power_cycled", _without_power(self._move.robot_id))
                 return None
             if axes is not None:
                 return axes
             self._tell(None)  # its client need not wait for what nobody knows
-            await asyncio.sleep(self._poll_interval_s)
+            await asyncio.sleep(self._motions.poll_interval_s)
         if silence.of_body:
-            self._lost(None, _gone(self.move.robot_id))
-        elif not self.move.status.final:
-            self.move.position = None
-            self._advance(MoveStatus.UNKNOWN, _out_of_reach(self.move.robot_id, silence))
+            self._lost(None, _gone(self._move.robot_id))
+        elif not self._move.status.final:
+            self._move.position = None
+            self._advance(MoveStatus.UNKNOWN, _out_of_reach(self._move.robot_id, silence))
         return None
 
     async def _come_to_rest(self) -> bool:
@@ -232,13 +224,13 @@ class MoveRun:
         axes = await self._status()
         while axes is not None and not at_rest(axes):
             self._moves()
-            await asyncio.sleep(self._poll_interval_s)
+            await asyncio.sleep(self._motions.poll_interval_s)
             axes = await self._status()
         return axes is not None
 
     def _lost(self, cause: str | None, error: GatewayError) -> None:
-        if not self.move.status.final:
-            self.move.end_cause, self.move.position = cause, None
+        if not self._move.status.final:
+            self._move.end_cause, self._move.position = cause, None
             self._advance(MoveStatus.LOST, error)
 
     # the end
@@ -246,11 +238,11 @@ class MoveRun:
     async def _conclude(self, outcome: Outcome) -> None:
         """The robot has answered, or nobody will know its answer."""
         if isinstance(outcome, Refusal):
-            refusal = refused(self.move.robot_id, self._command, outcome.error)
+            refusal = refused(self._move.robot_id, self._command, outcome.error)
             self._advance(MoveStatus.REJECTED, refusal)
             self._tell(refusal)
         elif isinstance(outcome, Answered | Failure):
-            self.move.completion = "reply"
+            self._move.completion = "reply"
             if await self._come_to_rest():
                 await (self._failed(outcome.error) if isinstance(outcome, Failure) else self._ended())
         elif isinstance(outcome, NoReply):
@@ -261,16 +253,16 @@ class MoveRun:
 
     async def _infer(self, axes: list[AxisStatus]) -> None:
         """The axes stand still, and nothing more will be said about it."""
-        self.move.completion = "inferred"
-        self.move.evidence.append("The axes were seen to stand still twice (ACD).")
+        self._move.completion = "inferred"
+        self._move.evidence.append("The axes were seen to stand still twice (ACD).")
         if self._line.mode != HostMode.VER_2:
-            self.move.evidence.append("The answer of the robot stayed away.")
+            self._move.evidence.append("The answer of the robot stayed away.")
         if await self._lost_power():
             return
-        told = await self._errors.look()
+        told = await self._motions.errors.look()
         if self._left == self._line.unheard and told in OF_THE_END_BEFORE:
             self._power_kept = True
-            self.move.evidence.append(
+            self._move.evidence.append(
                 f"The refusal {told} was left unread, and no loss of power has cleared it."
             )
         await self._read_position()
@@ -284,24 +276,24 @@ class MoveRun:
         try:
             await self._motions.see_power()
         except PowerCycled:
-            self._lost("power_cycled", _without_power(self.move.robot_id))
+            self._lost("power_cycled", _without_power(self._move.robot_id))
             return True
         except GatewayError as unseen:
-            self.move.evidence.append(unseen.detail)
+            self._move.evidence.append(unseen.detail)
         else:
             self._power_kept = self._line.mode != HostMode.VER_2
         return False
 
     async def _weigh(self, axes: list[AxisStatus]) -> None:
         """Nobody has stopped the axes: see what they tell of how it ended."""
-        error = self._errors.latched
+        error = self._motions.errors.latched
         if error is not None:
             await self._failed(error.code or "999", looked=True)
         elif any(map(in_trouble, axes)):
             self._advance(MoveStatus.FAILED, _in_trouble(self._unit))
         elif self._finding().untouched():
-            self.move.end_cause = "not_executed"
-            self._advance(MoveStatus.FAILED, _lost_on_its_way(self._unit, self.move))
+            self._move.end_cause = "not_executed"
+            self._advance(MoveStatus.FAILED, _lost_on_its_way(self._unit, self._move))
         else:
             await self._ended()
 
@@ -310,58 +302,58 @@ class MoveRun:
         await self._read_position()
         finding = self._finding()
         if self._stopped() and not finding.on_target():
-            self.move.end_cause = "stop_command"
+            self._move.end_cause = "stop_command"
             self._advance(MoveStatus.STOPPED)
         elif finding.off_target():
-            self.move.end_cause = "position_mismatch"
-            self._advance(MoveStatus.FAILED, _missed(self._unit, self.move))
+            self._move.end_cause = "position_mismatch"
+            self._advance(MoveStatus.FAILED, _missed(self._unit, self._move))
         elif await self._is_proved(finding):
-            self.move.end_cause = "normal"
+            self._move.end_cause = "normal"
             self._advance(MoveStatus.SUCCEEDED)
-        elif not self.move.status.final:
-            self.move.evidence.append("Nothing proves how it has ended.")
-            self._advance(MoveStatus.UNKNOWN, _unproved(self._unit, self.move, ran=finding.ran()))
+        elif not self._move.status.final:
+            self._move.evidence.append("Nothing proves how it has ended.")
+            self._advance(MoveStatus.UNKNOWN, _unproved(self._unit, self._move, ran=finding.ran()))
 
     async def _failed(self, code: str, *, looked: bool = False) -> None:
         """With an error of the system: that of a stop, or one that came by itself."""
         await self._read_position()
         if not looked:
-            await self._errors.look()
+            await self._motions.errors.look()
         if self._stopped():
-            self.move.end_cause = "stop_command"
+            self._move.end_cause = "stop_command"
             self._advance(MoveStatus.STOPPED)
         else:
-            self.move.end_cause = f"error_{code}"
-            self._advance(MoveStatus.FAILED, RobotFailed(self.move.robot_id, self.move.command, code))
+            self._move.end_cause = f"error_{code}"
+            self._advance(MoveStatus.FAILED, RobotFailed(self._move.robot_id, self._move.command, code))
 
     async def _resolve(self, error: NoReply) -> None:
         """The line was lost in the middle: let the axes tell, where they can prove it."""
         if not await self._come_to_rest():
             return
-        self.move.completion = "inferred"
+        self._move.completion = "inferred"
         await self._read_position()
         if self._finding().arrived():
-            self.move.evidence.append("The axes stand at the target.")
-            self.move.end_cause = "normal"
+            self._move.evidence.append("The axes stand at the target.")
+            self._move.end_cause = "normal"
             self._advance(MoveStatus.SUCCEEDED)
         else:
-            self.move.evidence.append("The axes stand still, which proves nothing.")
+            self._move.evidence.append("The axes stand still, which proves nothing.")
             self._advance(MoveStatus.UNKNOWN, error)
 
     # what positions prove
 
     async def _read_position(self) -> None:
         """A place that cannot be read is not known: the one before proves nothing."""
-        self.move.position = None
+        self._move.position = None
         with suppress(GatewayError):
-            self.move.position = await self._unit.position(self.move.coordinates, PROOF)
+            self._move.position = await self._unit.position(self._move.coordinates, PROOF)
 
     def _stopped(self) -> bool:
         """Whether a stop was sent since the move was admitted."""
         return self._line.stops != self._stops_before
 
     def _finding(self) -> Finding:
-        move = self.move
+        move = self._move
         return Finding(
             command=self._command,
             start=move.start_position or {},

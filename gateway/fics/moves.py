@@ -10,6 +10,7 @@ from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import MoveError, MoveStatus
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
+from gateway.fics.move_runs import MoveRun
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
 from protocols.fics.row import FicsCommand
@@ -58,7 +59,9 @@ class RobotMoves:
         if not robot.motion.idle.is_set():
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
         move = self._new(robot, axes, command)
-        run = robot.new_run(unit, command, move, robot.line.stop_epoch, partial(self.advance, robot))
+        advance = partial(self.advance, robot)
+        publish = partial(robot.publish, unit=axes, correlation=move.id)
+        run = MoveRun(axes, command, move, robot.motions, robot.durations, advance, publish)
         task = asyncio.create_task(run.make(start_within_s), name=f"move {move.id}")
         self._tasks[task] = run.begun
         task.add_done_callback(self._tasks.pop)

@@ -1,6 +1,7 @@
 """Power lost and back: seen by the mode or the origins, kept in mind, and the speeds set again."""
 
 from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 from gateway.core.errors import ControllerRefused, NoReply, NotSent, PowerCycled
@@ -38,33 +39,26 @@ Speeds = dict[str, float]
 """Percent by axis. One that is user and motor axis has one percentage: an assumption (C-HOST manual 4)."""
 
 
+@dataclass(eq=False)
 class Power:
     """What a loss of power takes from a robot: its mode, its unit, its homing, its speed percentages."""
 
-    def __init__(
-        self,
-        units: Sequence[UnitAxes],
-        commander: Commander,
-        errors: SystemErrors,
-        tell: Tell,
-    ) -> None:
-        self._units = units
-        self._commander = commander
-        self._line = commander.line
-        self._errors = errors
-        self._tell = tell
-        self.cycled = False
-        """Whether the robot has lost its power, and nobody has acknowledged that yet."""
-        self._speeds: dict[int, Speeds] = {}
-        """By unit, as last set, or as read before; an axis nobody spoke of is missing."""
-        self._due: set[int] = set()
-        """The units whose speeds have to be set again before any move."""
-        self._certain = True
-        """Whether the loss that nobody has acknowledged is certain."""
-        self._homed: dict[int, set[int]] = {}
-        """By unit, the places of the motors that had their origins when they were last looked at."""
-        self._placed: set[tuple[int, Coordinates]] = set()
-        """The units that have told where an axis stands, and in which coordinates."""
+    _units: Sequence[UnitAxes]
+    _commander: Commander
+    _errors: SystemErrors
+    _tell: Tell
+    cycled: bool = False
+    """Whether the robot has lost its power, and nobody has acknowledged that yet."""
+    _speeds: dict[int, Speeds] = field(default_factory=dict)
+    """By unit, as last set, or as read before; an axis nobody spoke of is missing."""
+    _due: set[int] = field(default_factory=set)
+    """The units whose speeds have to be set again before any move."""
+    _certain: bool = True
+    """Whether the loss that nobody has acknowledged is certain."""
+    _homed: dict[int, set[int]] = field(default_factory=dict)
+    """By unit, the places of the motors that had their origins when they were last looked at."""
+    _placed: set[tuple[int, Coordinates]] = field(default_factory=set)
+    """The units that have told where an axis stands, and in which coordinates."""
 
     def lost(self, *, certain: bool) -> None:
         """It has been switched off and on, or seems to: keep it from moving until somebody knows."""
@@ -101,7 +95,7 @@ class Power:
         :raises PowerCycled: it has.
         :raises NotSent: it did not tell.
         """
-        line = self._line
+        line = self._commander.line
         if line.mode == HostMode.VER_2:
             return
         try:
@@ -119,7 +113,7 @@ class Power:
         """
         if joining:
             return [GetAxisStatus()]
-        if self._line.mode != HostMode.VER_2:
+        if self._commander.line.mode != HostMode.VER_2:
             return [GetCommunicationMode()]
         coordinates = unit.coordinates_of(command)
         _, speeds = _ROWS[coordinates]
@@ -173,7 +167,7 @@ class Power:
             self._placed -= {(unit.number, coordinates) for coordinates in _POSITIONS}
             return
         self._homed[unit.number] = {place for place, axis in enumerate(found.axes) if axis.origin_done}
-        if self._line.mode == HostMode.VER_2 and before - self._homed[unit.number]:
+        if self._commander.line.mode == HostMode.VER_2 and before - self._homed[unit.number]:
             self.lost(certain=False)
 
     def forget_origins(self) -> None:
@@ -259,7 +253,7 @@ class Power:
         :raises PowerCycled: they are those of power-on.
         :raises NotSent: it did not tell.
         """
-        if self._line.mode != HostMode.VER_2:
+        if self._commander.line.mode != HostMode.VER_2:
             return
         looks = [self._look_at_speeds, self._look_at_origins]
         for look in looks if self._has_origins(unit, coordinates) else reversed(looks):

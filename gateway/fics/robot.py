@@ -17,8 +17,6 @@ from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.motion_state import MotionState
 from gateway.fics.motions import Motions
-from gateway.fics.move_record import RobotMove
-from gateway.fics.move_runs import Advance, MoveRun
 from gateway.fics.power import Power
 from gateway.fics.selection import Selection
 from gateway.fics.stops import RobotStopReport, RobotStops
@@ -74,7 +72,6 @@ class Robot:
         self.id = robot_id
         self.name = name
         self.line = line
-        self._poll_interval_s = poll_interval_s
         self._publish = publish
         commander = Commander(robot_id, line)
         self.motion = motion = MotionState(robot_id, self.publish)
@@ -84,17 +81,10 @@ class Robot:
         self.asking = Asking(units, commander, motion, self.selection, power, errors)
         self.units = [RobotUnit(axes, self.asking, motion) for axes in units]
         self.tables = Tables(commander, motion, self.selection, self.asking)
-        self.motions = Motions(units, commander, motion, self.selection, power, errors)
-        self._durations = Durations(self.asking)
-        self.jogs = Jogs(
-            self.units,
-            self.motions,
-            self.selection,
-            self.publish,
-            partial(self.stop, "immediate"),
-            poll_interval_s,
-        )
-        self.stops = RobotStops(robot_id, self.units, line, motion, errors, self.jogs, self.publish)
+        self.motions = Motions(units, commander, motion, self.selection, power, errors, poll_interval_s)
+        self.durations = Durations(self.asking)
+        self.jogs = Jogs(self.units, self.motions, self.publish, partial(self.stop, "immediate"))
+        self.stops = RobotStops(self.units, self.motions, self.jogs, self.publish)
         line.on_change = self._line_changed
         line.on_stray = self._note_stray
 
@@ -175,24 +165,6 @@ class Robot:
 
     # what takes several commands
 
-    def new_run(
-        self, unit: int, command: FicsCommand[Any], move: RobotMove, epoch: int, advance: Advance
-    ) -> MoveRun:
-        """Prepare the run of a move; `advance` alone changes the status of the move."""
-        axes = self.unit(unit)
-        publish = partial(self.publish, unit=axes, correlation=move.id)
-        return MoveRun(
-            axes,
-            command,
-            move,
-            epoch,
-            advance,
-            self.motions,
-            self._durations,
-            publish,
-            self._poll_interval_s,
-        )
-
     def stop(self, mode: StopMode) -> "asyncio.Task[RobotStopReport]":
         """Stop all axes; the stop is queued before this returns, ahead of everything."""
         return self.stops.stop(mode)
@@ -212,10 +184,6 @@ class Robot:
         replies = (await self.ask_all(DownloadPositions(first=first, count=last - first + 1), unit)).replies
         found = [list(it.coordinates) for it in replies if isinstance(it, StoredPosition)]
         return list(enumerate(found, first))
-
-    async def reset_errors(self) -> None:
-        """Reset the errors of the system; errors as of `Asking.reset_errors`."""
-        await self.asking.reset_errors()
 
     # news
 

@@ -1,6 +1,7 @@
 """Which unit a robot acts on: its answers do not tell, so it is set, and seen, before what depends on it."""
 
 import asyncio
+from dataclasses import dataclass
 
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, PowerCycled
 from gateway.fics.commander import Commander
@@ -16,28 +17,22 @@ UNIT_OF_POWER_ON = 1
 """An assumption; a robot that is configured with this unit alone never acts on another."""
 
 
+@dataclass(eq=False)
 class Selection:
     """The unit that a robot is known to act on (C-HOST manual 2-1)."""
 
-    def __init__(
-        self,
-        units: int,
-        commander: Commander,
-        motion: MotionState,
-        power: Power,
-        tell: Tell,
-    ) -> None:
-        self._robot_id = commander.robot_id
-        self._units = units
-        """How many there are."""
-        self._line = commander.line
-        self._commander = commander
-        self._motion = motion
-        self._power = power
-        self._tell = tell
-        self.unit: int | None = None
-        """None while it is not certain."""
-        self._holds_until = 0.0
+    _units: int
+    """How many there are."""
+    _commander: Commander
+    _motion: MotionState
+    _power: Power
+    _tell: Tell
+    unit: int | None = None
+    """None while it is not certain."""
+    _holds_until: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._robot_id = self._commander.robot_id
 
     def forget(self) -> None:
         """Anything may be selected now."""
@@ -112,7 +107,7 @@ class Selection:
         """Select a unit; whether that has worked is seen afterwards, answered or not."""
         command = SelectUnit(unit=number)
         self.unit, before = None, self.unit
-        outcome = await self._commander.say(command, self._line.stop_epoch)
+        outcome = await self._commander.say(command, self._commander.line.stop_epoch)
         if isinstance(outcome, Refusal):
             self.unit = before
         if isinstance(outcome, NoReply):

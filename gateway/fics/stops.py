@@ -16,7 +16,8 @@ from gateway.fics.axes import at_rest
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
-from gateway.fics.motion_state import MotionState, Tell
+from gateway.fics.motion_state import Tell
+from gateway.fics.motions import Motions
 from gateway.fics.system_errors import SystemErrors
 from gateway.fics.units import RobotUnit
 from gateway.fics.upload_state import NO_UPLOAD
@@ -48,22 +49,10 @@ class RobotStopReport(Record):
 class RobotStops:
     """The stops of a robot that are under way. A second one of the same kind joins the first."""
 
-    def __init__(
-        self,
-        robot_id: str,
-        units: Sequence[RobotUnit],
-        line: FicsLine,
-        motion: MotionState,
-        errors: SystemErrors,
-        jogs: Jogs,
-        tell: Tell,
-    ) -> None:
-        self._robot_id = robot_id
-        self._line = line
-        self._motion = motion
-        self._errors = errors
+    def __init__(self, units: Sequence[RobotUnit], motions: Motions, jogs: Jogs, tell: Tell) -> None:
+        self._motion, self._errors, self._line = motions.state, motions.errors, motions.line
         self._jogs = jogs
-        self._new = partial(_RobotStop, robot_id, units, line, errors, tell)
+        self._new = partial(_RobotStop, units, motions.line, motions.errors, tell)
         self._running: dict[StopMode, _RobotStop] = {}
         self._tasks: dict[_RobotStop, asyncio.Task[None]] = {}
         """Of these, and of those that are confirmed and whose moves have not all been recorded yet."""
@@ -104,7 +93,7 @@ class RobotStops:
         self._motion.begin_stop()
         stop = self._new(mode)
         stop.submit()
-        task = asyncio.create_task(self._see_through(stop), name=f"stop {self._robot_id}")
+        task = asyncio.create_task(self._see_through(stop), name=f"stop {stop.report.robot_id}")
         self._running[mode], self._tasks[stop] = stop, task
         task.add_done_callback(lambda _: self._over(stop))
         stop.publish("requested")
@@ -138,20 +127,11 @@ class _RobotStop(Stopping):
     """The stop of all axes, and everything that keeps it from being confirmed."""
 
     def __init__(
-        self,
-        robot_id: str,
-        units: Sequence[RobotUnit],
-        line: FicsLine,
-        errors: SystemErrors,
-        tell: Tell,
-        mode: StopMode,
+        self, units: Sequence[RobotUnit], line: FicsLine, errors: SystemErrors, tell: Tell, mode: StopMode
     ) -> None:
-        self.report = RobotStopReport(robot_id=robot_id)
+        self.report = RobotStopReport(robot_id=units[0].robot_id)
         super().__init__(mode, self.report)
-        self._units = units
-        self._line = line
-        self._errors = errors
-        self._tell = tell
+        self._units, self._line, self._errors, self._tell = units, line, errors, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
         self._not_still = {unit.number: f"Unit {unit.number} has not been asked yet." for unit in units}

@@ -1,6 +1,7 @@
 """The table of positions of a unit: each change is read back, for one lost line shifts all that follow."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.lanes import Lane
@@ -29,21 +30,14 @@ TOLD = 3
 Positions = Sequence[tuple[int, Sequence[float | None]]]
 
 
+@dataclass(eq=False)
 class Tables:
     """The tables of positions of a robot's units."""
 
-    def __init__(
-        self,
-        commander: Commander,
-        motion: MotionState,
-        selection: Selection,
-        asking: Asking,
-    ) -> None:
-        self._line = commander.line
-        self._commander = commander
-        self._motion = motion
-        self._selection = selection
-        self._asking = asking
+    _commander: Commander
+    _motion: MotionState
+    _selection: Selection
+    _asking: Asking
 
     async def store(self, unit: RobotUnit, positions: Positions) -> None:
         """Store positions undivided, and see that the robot holds them (C-HOST manual 2-17 to 2-19).
@@ -54,14 +48,14 @@ class Tables:
         :raises NotReadBack: all were sent, and the robot has not told what it holds.
         :raises GatewayError: nothing was stored.
         """
-        line = self._line
+        line = self._commander.line
         line.admission.require()
         runs = runs_of(positions)
         for _, coordinates in positions:
             unit.require_values("user", coordinates)
         self._motion.require_free(UPLOAD)
         epoch = line.stop_epoch
-        async with self._motion.changing_tables():
+        async with self._motion.tables_change:
             async with line.floor.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
                 await self._selection.make(unit.number, afresh=True)
                 await upload(self._commander, runs, epoch)
@@ -93,8 +87,8 @@ class Tables:
         :raises NoReply: it was sent, and nothing that can be read tells whether it was done.
         :raises GatewayError: it was not done, or not sent.
         """
-        line, epoch = self._line, self._line.stop_epoch
-        async with self._motion.changing_tables():
+        line, epoch = self._asking.line, self._asking.line.stop_epoch
+        async with self._motion.tables_change:
             if line.mode != HostMode.VER_2:
                 return await self._asking.ask(command, unit.number)
             first = command.first or 1

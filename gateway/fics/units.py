@@ -30,12 +30,12 @@ class RobotUnit(UnitAxes):
     @property
     def move(self) -> RobotMove | None:
         """The move that is not over yet."""
-        return self._motion.move_of(self.number)
+        return self._motion.moves.get(self.number)
 
     @property
     def stood_still(self) -> bool:
         """Whether it did when it was last asked, and nothing was sent since that could move it."""
-        return self._motion.stood_still(self.number)
+        return self.number in self._motion.still
 
     def frame_of(self, command: FicsCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its terminator escaped."""

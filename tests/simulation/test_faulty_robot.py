@@ -232,7 +232,7 @@ class Simulation:
             self._rig.robot.power.acknowledge()
         if self._rig.robot.latched_error is not None:
             try:
-                await self._rig.robot.reset_errors()
+                await self._rig.robot.asking.reset_errors()
             except GatewayError:
                 return
 

@@ -185,7 +185,7 @@ def test_in_mode_2_homing_takes_origins_away_by_itself(stopped: bool) -> None:
             again = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
             if stopped:
                 assert (await rig.robot.stop("immediate")).state == "confirmed"
-                await rig.robot.reset_errors()
+                await rig.robot.asking.reset_errors()
             await rig.plant.robot_moves.wait(again.id, 600)
             await asyncio.sleep(LIMIT_S)
             assert all(motor.homed for motor in rig.fics.units[1].motors) is not stopped

@@ -35,7 +35,7 @@ def test_an_error_of_the_system_is_kept_published_and_reset(mode: int) -> None:
             assert rig.types("robot.error") == ["robot.error"]
             with pytest.raises(ErrorStands):
                 await rig.move(DOWN)
-            await rig.robot.reset_errors()
+            await rig.robot.asking.reset_errors()
             assert rig.robot.latched_error is None
             assert (await rig.move(DOWN)).status == "succeeded"
 
@@ -48,7 +48,7 @@ async def test_an_error_whose_cause_is_there_stands_after_a_reset() -> None:
         rig.fics.stop_input = True
         await rig.robot.stop("immediate")
         with pytest.raises(ErrorRemains) as remains:
-            await rig.robot.reset_errors()
+            await rig.robot.asking.reset_errors()
         assert remains.value.moved == "no"
         assert rig.robot.latched_error is not None
 
@@ -58,7 +58,7 @@ async def test_a_reset_after_which_the_errors_are_not_told_does_not_say_that_not
     async with fics_rig() as rig:
         rig.cable.lost_answer = "ERR"
         with pytest.raises(NotReadBack, match="errors of r1 were reset, but could not be read back"):
-            await rig.robot.reset_errors()
+            await rig.robot.asking.reset_errors()
         assert rig.heard("DRT") == ["DRT"]
 
 
@@ -165,7 +165,7 @@ async def test_in_mode_2_a_refusal_that_the_error_has_hidden_is_not_that_of_its_
         fall_ill(rig)
         rig.cable._arrive(b"POF 2\r")  # as a fence leaves it: refused with E08, which the error hides
         await rig.robot.errors.look()
-        await rig.robot.reset_errors()
+        await rig.robot.asking.reset_errors()
         assert rig.robot.latched_error is None
         assert [event.data for event in rig.events("robot.errors.reset")] == [{"by": "gateway"}]
         assert (await rig.move(DOWN)).status == "succeeded"
@@ -178,7 +178,7 @@ async def test_in_mode_2_a_reset_that_was_lost_on_its_way_leaves_the_error() -> 
         await rig.robot.errors.look()
         rig.cable.lost_once = "DRT"
         with pytest.raises(ErrorRemains):
-            await rig.robot.reset_errors()
+            await rig.robot.asking.reset_errors()
         assert rig.robot.latched_error is not None
 
 
@@ -190,7 +190,7 @@ def test_an_error_is_not_said_to_be_reset_before_the_robot_says_so(mode: int) ->
             fall_ill(rig)
             await rig.robot.errors.look()
             rig.cable.lost_once = "DRT"
-            resetting = asyncio.create_task(rig.robot.reset_errors())
+            resetting = asyncio.create_task(rig.robot.asking.reset_errors())
             await rig.cable.written_from("DRT")
             if mode == 3:
                 rig.cable._deliver(b"DRT\r")  # a copy of an earlier answer
