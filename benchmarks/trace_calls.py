@@ -6,6 +6,7 @@ whose file is another than that of the call before, and how often each command i
 
 import sys
 from collections import Counter
+from inspect import CO_COROUTINE
 from pathlib import Path
 from types import FrameType
 from typing import Any, Self
@@ -15,7 +16,10 @@ from protocols.table import Spoken
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
 
 ROOT = Path(__file__).parent.parent
-TRACED = tuple(str(ROOT / package) for package in ("api", "gateway", "protocols", "transports"))
+GATEWAY = tuple(str(ROOT / package) for package in ("api", "gateway", "transports"))
+TRACED = (*GATEWAY, str(ROOT / "protocols"))
+FIRST_INSTRUCTIONS = 6
+"""A coroutine that is called stands before these."""
 
 
 class CallTrace:
@@ -53,6 +57,8 @@ class CallTrace:
         code = frame.f_code
         if event != "call" or not code.co_filename.startswith(TRACED):
             return
+        if code.co_name.startswith("<") or _is_resumed(frame) or _is_of_the_simulator(frame):
+            return
         file = code.co_filename.removeprefix(f"{ROOT}/")
         if self._last not in ("", file):
             self.passes[self._last, file] += 1
@@ -61,6 +67,21 @@ class CallTrace:
         if code is Spoken.written.__code__ and isinstance(command := frame.f_locals["self"], FicsCommand):
             self._commands.append(command)
             self.written[id(command)] += 1
+
+
+def _is_resumed(frame: FrameType) -> bool:
+    """Whether a coroutine goes on after it was waiting, which is no call."""
+    return bool(frame.f_code.co_flags & CO_COROUTINE) and frame.f_lasti > FIRST_INSTRUCTIONS
+
+
+def _is_of_the_simulator(frame: FrameType) -> bool:
+    """Whether the simulator speaks the protocol, not the gateway."""
+    caller = frame.f_back
+    while caller is not None and not caller.f_code.co_filename.startswith(str(ROOT / "simulator")):
+        if caller.f_code.co_filename.startswith(GATEWAY):
+            return False
+        caller = caller.f_back
+    return caller is not None
 
 
 async def first_move(cell: Cell) -> CallTrace:

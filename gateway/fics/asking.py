@@ -22,7 +22,7 @@ from protocols.fics.commands import of_the_robot
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure
 from protocols.fics.positions import DownloadPositions
-from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand
+from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
 from protocols.fics.system import HostMode, SelectUnit
 from protocols.table import Reply
 
@@ -75,6 +75,7 @@ class Asking:
 
     def __post_init__(self) -> None:
         self.line = self._commander.line
+        self._by_number = {unit.number: unit for unit in self._units}
 
     async def close(self) -> None:
         """Ask nothing more: once the line is closed all who wait are told so."""
@@ -89,9 +90,8 @@ class Asking:
         :raises Expired: the robot was not free in time.
         :raises GatewayError: it was not sent, or not answered; the error says which.
         """
-        number = self._unit_of(command, unit)
-        self._motion.require_free(command)
-        if not command.is_query():
+        number = self._admit(command, unit)
+        if command.answered is not WhenAnswered.ALWAYS:
             await self._do(command, number, read=self.line.mode == HostMode.VER_2)
             return told_now()
         expires_at = deadline_of(lane)
@@ -110,8 +110,7 @@ class Asking:
         :raises NotDone: the robot tells something else.
         :raises NotReadBack: it was sent, and the robot has not told what it is now.
         """
-        number = self._unit_of(command, unit)
-        self._motion.require_free(command)
+        number = self._admit(command, unit)
         return (await self._do(command, number, read=True)).replies[0]
 
     async def reset_errors(self) -> None:
@@ -147,10 +146,17 @@ class Asking:
             )
         return self._units[0].number
 
+    def _admit(self, command: FicsCommand[Any], unit: int | None) -> int | None:
+        """Refuse what motion forbids, and give the unit to be selected."""
+        number = self._unit_of(command, unit)
+        if self._motion.command is not None:
+            self._motion.require_free(command)
+        return number
+
     def _unit_of(self, command: FicsCommand[Any], unit: int | None) -> int | None:
         """The unit to be selected; None where the command means the whole system."""
         if unit is not None:
-            return unit_of(self._units, unit).number
+            return unit if unit in self._by_number else unit_of(self._units, unit).number
         if isinstance(command, MOVES_ALL_UNITS) or of_the_robot(type(command)):
             return None
         return self.only_unit(command)
@@ -180,7 +186,7 @@ class Asking:
         if isinstance(command, SelectUnit):
             self._selection.forget()
         if number is not None:
-            self._power.note(unit_of(self._units, number), command, outcome)
+            self._power.note(self._by_number[number], command, outcome)
         if isinstance(command, AxisSetting):
             self.note_change()
 
@@ -230,7 +236,7 @@ class Asking:
             line.admission.revise()  # after a suspension no unit is trusted
             if number is not None:
                 await self._select(number, afresh=isinstance(query, DownloadPositions))
-            outcome = await self._commander.say(query, line.stop_epoch, expires_at=deadline_of(lane))
+            outcome = await self._commander.say(query, expires_at=deadline_of(lane))
             self._learn(query, number, outcome)
         return told_now(*self._commander.answered(query, outcome).replies)
 

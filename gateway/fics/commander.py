@@ -20,7 +20,7 @@ from protocols.fics.alarms import (
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.positions import EndPositionUpload
-from protocols.fics.row import FicsCommand
+from protocols.fics.row import FicsCommand, WhenAnswered
 from protocols.fics.system import HostMode
 from protocols.table import Reply
 
@@ -52,7 +52,7 @@ class Commander:
     async def say(
         self,
         command: FicsCommand[Any],
-        epoch: int,
+        epoch: int | None = None,
         *,
         expires_at: float | None = None,
         fresh: bool = False,
@@ -60,11 +60,16 @@ class Commander:
     ) -> Outcome:
         """Send a command that starts no move, unless there was a stop after `epoch`, or it comes too late.
 
+        Without an `epoch` it is that of now.
+
         No copy of an earlier answer is taken for one that has to be `fresh`, or is the last of a `proof`.
         """
-        if not command.is_query():
+        is_query = command.answered is WhenAnswered.ALWAYS
+        if epoch is None:
+            epoch = self.line.stop_epoch
+        if not is_query:
             await self.clear_error()
-        exchange = self.line.exchange(command, Lane.READ if command.is_query() else Lane.COMMAND)
+        exchange = self.line.exchange(command, Lane.READ if is_query else Lane.COMMAND)
         exchange.epoch, exchange.expires_at = epoch, expires_at
         exchange.fresh, exchange.proves = fresh or proof is not None, proof
         outcome = await self._submit(exchange)
@@ -97,7 +102,7 @@ class Commander:
         :raises NotSent: there was no answer, so what was to follow was not sent.
         :raises GatewayError: it was refused, or not sent itself.
         """
-        outcome = await self.say(command, self.line.stop_epoch, fresh=fresh, proof=proof)
+        outcome = await self.say(command, fresh=fresh, proof=proof)
         if isinstance(outcome, NoReply):
             raise unanswered
         replies = self.answered(command, outcome).replies

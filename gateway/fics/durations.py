@@ -1,6 +1,7 @@
 """How long a move may take: from distances, speeds and acceleration times, never from a fixed patience."""
 
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, NamedTuple
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
@@ -9,6 +10,7 @@ from gateway.fics.axes import Coordinates, Places
 from gateway.fics.units import RobotUnit
 from protocols.fics import motor_axes, speeds
 from protocols.fics.notation import AxisSystem
+from protocols.fics.row import FicsCommand
 
 PER_SECOND = {AxisSystem.MILLIMETRE: 1.0, AxisSystem.PULSE: 1000.0, AxisSystem.DEGREE: 6.0}
 """Units of position a second in mm/s, kpps and rpm (C-HOST manual 1-5)."""
@@ -17,18 +19,18 @@ SMOOTH = 2.0
 PATIENCE, PATIENCE_S = 1.5, 5.0
 """A move that takes longer than so many times its reckoning, and so much more, is told to be overdue."""
 
-ROWS = {
+ROWS: Final[Mapping[Coordinates, Sequence[FicsCommand[Any]]]] = {
     "user": (
-        speeds.GetMaximumSpeeds,
-        speeds.GetSpeedPercent,
-        speeds.GetAccelerationTimes,
-        speeds.GetDecelerationTimes,
+        speeds.GetMaximumSpeeds(),
+        speeds.GetSpeedPercent(),
+        speeds.GetAccelerationTimes(),
+        speeds.GetDecelerationTimes(),
     ),
     "motor": (
-        motor_axes.GetMotorMaximumSpeeds,
-        motor_axes.GetMotorSpeedPercent,
-        motor_axes.GetMotorAccelerationTimes,
-        motor_axes.GetMotorDecelerationTimes,
+        motor_axes.GetMotorMaximumSpeeds(),
+        motor_axes.GetMotorSpeedPercent(),
+        motor_axes.GetMotorAccelerationTimes(),
+        motor_axes.GetMotorDecelerationTimes(),
     ),
 }
 """What tells the maximum speeds, the percents of them and both times of user and of motor axes."""
@@ -81,7 +83,7 @@ class Durations:
 
 async def _read(unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
     rows = ROWS[coordinates]
-    top, percent, up, down = [await unit.read(row(), Lane.COMMAND) for row in rows]
+    top, percent, up, down = [await unit.read(row, Lane.COMMAND) for row in rows]
     told = zip(
         unit.names(coordinates), top.speeds, percent.percents, up.times_ms, down.times_ms, strict=False
     )

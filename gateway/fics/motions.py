@@ -13,11 +13,11 @@ from gateway.fics.errors import NotProved
 from gateway.fics.exchange import Exchange, Outcome, Proof
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
 from gateway.fics.power import Power
+from gateway.fics.questions import UNIT
 from gateway.fics.selection import Selection
 from gateway.fics.system_errors import SystemErrors
 from protocols.fics.link import Refusal
 from protocols.fics.row import FicsCommand
-from protocols.fics.system import GetUnit
 
 
 class Accepted(NamedTuple):
@@ -107,7 +107,7 @@ class Motions:
             raise self.line.overtaken()
         self.require_fit(command)
         joining = self.state.command is not None
-        proof = self.line.begin_proof(command, GetUnit(), *self.power.signs(command, unit, joining=joining))
+        proof = self.line.begin_proof(command, UNIT, *self.power.signs(command, unit, joining=joining))
         await self.commander.see_error()
         self.require_fit(command)
         if self.state.command is not None:

@@ -101,8 +101,8 @@ async def _duration_s(unit: RobotUnit, coordinates: Coordinates, ways: dict[str,
     if (await unit.read(speeds.GetSmoothAcceleration())).enabled:
         raise _NotCalculable("S-curves are on, and how long they ramp is not known.")
     names = unit.names(coordinates)
-    top, percent, up_ms, down_ms = [await _setting(unit, row, names, axis) for row in ROWS[coordinates]]
-    start_pps = await _setting(unit, speeds.GetSelfStartSpeeds, unit.motor_axes, axis)
+    top, percent, up_ms, down_ms = [await _setting(unit, query, names, axis) for query in ROWS[coordinates]]
+    start_pps = await _setting(unit, speeds.GetSelfStartSpeeds(), unit.motor_axes, axis)
     system = unit.systems[axis]
     if start_pps and system is not AxisSystem.PULSE:
         raise _NotCalculable(f"The start speed of axis {axis} is in pulses, not in {system}.")
@@ -110,13 +110,13 @@ async def _duration_s(unit: RobotUnit, coordinates: Coordinates, ways: dict[str,
     return _ride_s(way, min(start_pps, top), top, percent / 100, up_ms / 1000, down_ms / 1000)
 
 
-async def _setting(unit: RobotUnit, row: type[FicsCommand[Any]], names: list[str], axis: str) -> float:
+async def _setting(unit: RobotUnit, query: FicsCommand[Any], names: list[str], axis: str) -> float:
     """Read one setting of an axis; the only field of the reply has one value for each axis."""
-    reply = await unit.read(row())
+    reply = await unit.read(query)
     (values,) = reply.model_dump().values()
     value = dict(zip(names, values, strict=False)).get(axis)
     if value is None or value < 0:
-        raise _NotCalculable(f"The robot does not tell the {row.titles()[1].removeprefix('get the ')}.")
+        raise _NotCalculable(f"The robot does not tell the {query.titles()[1].removeprefix('get the ')}.")
     return float(value)
 
 

@@ -1,6 +1,6 @@
 """Power lost and back: seen by the mode or the origins, kept in mind, and the speeds set again."""
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -10,13 +10,14 @@ from gateway.fics.commander import Commander
 from gateway.fics.errors import RobotBusy, SpeedsNotRestored
 from gateway.fics.exchange import Answered, Outcome, Proof
 from gateway.fics.motion_state import Tell
+from gateway.fics.questions import MODE, POSITIONS, STATUS
 from gateway.fics.system_errors import SystemErrors
 from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.motor_axes import GetMotorPosition, GetMotorSpeedPercent, SetMotorSpeedPercent
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
-from protocols.fics.status import AxisCoordinates, AxisStatuses, GetAxisStatus, GetUserPosition, MotionMode
-from protocols.fics.system import CommunicationMode, GetCommunicationMode, HostMode
+from protocols.fics.status import AxisCoordinates, AxisStatuses, MotionMode
+from protocols.fics.system import CommunicationMode, HostMode
 from protocols.table import Reply
 
 FULL_SPEED: Final = 100.0
@@ -25,14 +26,9 @@ FULL_SPEED: Final = 100.0
 ACKNOWLEDGE = "See that its speeds are right, acknowledge the power cycle, then home it."
 
 Setter = type[SetSpeedPercent] | type[SetMotorSpeedPercent]
-Getter = type[GetSpeedPercent] | type[GetMotorSpeedPercent]
-_ROWS: Final[dict[Coordinates, tuple[Setter, Getter]]] = {
-    "user": (SetSpeedPercent, GetSpeedPercent),
-    "motor": (SetMotorSpeedPercent, GetMotorSpeedPercent),
-}
-_POSITIONS: Final[dict[Coordinates, type[GetUserPosition] | type[GetMotorPosition]]] = {
-    "user": GetUserPosition,
-    "motor": GetMotorPosition,
+_ROWS: Final[Mapping[Coordinates, tuple[Setter, FicsCommand[Any]]]] = {
+    "user": (SetSpeedPercent, GetSpeedPercent()),
+    "motor": (SetMotorSpeedPercent, GetMotorSpeedPercent()),
 }
 
 Speeds = dict[str, float]
@@ -99,7 +95,7 @@ class Power:
         if line.mode == HostMode.VER_2:
             return
         try:
-            reply = await self._ask(GetCommunicationMode(), self._commander.robot_id, proof)
+            reply = await self._ask(MODE, self._commander.robot_id, proof)
         except ControllerRefused:
             return  # only Ver.3 refuses
         if isinstance(reply, CommunicationMode) and reply.mode != line.mode:
@@ -112,12 +108,12 @@ class Power:
         One that is `joining` others joins axes that jog.
         """
         if joining:
-            return [GetAxisStatus()]
+            return [STATUS]
         if self._commander.line.mode != HostMode.VER_2:
-            return [GetCommunicationMode()]
+            return [MODE]
         coordinates = unit.coordinates_of(command)
         _, speeds = _ROWS[coordinates]
-        return [speeds(), GetAxisStatus(), _POSITIONS[coordinates]()]
+        return [speeds, STATUS, POSITIONS[coordinates]]
 
     async def see_jogging(self, unit: UnitAxes, proof: Proof) -> None:
         """See that an axis of a unit jogs, which another is to join: MOD and UNT are refused meanwhile.
@@ -127,7 +123,7 @@ class Power:
         :raises RobotBusy: none does.
         :raises NotSent: it did not tell.
         """
-        reply = await self._ask(GetAxisStatus(), unit.address, proof)
+        reply = await self._ask(STATUS, unit.address, proof)
         axes = reply.axes if isinstance(reply, AxisStatuses) else []
         if not any(axis.motion_mode == MotionMode.JOG for axis in axes):
             raise RobotBusy(
@@ -164,7 +160,7 @@ class Power:
         """
         before = self._homed.pop(unit.number, set())
         if any(it.motion_mode in (MotionMode.HOMING, MotionMode.MACRO) for it in found.axes):
-            self._placed -= {(unit.number, coordinates) for coordinates in _POSITIONS}
+            self._placed -= {(unit.number, coordinates) for coordinates in POSITIONS}
             return
         self._homed[unit.number] = {place for place, axis in enumerate(found.axes) if axis.origin_done}
         if self._commander.line.mode == HostMode.VER_2 and before - self._homed[unit.number]:
@@ -181,12 +177,12 @@ class Power:
 
     async def _look_at_origins(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
         """See that the origins are still there: by the status, then by the positions, which need them."""
-        statuses = await self._ask(GetAxisStatus(), unit.address, proof)
+        statuses = await self._ask(STATUS, unit.address, proof)
         if isinstance(statuses, AxisStatuses):
             self._note_origins(unit, statuses)
         if (unit.number, coordinates) not in self._placed:
             return
-        told = await self._ask(_POSITIONS[coordinates](), unit.address, proof)
+        told = await self._ask(POSITIONS[coordinates], unit.address, proof)
         if isinstance(told, AxisCoordinates) and _nowhere(told):
             self.lost(certain=False)
 
@@ -281,7 +277,7 @@ class Power:
         self, unit: UnitAxes, coordinates: Coordinates, known: Speeds, proof: Proof | None = None
     ) -> bool:
         _, getter = _ROWS[coordinates]
-        reply = await self._commander.prepare(getter(), self._not_restored(unit), proof=proof)
+        reply = await self._commander.prepare(getter, self._not_restored(unit), proof=proof)
         if not isinstance(reply, SpeedPercents):
             raise self._not_restored(unit)
         found = dict(zip(unit.names(coordinates), reply.percents, strict=False))

@@ -8,8 +8,9 @@ from gateway.fics.commander import Commander
 from gateway.fics.errors import RobotBusy, UnitNotSelected
 from gateway.fics.motion_state import MotionState, Tell
 from gateway.fics.power import Power
+from gateway.fics.questions import UNIT
 from protocols.fics.link import Refusal
-from protocols.fics.system import GetUnit, SelectUnit, UnitNumbers
+from protocols.fics.system import SelectUnit, UnitNumbers
 
 UNIT_HOLDS_S = 0.5
 """For so long a question trusts the unit the robot has told: an assumption, no loss of power is shorter."""
@@ -96,7 +97,7 @@ class Selection:
             "Try again.",
         )
         try:
-            reply = await self._commander.prepare(GetUnit(), unanswered, fresh=True)
+            reply = await self._commander.prepare(UNIT, unanswered, fresh=True)
         except ControllerRefused:
             self.unit = before
             raise
@@ -107,7 +108,7 @@ class Selection:
         """Select a unit; whether that has worked is seen afterwards, answered or not."""
         command = SelectUnit(unit=number)
         self.unit, before = None, self.unit
-        outcome = await self._commander.say(command, self._commander.line.stop_epoch)
+        outcome = await self._commander.say(command)
         if isinstance(outcome, Refusal):
             self.unit = before
         if isinstance(outcome, NoReply):

@@ -26,7 +26,7 @@ from gateway.core.errors import (
 from gateway.core.lanes import Lane
 from gateway.fics.copies import Copies
 from gateway.fics.errors import NotProved, RobotOffline
-from gateway.fics.exchange import Answered, Exchange, Proof
+from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
 from gateway.fics.upload_state import UploadState
 from protocols.fics import row
 from protocols.fics.alarms import TakeCurrentError
@@ -111,7 +111,7 @@ class Conversation:
             lane,
             epoch=self.stop_epoch,
             timeout_s=self.reply_timeout_s,
-            repeats=READ_REPEATS if command.may_repeat() else 0,
+            repeats=READ_REPEATS if command.retry is Retry.READ else 0,
         )
 
     def submit(self, exchange: Exchange) -> None:
@@ -271,7 +271,8 @@ class Conversation:
         if isinstance(command, GetVariable) and exchange is not self._fence:
             self._asked_for.append(command.number)
         silent = self._is_silent(command)
-        self.upload.note_written(command, exchange.number, silent=silent)
+        if command.code == EndPositionUpload.code:  # POF, with which an upload begins, too
+            self.upload.note_written(command, exchange.number, silent=silent)
         if exchange.proves is not None:
             exchange.proves.note_asked(exchange.number, deadline)
         self._copies.note_written(command, exchange.number, now, silent=silent)
@@ -312,8 +313,8 @@ class Conversation:
                 return None
             if outcome is not None:
                 self.counters["replies"] += 1
-                if self.upload.note_outcome(exchange.command, exchange.number, outcome) and self.in_step:
-                    self._lose_step()  # the fence ends the upload
+                if self.upload.may_be_open or isinstance(outcome, Refusal):
+                    self._learn_of_upload(exchange, outcome)
                 if exchange is self._fence and isinstance(outcome, Refusal):
                     self._let_go(exchange)
                     self._fence_failed()  # a refusal has no number of its own, so it proves nothing
@@ -326,6 +327,11 @@ class Conversation:
         self._noise("an answer to another command")
         self.on_stray(frame)
         return None
+
+    def _learn_of_upload(self, exchange: Exchange, outcome: Outcome) -> None:
+        doubtful = self.upload.note_outcome(exchange.command, exchange.number, outcome)
+        if doubtful and self.in_step:
+            self._lose_step()  # the fence ends the upload
 
     def _under_way(self) -> list[Exchange]:
         """What awaits its answer, in the order in which it was written: a robot answers equal names so."""

@@ -9,11 +9,11 @@ from gateway.fics.axes import Coordinates, Places, UnitAxes, at_rest
 from gateway.fics.downloads import download
 from gateway.fics.motion_state import MotionState
 from gateway.fics.move_record import RobotMove
+from gateway.fics.questions import POSITIONS, STATUS
 from protocols.fics.macros import RunMacro
-from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.positions import DownloadPositions
 from protocols.fics.row import FicsCommand
-from protocols.fics.status import AxisStatus, GetAxisStatus, GetUserPosition, MotionMode
+from protocols.fics.status import AxisStatus, MotionMode
 
 UnknownReason = Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"]
 """Why a robot does not tell where an axis stands (C-HOST manual 2-9), as far as the gateway can find out."""
@@ -62,8 +62,7 @@ class RobotUnit(UnitAxes):
         self, coordinates: Coordinates = "user", lane: Lane = Lane.READ
     ) -> tuple[dict[str, float | None], float]:
         """Read the position as `position` does, and tell when the answer came, on the event loop's clock."""
-        query = GetUserPosition() if coordinates == "user" else GetMotorPosition()
-        (reply,), at = await self._asking.ask(query, self.number, lane)
+        (reply,), at = await self._asking.ask(POSITIONS[coordinates], self.number, lane)
         values = reply.coordinates
         names = self.names(coordinates)
         if len(values) == 1 and values[0] is None:
@@ -79,7 +78,7 @@ class RobotUnit(UnitAxes):
 
     async def status_at(self, lane: Lane = Lane.READ) -> tuple[dict[str, AxisStatus], float]:
         """Read the status as `status` does, and tell when the answer came, on the event loop's clock."""
-        (reply,), at = await self._asking.ask(GetAxisStatus(), self.number, lane)
+        (reply,), at = await self._asking.ask(STATUS, self.number, lane)
         self._motion.note_rest(self.number, still=at_rest(reply.axes))
         return self.by_axis(self.motor_axes, reply.axes), at
 

@@ -48,10 +48,9 @@ async def _open(commander: Commander, first: int, epoch: int) -> AsyncIterator[N
         commander.answered(UPLOAD, await commander.say(BeginPositionUpload(first=first), epoch))
         yield
     finally:
-        line = commander.line
-        if line.uploading:
+        if commander.line.uploading:
             with suppress(GatewayError):
-                await commander.say(EndPositionUpload(), line.stop_epoch)
+                await commander.say(EndPositionUpload())
 
 
 def runs_of(positions: Sequence[tuple[int, Sequence[float | None]]]) -> list[Run]:

@@ -7,9 +7,9 @@ from gateway.core.port import LineState
 from gateway.core.waiting import happens
 from gateway.fics.axes import at_rest
 from gateway.fics.errors import RobotBusy
+from gateway.fics.questions import UNIT
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
-from protocols.fics.system import GetUnit
 
 HEALTH_POLL_S = 5.0
 """A robot that does nothing for us is asked for its mode, errors and status this often."""
@@ -61,5 +61,5 @@ async def _present_unit(robot: Robot) -> RobotUnit:
     if len(robot.units) == 1:
         return robot.units[0]
     known = robot.selection.unit
-    number = known or (await robot.read(GetUnit())).host_unit
+    number = known or (await robot.read(UNIT)).host_unit
     return next((unit for unit in robot.units if unit.number == number), robot.units[0])
