@@ -34,7 +34,7 @@ from gateway.fics.watch import watch
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_watch import HEALTH_POLL_S as HEALTH_POLL_S
 from gateway.rorze.body_watch import BodyWatch
-from gateway.rorze.exchange import Exchange
+from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.line import Line
 from gateway.rorze.moves import Moves
 from gateway.rorze.power import Power, needs_place
@@ -400,7 +400,7 @@ class Plant:
 
     # rules and watching
 
-    def _flash_while_moving(self, line: Line, exchange: Exchange) -> GatewayError | None:
+    def _flash_while_moving(self, line: Line, exchange: RorzeExchange) -> GatewayError | None:
         """A flash command holds up the line for 1.5 s: not while anything moves there, or may move."""
         if not exchange.command.takes_s:
             return None
@@ -416,7 +416,7 @@ class Plant:
             )
         return None
 
-    def _motion_while_stopping(self, line: Line, exchange: Exchange) -> GatewayError | None:
+    def _motion_while_stopping(self, line: Line, exchange: RorzeExchange) -> GatewayError | None:
         """Until a stop is confirmed nothing is sent that could move the motor again."""
         if exchange.command.effect is not Effect.MOTION:
             return None
@@ -433,7 +433,7 @@ class Plant:
             "Wait for standstill.",
         )
 
-    def _motion_to_a_lost_place(self, line: Line, exchange: Exchange, now: float) -> GatewayError | None:
+    def _motion_to_a_lost_place(self, line: Line, exchange: RorzeExchange, now: float) -> GatewayError | None:
         """A motion to a place is written only where the place is what it was when it was asked for."""
         if not needs_place(exchange.command):
             return None

@@ -98,7 +98,7 @@ class WindDown:
         await plant.robot_moves.begun()
         for robot in plant.robots():
             if robot.line.uploading:
-                async with robot.line.floor.held(Lane.STOP):
+                async with robot.line.sequence_lock.held(Lane.STOP):
                     pass
 
     # naming
