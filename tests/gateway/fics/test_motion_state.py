@@ -46,12 +46,14 @@ def test_after_a_motion_it_stands_still_only_if_that_was_seen() -> None:
     it.begin(STEP, 1)
     assert it.moving is True
     it.end()
-    assert (it.moving, it.look_due.is_set()) == (None, True)
+    assert it.moving is None
+    assert it.look_due.is_set()
     it.look_due.clear()
     it.begin(STEP, 1)
     it.note_rest(1, still=True)
     it.end()
-    assert (it.moving, it.look_due.is_set()) == (False, False)
+    assert it.moving is False
+    assert not it.look_due.is_set()
 
 
 def test_a_motion_that_was_refused_has_moved_nothing() -> None:
@@ -87,7 +89,7 @@ def test_in_motion_the_manual_forbids_other_commands_and_lets_jogs_join() -> Non
     it.require_free(JOG)
     it.require_free(GetAxisStatus())
     for command in (STEP, SetSpeedPercent(percents=[1.0])):
-        with pytest.raises(RobotBusy, match="JOG of r1 is under way; ... was not sent"):
+        with pytest.raises(RobotBusy, match=r"JOG of r1 is under way; \w{3} was not sent"):
             it.require_free(command)
     it.end()
     it.require_free(STEP)
