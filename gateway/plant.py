@@ -26,6 +26,7 @@ from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.move_record import Move
+from gateway.core.origin import POLL, acting
 from gateway.fics.axes import UnitAxes
 from gateway.fics.line import FicsLine
 from gateway.fics.moves import RobotMoves
@@ -94,17 +95,20 @@ class Plant:
         """Open the lines; ports that are missing are tried again and again."""
         for port in self.ports().values():
             port.start()
-        self._polls = [
-            *(asyncio.create_task(watch(robot), name=f"watch {robot.id}") for robot in self.robots()),
-            *(
-                asyncio.create_task(BodyWatch(body, self.stops.on_line).run(), name=f"watch {body.address}")
-                for body in self.bodies()
-            ),
-            *(
-                asyncio.create_task(self._watch_groups(line), name=f"watch the groups of {line.id}")
-                for line in self.lines.values()
-            ),
-        ]
+        with acting(POLL):
+            self._polls = [
+                *(asyncio.create_task(watch(robot), name=f"watch {robot.id}") for robot in self.robots()),
+                *(
+                    asyncio.create_task(
+                        BodyWatch(body, self.stops.on_line).run(), name=f"watch {body.address}"
+                    )
+                    for body in self.bodies()
+                ),
+                *(
+                    asyncio.create_task(self._watch_groups(line), name=f"watch the groups of {line.id}")
+                    for line in self.lines.values()
+                ),
+            ]
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
