@@ -147,19 +147,15 @@ class Asking:
         return self._units[0].number
 
     def _admit(self, command: FicsCommand[Any], unit: int | None) -> int | None:
-        """Refuse what motion forbids, and give the unit to be selected."""
-        number = self._unit_of(command, unit)
+        """Refuse what motion forbids, and give the unit to be selected: None for the whole system."""
+        number: int | None = None
+        if unit is not None:
+            number = unit if unit in self._by_number else unit_of(self._units, unit).number
+        elif not (isinstance(command, MOVES_ALL_UNITS) or of_the_robot(type(command))):
+            number = self.only_unit(command)
         if self._motion.command is not None:
             self._motion.require_free(command)
         return number
-
-    def _unit_of(self, command: FicsCommand[Any], unit: int | None) -> int | None:
-        """The unit to be selected; None where the command means the whole system."""
-        if unit is not None:
-            return unit if unit in self._by_number else unit_of(self._units, unit).number
-        if isinstance(command, MOVES_ALL_UNITS) or of_the_robot(type(command)):
-            return None
-        return self.only_unit(command)
 
     # actions
 

@@ -139,7 +139,7 @@ class Jogs:
     def _await_heartbeat(self, session: JogSession) -> tuple[float, asyncio.TimerHandle]:
         loop = asyncio.get_running_loop()
         until = loop.time() + HEARTBEAT_S
-        return until, loop.call_at(until, self._missed, session)
+        return until, loop.call_at(until, self._stop_session, session, "lost")
 
     async def _hear(self, session: JogSession, command: StartJog, accepted: Accepted) -> None:
         """Wait for the answer, which comes at once; in Ver.2 there is only one where it was refused."""
@@ -152,8 +152,7 @@ class Jogs:
                 self._leave(session, "ended")
                 self._settle(session)
             elif session.id in self._running:
-                self._end(session, "ended")
-                self._stop_axis(session)
+                self._stop_session(session, "ended")
             raise
 
     def heartbeat(self, session_id: str) -> JogSession:
@@ -181,7 +180,7 @@ class Jogs:
         """After a time in which the loop was held, a heartbeat may be read before its alarm goes off."""
         running = self._running.get(session_id)
         if running is not None and asyncio.get_running_loop().time() >= running.until:
-            self._missed(running.session)
+            self._stop_session(running.session, "lost")
 
     async def end(self, session_id: str) -> JogSession:
         """Stop an axis, and give its session when it stands still.
@@ -271,8 +270,7 @@ class Jogs:
     def end_all(self, state: Literal["lost", "stopped"]) -> None:
         """Stop every axis that jogs: no heartbeat counts any more."""
         for running in list(self._running.values()):
-            self._end(running.session, state)
-            self._stop_axis(running.session)
+            self._stop_session(running.session, state)
 
     async def settled(self) -> None:
         """Wait until every axis whose JOG has ended stands still, or the robot is being stopped."""
@@ -304,8 +302,8 @@ class Jogs:
             )
         raise NotFound(f"There is no JOG session {session_id}.")
 
-    def _missed(self, session: JogSession) -> None:
-        self._end(session, "lost")
+    def _stop_session(self, session: JogSession, ends_as: JogEnd) -> None:
+        self._end(session, ends_as)
         self._stop_axis(session)
 
     async def _rests(self, session: JogSession) -> None:
@@ -317,8 +315,7 @@ class Jogs:
 
     def _rested(self, session: JogSession) -> None:
         if session.id in self._running:
-            self._end(session, "ended")
-            self._stop_axis(session)
+            self._stop_session(session, "ended")
 
     def _end(self, session: JogSession, ends_as: JogEnd) -> None:
         """Begin the end of a session that runs, which is done once: its axis may still move."""
