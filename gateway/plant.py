@@ -27,10 +27,10 @@ from gateway.core.lanes import Lane
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.move_record import Move
 from gateway.core.origin import POLL, acting
+from gateway.fics.axes import UnitAxes
 from gateway.fics.line import FicsLine
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
-from gateway.fics.units import RobotUnit
 from gateway.fics.watch import watch
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_watch import HEALTH_POLL_S as HEALTH_POLL_S
@@ -161,12 +161,13 @@ class Plant:
             late_reply_s=line.late_reply_s,
             rng=rng,
         )
-        robot = Robot(it.id, it.name or "", built, self._publish_robot, poll_interval_s=line.poll_interval_s)
-        robot.units += [
-            RobotUnit(robot, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.systems)
+        units = [
+            UnitAxes(it.id, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.systems)
             for unit in it.units
         ]
-        self._robots[robot.id] = robot
+        self._robots[it.id] = Robot(
+            it.id, it.name or "", built, units, self._publish_robot, poll_interval_s=line.poll_interval_s
+        )
 
     def _add_line(self, line: settings.Line, port: Transport, rng: random.Random | None) -> None:
         built = Line(

@@ -140,21 +140,21 @@ def _unit_endpoint(row: Row) -> Endpoint:
         axes = unit_of(request, robot_id, unit)
         require_fit(axes, command)
         (settled,) = await uncrossed(axes, {"coordinates": command})
-        return await _send(axes.robot, settled, unit)
+        return await _send(plant_of(request).robot(robot_id), settled, unit)
 
     return send
 
 
 async def _start_jog(request: Request, robot_id: RobotId, unit: UnitNumber, command: Any) -> Response:
     """Jog as `POST /robots/{robot_id}/jogs` does: only as long as heartbeats come."""
-    return await begin_jog(unit_of(request, robot_id, unit), command.axis, command.direction)
+    return await begin_jog(plant_of(request).robot(robot_id), unit, command.axis, command.direction)
 
 
 async def _stop_jog(request: Request, robot_id: RobotId, unit: UnitNumber, command: Any) -> Response:
     """Stop the axis of this unit and of no other, with its session; 200 when it was seen to stand still."""
     axes = unit_of(request, robot_id, unit)
     require_fit(axes, command)
-    await axes.robot.jogs.stop(unit, command.axis)
+    await plant_of(request).robot(robot_id).jogs.stop(unit, command.axis)
     return json_response(command.reply_type()())
 
 

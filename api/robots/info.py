@@ -6,14 +6,16 @@ from typing import Literal
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
+from api.common.problems import DECLARED
 from api.common.requests import age_ms_of, json_response, new_router, plant_of, utc_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.stops import StopBody, StopResult, perform_stop
 from gateway.core.port import LineState
-from gateway.core.rights import Right
+from gateway.fics.axes import Coordinates, at_rest
 from gateway.fics.robot import Robot
 from gateway.fics.system_errors import RobotErrorRecord
-from gateway.fics.units import Coordinates, RobotUnit, UnknownReason, at_rest
+from gateway.fics.units import RobotUnit, UnknownReason
+from protocols.fics.alarms import ResetErrors
 from protocols.fics.notation import Quantity
 from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, MotionMode, SensorStates
 
@@ -124,25 +126,30 @@ class RobotErrors(BaseModel):
     errors: list[RobotErrorRecord]
 
 
-@router.get("/robots", Right.VIEW, response_model=RobotList)
+@router.get("/robots", name="list_robots", response_model=RobotList, responses=DECLARED)
 async def list_robots(request: Request) -> Response:
     """List all robots; nothing is sent."""
     return json_response(RobotList(robots=[_info(robot) for robot in plant_of(request).robots()]))
 
 
-@router.get("/robots/{robot_id}", Right.VIEW, response_model=RobotInfo)
+@router.get("/robots/{robot_id}", name="get_robot", response_model=RobotInfo, responses=DECLARED)
 async def get_robot(request: Request, robot_id: RobotId) -> Response:
     """Tell what is known of a robot; nothing is sent."""
     return json_response(_info(plant_of(request).robot(robot_id)))
 
 
-@router.get("/robots/{robot_id}/units/{unit}", Right.VIEW, response_model=UnitInfo)
+@router.get("/robots/{robot_id}/units/{unit}", name="get_unit", response_model=UnitInfo, responses=DECLARED)
 async def get_unit(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Tell what is known of a unit; nothing is sent."""
     return json_response(_unit_info(unit_of(request, robot_id, unit)))
 
 
-@router.get("/robots/{robot_id}/units/{unit}/position", Right.VIEW, response_model=UnitPosition)
+@router.get(
+    "/robots/{robot_id}/units/{unit}/position",
+    name="read_unit_position",
+    response_model=UnitPosition,
+    responses=DECLARED,
+)
 async def read_unit_position(
     request: Request, robot_id: RobotId, unit: UnitNumber, coordinates: Coordinates = "user"
 ) -> Response:
@@ -169,12 +176,17 @@ async def read_unit_position(
     )
 
 
-@router.get("/robots/{robot_id}/units/{unit}/status", Right.VIEW, response_model=UnitStatus)
+@router.get(
+    "/robots/{robot_id}/units/{unit}/status",
+    name="read_unit_status",
+    response_model=UnitStatus,
+    responses=DECLARED,
+)
 async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
     axes = unit_of(request, robot_id, unit)
     statuses, at = await axes.status_at()
-    reply: SensorStates = await axes.robot.read(GetAxisSensors(), unit)
+    reply: SensorStates = await axes.read(GetAxisSensors())
     sensors = axes.by_axis(axes.motor_axes, reply.axes)
     return json_response(
         UnitStatus(
@@ -188,21 +200,33 @@ async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber
     )
 
 
-@router.get("/robots/{robot_id}/errors", Right.VIEW, response_model=RobotErrors)
+@router.get(
+    "/robots/{robot_id}/errors", name="list_robot_errors", response_model=RobotErrors, responses=DECLARED
+)
 async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Tell which errors stand, as the gateway has read them; nothing is sent, and nothing is cleared."""
     return json_response(_errors(plant_of(request).robot(robot_id)))
 
 
-@router.post("/robots/{robot_id}/errors/reset", Right.OPERATE, response_model=RobotErrors)
+@router.post(
+    "/robots/{robot_id}/errors/reset",
+    name="reset_robot_errors",
+    response_model=RobotErrors,
+    responses=DECLARED,
+)
 async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
     robot = plant_of(request).robot(robot_id)
-    await robot.errors_of_system.reset()
+    await robot.ask(ResetErrors())
     return json_response(_errors(robot))
 
 
-@router.post("/robots/{robot_id}/power-cycle/acknowledge", Right.OPERATE, response_model=RobotInfo)
+@router.post(
+    "/robots/{robot_id}/power-cycle/acknowledge",
+    name="acknowledge_power_cycle",
+    response_model=RobotInfo,
+    responses=DECLARED,
+)
 async def acknowledge_power_cycle(request: Request, robot_id: RobotId) -> Response:
     """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
     robot = plant_of(request).robot(robot_id)
@@ -210,16 +234,20 @@ async def acknowledge_power_cycle(request: Request, robot_id: RobotId) -> Respon
     return json_response(_info(robot))
 
 
-@router.post("/robots/{robot_id}/stop", Right.STOP, response_model=StopResult)
+@router.post("/robots/{robot_id}/stop", name="stop_robot", response_model=StopResult, responses=DECLARED)
 async def stop_robot(request: Request, robot_id: RobotId, stop: StopBody) -> Response:
     """Stop all axes of a robot by software: what waits is cancelled, and the stop goes out first."""
     return await perform_stop(request, [], stop.mode, [plant_of(request).robot(robot_id)])
 
 
-@router.post("/robots/{robot_id}/units/{unit}/stop", Right.STOP, response_model=StopResult)
+@router.post(
+    "/robots/{robot_id}/units/{unit}/stop", name="stop_unit", response_model=StopResult, responses=DECLARED
+)
 async def stop_unit(request: Request, robot_id: RobotId, unit: UnitNumber, stop: StopBody) -> Response:
     """Stop all axes of the unit's robot by software: it knows no stop of a single unit."""
-    return await perform_stop(request, [], stop.mode, [unit_of(request, robot_id, unit).robot])
+    robot = plant_of(request).robot(robot_id)
+    robot.unit(unit)
+    return await perform_stop(request, [], stop.mode, [robot])
 
 
 def _errors(robot: Robot) -> RobotErrors:
@@ -246,7 +274,7 @@ def _info(robot: Robot) -> RobotInfo:
 
 def _unit_info(unit: RobotUnit) -> UnitInfo:
     return UnitInfo(
-        robot_id=unit.robot.id,
+        robot_id=unit.robot_id,
         number=unit.number,
         axes=_axes(unit, unit.axes),
         motor_axes=_axes(unit, unit.motor_axes),

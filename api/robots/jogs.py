@@ -10,7 +10,7 @@ from api.common.requests import RequestModel, json_response, new_router, plant_o
 from api.robots.paths import RobotId
 from gateway.core.rights import Right
 from gateway.fics.jogs import JogSession
-from gateway.fics.units import RobotUnit
+from gateway.fics.robot import Robot
 from protocols.fics.notation import AxisName, Direction, Unit
 
 router = new_router("jogs")
@@ -27,7 +27,7 @@ class JogRequest(RequestModel):
 @router.post("/robots/{robot_id}/jogs", Right.OPERATE, status_code=201, response_model=JogSession)
 async def start_jog(request: Request, robot_id: RobotId, jog: JogRequest) -> Response:
     """Start to jog an axis. It stops by itself unless a heartbeat comes at least every half second."""
-    return await begin_jog(plant_of(request).robot(robot_id).unit(jog.unit), jog.axis, jog.direction)
+    return await begin_jog(plant_of(request).robot(robot_id), jog.unit, jog.axis, jog.direction)
 
 
 @router.post("/robots/{robot_id}/jogs/{jog_id}/heartbeat", Right.OPERATE, response_model=JogSession)
@@ -56,11 +56,11 @@ async def end_jog(request: Request, robot_id: RobotId, jog_id: str) -> Response:
     return json_response(session, 202 if session.state == "stopping" else 200)
 
 
-async def begin_jog(unit: RobotUnit, axis: str, direction: Literal["+", "-"]) -> Response:
+async def begin_jog(robot: Robot, unit: int, axis: str, direction: Literal["+", "-"]) -> Response:
     """Open a session and answer with it.
 
     :raises InvalidRequest: the unit has no such axis.
     :raises GatewayError: the axis was not started, or is being stopped again.
     """
-    session = await unit.robot.jogs.start(unit.number, axis, direction)
-    return json_response(session, 201, {"Location": f"/robots/{unit.robot.id}/jogs/{session.id}"})
+    session = await robot.jogs.start(robot.unit(unit).number, axis, direction)
+    return json_response(session, 201, {"Location": f"/robots/{robot.id}/jogs/{session.id}"})

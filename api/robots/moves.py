@@ -19,10 +19,10 @@ from api.robots.axes import Amounts, build, numbers
 from api.robots.fit import require_fit
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest, NotFound
-from gateway.core.rights import Right
+from gateway.fics.axes import Coordinates
 from gateway.fics.move_record import RobotMove
 from gateway.fics.plans import PlannedRobotMove, plan_of
-from gateway.fics.units import Coordinates, RobotUnit
+from gateway.fics.units import RobotUnit
 from protocols.fics import motor_axes, moves
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis, Steps
@@ -147,7 +147,7 @@ ROBOT_ENDS_DECLARED: Final[dict[int | str, dict[str, Any]]] = {
 
 @router.post(
     "/robots/{robot_id}/units/{unit}/moves",
-    Right.OPERATE,
+    name="start_robot_move",
     status_code=202,
     response_model=RobotMove,
     responses={
@@ -171,7 +171,12 @@ async def start_robot_move(
     return await perform(request, axes, command, wait)
 
 
-@router.get("/robots/{robot_id}/units/{unit}/moves", Right.VIEW, response_model=RobotMoveList)
+@router.get(
+    "/robots/{robot_id}/units/{unit}/moves",
+    name="list_robot_moves",
+    response_model=RobotMoveList,
+    responses=DECLARED,
+)
 async def list_robot_moves(
     request: Request,
     robot_id: RobotId,
@@ -183,7 +188,12 @@ async def list_robot_moves(
     return json_response(RobotMoveList(moves=plant_of(request).robot_moves.of(axes)[:limit]))
 
 
-@router.get("/robots/{robot_id}/units/{unit}/moves/{move_id}", Right.VIEW, response_model=RobotMove)
+@router.get(
+    "/robots/{robot_id}/units/{unit}/moves/{move_id}",
+    name="get_robot_move",
+    response_model=RobotMove,
+    responses=DECLARED,
+)
 async def get_robot_move(
     request: Request, robot_id: RobotId, unit: UnitNumber, move_id: str, wait: Wait = None
 ) -> Response:
@@ -198,7 +208,7 @@ async def get_robot_move(
 
 @router.post(
     "/robots/{robot_id}/macros/{name}/runs",
-    Right.OPERATE,
+    name="run_macro",
     status_code=202,
     response_model=RobotMove,
     responses=ROBOT_ENDS_DECLARED,
@@ -227,8 +237,9 @@ async def perform(
     :raises GatewayError: it was refused, or not sent.
     """
     require_fit(unit, command)
-    moves_of_robots = plant_of(request).robot_moves
-    move = await moves_of_robots.start(unit.robot, unit.number, command)
+    plant = plant_of(request)
+    moves_of_robots = plant.robot_moves
+    move = await moves_of_robots.start(plant.robot(unit.robot_id), unit.number, command)
     waited_s = wait_s(request, wait)
     move = await moves_of_robots.wait(move.id, waited_s)
     headers = {"Location": f"/robots/{unit.address}/moves/{move.id}", **wait_headers(waited_s)}

@@ -9,7 +9,7 @@ from fastapi import HTTPException, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.problems import DECLARED
-from api.common.requests import RequestModel, json_response, new_router
+from api.common.requests import RequestModel, json_response, new_router, plant_of
 from api.common.strict_json import read_body
 from api.robots.axes import Amounts, AxisValue, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
@@ -88,7 +88,7 @@ async def list_positions(
 ) -> Response:
     """Read stored positions (POR); the robot ends at the first number that is not set."""
     axes = unit_of(request, robot_id, unit)
-    stored, ended_at = await _read(axes, first, last)
+    stored, ended_at = await _read(request, axes, first, last)
     entries = [StoredEntry(number=number, axes=_named(axes, values)) for number, values in stored]
     table = PositionTable(robot_id=robot_id, unit=unit, positions=entries, ended_at=ended_at)
     return json_response(table)
@@ -101,6 +101,7 @@ async def store_positions(
     """Store positions undivided (POF, POS); a stop in the middle ends the upload first."""
     axes = unit_of(request, robot_id, unit)
     return await _store(
+        request,
         axes,
         [
             (entry.number, numbers(f"positions.{index}.axes", axes, axes.axes, entry.axes))
@@ -126,7 +127,7 @@ async def download_positions(
     text = StringIO()
     writer = csv.writer(text)
     writer.writerow(_header(axes))
-    stored, ended_at = await _read(axes, first, last)
+    stored, ended_at = await _read(request, axes, first, last)
     for number, values in stored:
         writer.writerow([number, *("" if value is None else f"{value:.15g}" for value in values)])
     headers = {} if ended_at is None else {"Ended-At": str(ended_at)}
@@ -143,21 +144,23 @@ async def upload_positions(request: Request, robot_id: RobotId, unit: UnitNumber
         raise HTTPException(
             415, f"The request body is {content_type or 'of no type'}, not {CSV}; nothing was sent."
         )
-    return await _store(axes, _parse(axes, await read_body(request, MAX_CSV_BYTES)))
+    return await _store(request, axes, _parse(axes, await read_body(request, MAX_CSV_BYTES)))
 
 
-async def _read(unit: RobotUnit, first: int, last: int) -> tuple[list[Numbered], int | None]:
+async def _read(
+    request: Request, unit: RobotUnit, first: int, last: int
+) -> tuple[list[Numbered], int | None]:
     """Give the positions, and the number at which the robot ended before `last`."""
     if last < first:
         raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
-    stored = await unit.robot.positions(first, last, unit.number)
+    stored = await plant_of(request).robot(unit.robot_id).positions(first, last, unit.number)
     following = stored[-1][0] + 1 if stored else first
     return stored, following if following <= last else None
 
 
-async def _store(unit: RobotUnit, positions: list[Numbered]) -> Response:
-    await unit.robot.upload_positions(positions, unit.number)
-    return json_response(Uploaded(robot_id=unit.robot.id, unit=unit.number, count=len(positions)))
+async def _store(request: Request, unit: RobotUnit, positions: list[Numbered]) -> Response:
+    await plant_of(request).robot(unit.robot_id).upload_positions(positions, unit.number)
+    return json_response(Uploaded(robot_id=unit.robot_id, unit=unit.number, count=len(positions)))
 
 
 def _named(unit: RobotUnit, values: list[float | None]) -> dict[str, AxisValue]:

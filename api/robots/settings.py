@@ -5,15 +5,16 @@ from typing import Annotated, Any, Final, NamedTuple
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
+from api.common.problems import DECLARED
 from api.common.requests import RequestModel, json_response, new_router
 from api.robots.axes import Amounts, AxisSpeeds, AxisValue, build, in_order, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.robots.read_back import reading_back
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
-from gateway.core.rights import Right
+from gateway.fics.axes import Coordinates
 from gateway.fics.errors import PartlyChanged, RobotFailed
 from gateway.fics.soft_limits import uncrossed
-from gateway.fics.units import Coordinates, RobotUnit
+from gateway.fics.units import RobotUnit
 from protocols.fics import homing, motor_axes, soft_limits, speeds
 from protocols.fics.homing import TYPES, TypeNumber
 from protocols.fics.notation import AxisName, FourDigits, Milliseconds, PercentNumber, Quantity
@@ -133,13 +134,23 @@ class UnitSettings(BaseModel):
 SMOOTH = "smooth_acceleration"
 
 
-@router.get("/robots/{robot_id}/units/{unit}/settings", Right.VIEW, response_model=UnitSettings)
+@router.get(
+    "/robots/{robot_id}/units/{unit}/settings",
+    name="read_settings",
+    response_model=UnitSettings,
+    responses=DECLARED,
+)
 async def read_settings(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot for all settings of a unit, one by one; refused while it moves."""
     return json_response(await _read(unit_of(request, robot_id, unit), [SMOOTH, *SETTINGS]))
 
 
-@router.patch("/robots/{robot_id}/units/{unit}/settings", Right.SETUP, response_model=UnitSettings)
+@router.patch(
+    "/robots/{robot_id}/units/{unit}/settings",
+    name="change_settings",
+    response_model=UnitSettings,
+    responses=DECLARED,
+)
 async def change_settings(
     request: Request, robot_id: RobotId, unit: UnitNumber, change: SettingsChange
 ) -> Response:
@@ -160,7 +171,7 @@ async def change_settings(
 async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]]) -> None:
     for done, change in enumerate(changes):
         try:
-            await unit.robot.change(change, unit.number)
+            await unit.change(change)
         except GatewayError as error:
             changed = ", ".join(earlier.wire_name() for earlier in changes[:done]) or "nothing"
             changed = f"Of the settings asked for, {changed} was changed"
@@ -181,14 +192,14 @@ def _command(unit: RobotUnit, name: str, value: Any) -> FicsCommand[Any]:
 
 async def _read(unit: RobotUnit, names: list[str]) -> UnitSettings:
     found = {name: await _value(unit, name) for name in names}
-    return UnitSettings(robot_id=unit.robot.id, unit=unit.number, **found)
+    return UnitSettings(robot_id=unit.robot_id, unit=unit.number, **found)
 
 
 async def _value(unit: RobotUnit, name: str) -> Any:
     if name == SMOOTH:
-        return bool((await unit.robot.read(speeds.GetSmoothAcceleration(), unit.number)).enabled)
+        return bool((await unit.read(speeds.GetSmoothAcceleration())).enabled)
     setting = SETTINGS[name]
-    reply = await unit.robot.read(setting.read(), unit.number)
+    reply = await unit.read(setting.read())
     values = unit.by_axis(unit.names(setting.coordinates), getattr(reply, setting.field))
     if setting.quantity is None:
         return values

@@ -146,7 +146,7 @@ class Session(ABC, Generic[X, F]):
     @property
     def in_step(self) -> bool:
         """Whether replies can be believed."""
-        return self._fence.in_step
+        return self._fence.state is State.IN_STEP
 
     def epoch(self, target: int) -> int:
         """The epoch of what is asked here and now: a series has those of its beginning."""

@@ -23,6 +23,7 @@ from protocols.fics.row import FicsCommand, WhenAnswered
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetSystemVersion, HostMode, SetCommunicationMode
 from protocols.fics.variables import GetVariable
+from protocols.table import Retry
 
 FENCES = GetVariable.code, GetSystemVersion.code
 """The names of the queries that are fences."""
@@ -89,7 +90,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
             target=target,
             epoch=self.epoch(target),
             timeout_s=self.reply_timeout_s,
-            repeats=READ_REPEATS if command.may_repeat() else 0,
+            repeats=READ_REPEATS if command.retry is Retry.READ else 0,
             rank=_RANKS.get(type(command), 0) if lane is Lane.STOP else 0,
         )
 
@@ -203,9 +204,10 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         command, silent = exchange.command, self._is_silent(exchange.command)
         if isinstance(command, GetVariable) and exchange is not self._fence_query:
             self._asked_for.append(command.number)
-        if not command.may_repeat():
+        if command.retry is not Retry.READ:
             self._note_action(exchange, now, silent=silent)
-        self.upload.note_written(command, exchange.number, silent=silent)
+        if command.code == EndPositionUpload.code:  # POF, with which an upload begins, too
+            self.upload.note_written(command, exchange.number, silent=silent)
         self._said_silently += silent
         exchange.unheard = self.unheard
         if silent:
@@ -230,11 +232,13 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._copies.note(exchange, frame, now, now + self.late_reply_s)
 
     def learn(self, exchange: FicsExchange, outcome: Any, _now: float) -> None:
-        """The robot is there; and an upload that its refusal shows has to be ended."""
+        """The robot is there; and an upload that only its refusal shows has to be ended."""
         if not (exchange is self._fence_query and isinstance(outcome, Refusal)):
             self.offline.discard(ROBOT)
-        if self.upload.note_outcome(exchange.command, exchange.number, outcome) and self.in_step:
-            self._lose_step()  # the fence ends the upload
+        if self.upload.may_be_open or isinstance(outcome, Refusal):
+            doubtful = self.upload.note_outcome(exchange.command, exchange.number, outcome)
+            if doubtful and self.in_step:
+                self._lose_step()  # the fence ends the upload
 
     def _forget_motion(self) -> FicsExchange | None:
         """No answer to a motion is awaited any more: a robot does one at a time."""
@@ -271,4 +275,4 @@ def _ends_upload(exchange: FicsExchange) -> bool:
 
 
 def _is_answered_at_its_end(command: FicsCommand[Any]) -> bool:
-    return command.starts_motion() and command.answered is not WhenAnswered.AT_ONCE
+    return command.answered is WhenAnswered.ON_COMPLETION and command.starts_motion()

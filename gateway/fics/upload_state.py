@@ -3,7 +3,6 @@
 No I/O and no clock: the session notes what was written and answered, and asks whether POF 2 goes next.
 """
 
-from enum import Enum
 from typing import Any
 
 from gateway.fics.exchange import Outcome
@@ -16,44 +15,30 @@ NO_UPLOAD = "E08"
 """The refusal of a position where no upload is open (C-HOST manual 2-12); that of POF 2 is an assumption."""
 
 
-class _Upload(Enum):
-    NONE = "none"
-    OPEN = "open"
-    """As far as is known: its end was not sent, or not taken."""
-    ENDED = "ended"
-    """Its end was sent in Ver.2, where nobody tells whether it was heard."""
-
-
 class UploadState:
     """What is known of the upload of one robot."""
 
     def __init__(self) -> None:
-        self._state = _Upload.NONE
+        self.is_open = False
+        """Whether one is open, as far as is known: its end was not sent, or not taken."""
+        self.may_be_open = False
+        """Whether one is, or was ended in Ver.2, where nobody tells whether that was heard."""
         self._begun = 0
         """The number of the frame that began the last one: only what was written later can prove its end."""
         self._ended_at_try: int | None = None
         """The try of the fence before which POF 2 was sent, or was not needed."""
 
-    @property
-    def is_open(self) -> bool:
-        """Whether an upload is open, as far as is known."""
-        return self._state is _Upload.OPEN
-
-    @property
-    def may_be_open(self) -> bool:
-        """Whether the end of an upload may not have been heard."""
-        return self._state is not _Upload.NONE
-
     def doubt(self) -> None:
         """A command was refused as it is in an upload: POF 2 goes before whatever follows."""
-        self._state = _Upload.OPEN
+        self.is_open = self.may_be_open = True
 
     def note_written(self, command: FicsCommand[Any], number: int, *, silent: bool) -> None:
         """Note a written frame by its number; a `silent` one gets no answer."""
         if isinstance(command, BeginPositionUpload):
-            self._state, self._begun = _Upload.OPEN, number
-        elif silent and isinstance(command, EndPositionUpload) and self.is_open:
-            self._state = _Upload.ENDED
+            self._begun = number
+            self.doubt()
+        elif silent and isinstance(command, EndPositionUpload):
+            self.is_open = False
 
     def note_outcome(self, command: FicsCommand[Any], number: int, outcome: Outcome) -> bool:
         """Note an answer to a frame; tells whether only an open upload explains it.
@@ -66,7 +51,7 @@ class UploadState:
         else:
             closed = (begins and outcome.error != UPLOAD_ERROR) or (ends and outcome.error == NO_UPLOAD)
         if closed:
-            self._state = _Upload.NONE
+            self.is_open = self.may_be_open = False
             return False
         doubtful = isinstance(outcome, Refusal) and _only_an_upload_explains(command, outcome)
         if doubtful:

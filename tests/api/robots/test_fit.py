@@ -6,7 +6,7 @@ import pytest
 
 from api.robots.fit import require_fit
 from gateway.core.errors import InvalidRequest
-from gateway.fics.units import RobotUnit
+from gateway.fics.axes import UnitAxes
 from protocols.fics.homing import SetHomingOffsets, SetHomingTypes
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.notation import AxisSystem
@@ -17,10 +17,10 @@ from protocols.fics.status import GetAxisStatus
 from tests.api.robots.cell import Cell, in_cell
 
 
-def odd_unit(cell: Cell) -> RobotUnit:
+def odd_unit(cell: Cell) -> UnitAxes:
     """A unit whose first axis counts pulses, with one motor."""
     systems = {"W": AxisSystem.PULSE, "@": AxisSystem.DEGREE, "A": AxisSystem.PULSE}
-    return RobotUnit(cell.rig.robot, 3, ["W", "@"], ["A"], systems)
+    return UnitAxes("r1", 3, ["W", "@"], ["A"], systems)
 
 
 FITTING = (
