@@ -8,9 +8,10 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request, Response
 from fastapi.routing import APIRoute
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel
 
 from api.common.strict_json import StrictRoute
+from gateway.core.origin import Origin
 from gateway.plant import Plant
 
 MAX_WAIT_S = 60
@@ -38,12 +39,6 @@ Wait = Annotated[
 ]
 
 
-class RequestModel(BaseModel):
-    """A request body: nothing is converted, and nothing unknown is passed over."""
-
-    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
-
-
 def new_router(tag: str, route_class: type[APIRoute] = StrictRoute) -> APIRouter:
     """Make a router, for strict JSON if nothing else is said, whose operations are named as their routes."""
     return APIRouter(
@@ -55,6 +50,11 @@ def plant_of(request: Request) -> Plant:
     """The plant that the app serves."""
     plant: Plant = request.app.state.plant
     return plant
+
+
+def origin_of(request: Request) -> Origin:
+    """Who has sent the request."""
+    return Origin(f"http {request.client.host}" if request.client else "http")
 
 
 def wait_s(request: Request, wait: float | None) -> float:

@@ -7,15 +7,20 @@ from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.problems import DECLARED
-from api.common.requests import age_ms_of, json_response, new_router, plant_of, utc_of
-from api.robots.paths import RobotId, UnitNumber, unit_of
-from api.stops import StopBody, StopResult, perform_stop
+from api.common.requests import age_ms_of, json_response, new_router, origin_of, plant_of, utc_of
+from api.common.results import StopResult
+from api.robots.paths import RobotId, UnitNumber, robot_of, unit_of
+from api.stops import StopBody, perform_stop
 from gateway.core.port import LineState
+from gateway.fics.family import Fics
 from gateway.fics.robot import Robot
 from gateway.fics.system_errors import RobotErrorRecord
-from gateway.fics.units import Coordinates, RobotUnit, UnknownReason, at_rest
+from gateway.fics.units import Coordinates, RobotUnit, UnknownReason
+from gateway.operations import robots
+from gateway.operations.commands import do
+from protocols.fics.alarms import ResetErrors
 from protocols.fics.notation import Quantity
-from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, MotionMode, SensorStates
+from protocols.fics.status import AxisSensors, AxisStatus, MotionMode
 
 router = new_router("robots")
 
@@ -127,13 +132,14 @@ class RobotErrors(BaseModel):
 @router.get("/robots", name="list_robots", response_model=RobotList, responses=DECLARED)
 async def list_robots(request: Request) -> Response:
     """List all robots; nothing is sent."""
-    return json_response(RobotList(robots=[_info(robot) for robot in plant_of(request).robots()]))
+    all_robots = plant_of(request).family(Fics).robots()
+    return json_response(RobotList(robots=[_info(robot) for robot in all_robots]))
 
 
 @router.get("/robots/{robot_id}", name="get_robot", response_model=RobotInfo, responses=DECLARED)
 async def get_robot(request: Request, robot_id: RobotId) -> Response:
     """Tell what is known of a robot; nothing is sent."""
-    return json_response(_info(plant_of(request).robot(robot_id)))
+    return json_response(_info(robot_of(request, robot_id)))
 
 
 @router.get("/robots/{robot_id}/units/{unit}", name="get_unit", response_model=UnitInfo, responses=DECLARED)
@@ -153,8 +159,9 @@ async def read_unit_position(
 ) -> Response:
     """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
     axes = unit_of(request, robot_id, unit)
-    places, at = await axes.position_at(coordinates)
-    reasons = await axes.why_unknown(places)
+    places, reasons, at = await robots.position(
+        plant_of(request), origin_of(request), robot_id, unit, coordinates
+    )
     return json_response(
         UnitPosition(
             robot_id=robot_id,
@@ -182,18 +189,15 @@ async def read_unit_position(
 )
 async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
-    axes = unit_of(request, robot_id, unit)
-    statuses, at = await axes.status_at()
-    reply: SensorStates = await axes.robot.read(GetAxisSensors(), unit)
-    sensors = axes.by_axis(axes.motor_axes, reply.axes)
+    found = await robots.status(plant_of(request), origin_of(request), robot_id, unit)
     return json_response(
         UnitStatus(
             robot_id=robot_id,
             unit=unit,
-            moving=not at_rest(statuses.values()),
-            axes={name: _state(status, sensors[name]) for name, status in statuses.items()},
-            read_at=utc_of(at),
-            age_ms=age_ms_of(at),
+            moving=found.moving,
+            axes={name: _state(status, found.sensors[name]) for name, status in found.axes.items()},
+            read_at=utc_of(found.at),
+            age_ms=age_ms_of(found.at),
         )
     )
 
@@ -203,7 +207,7 @@ async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber
 )
 async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Tell which errors stand, as the gateway has read them; nothing is sent, and nothing is cleared."""
-    return json_response(_errors(plant_of(request).robot(robot_id)))
+    return json_response(_errors(robot_of(request, robot_id)))
 
 
 @router.post(
@@ -214,9 +218,8 @@ async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
 )
 async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
-    robot = plant_of(request).robot(robot_id)
-    await robot.errors_of_system.reset()
-    return json_response(_errors(robot))
+    await do(plant_of(request), origin_of(request), f"/robots/{robot_id}", ResetErrors())
+    return json_response(_errors(robot_of(request, robot_id)))
 
 
 @router.post(
@@ -227,15 +230,14 @@ async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
 )
 async def acknowledge_power_cycle(request: Request, robot_id: RobotId) -> Response:
     """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
-    robot = plant_of(request).robot(robot_id)
-    robot.power.acknowledge()
-    return json_response(_info(robot))
+    await robots.acknowledge_power_cycle(plant_of(request), origin_of(request), robot_id)
+    return json_response(_info(robot_of(request, robot_id)))
 
 
 @router.post("/robots/{robot_id}/stop", name="stop_robot", response_model=StopResult, responses=DECLARED)
 async def stop_robot(request: Request, robot_id: RobotId, stop: StopBody) -> Response:
     """Stop all axes of a robot by software: what waits is cancelled, and the stop goes out first."""
-    return await perform_stop(request, [], stop.mode, [plant_of(request).robot(robot_id)])
+    return await perform_stop(request, f"/robots/{robot_id}", stop)
 
 
 @router.post(
@@ -243,7 +245,7 @@ async def stop_robot(request: Request, robot_id: RobotId, stop: StopBody) -> Res
 )
 async def stop_unit(request: Request, robot_id: RobotId, unit: UnitNumber, stop: StopBody) -> Response:
     """Stop all axes of the unit's robot by software: it knows no stop of a single unit."""
-    return await perform_stop(request, [], stop.mode, [unit_of(request, robot_id, unit).robot])
+    return await perform_stop(request, f"/robots/{robot_id}/units/{unit}", stop)
 
 
 def _errors(robot: Robot) -> RobotErrors:

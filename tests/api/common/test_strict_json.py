@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
 from api.common import problems
-from api.common.requests import RequestModel, new_router
+from api.common.requests import new_router
 from api.common.strict_json import MAX_BODY_BYTES, MAX_DEPTH, MAX_DIGITS, MAX_KEYS, NotStrict, parse
+from gateway.core.records import RequestModel
 
 # No deeper than a request may be, and no numbers that are too large for JSON.
 JSON = st.recursive(

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from api.robots.fit import require_fit
 from gateway.core.errors import InvalidRequest
+from gateway.fics.fit import require_fit
 from gateway.fics.units import RobotUnit
 from protocols.fics.homing import SetHomingOffsets, SetHomingTypes
 from protocols.fics.jog import StartJog, StopJog

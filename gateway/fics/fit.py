@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from api.robots.settings import SETTINGS, Row, Setting
+from gateway.fics.settings import SETTINGS, Row, Setting
 from gateway.fics.units import RobotUnit
 from protocols.fics.jog import StartJog, StepAxis, StopJog
 from protocols.fics.row import FicsCommand

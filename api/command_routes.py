@@ -1,0 +1,146 @@
+"""One route for each row of the command tables, with its own types, for whatever the row is addressed to."""
+
+from collections.abc import Callable, Coroutine, Mapping
+from functools import cache
+from inspect import Parameter, Signature, getdoc
+from typing import Annotated, Any, Final, NamedTuple
+
+from fastapi import APIRouter, Body, Request, Response
+
+from api.bodies.moves import GroupMove
+from api.common.problems import DECLARED
+from api.common.requests import BodyId, GroupId, LineId, Wait, new_router, origin_of, plant_of, wait_s
+from api.common.results import AGE_HEADER, GroupReply, StopResult, render
+from api.robots.paths import RobotId, UnitNumber
+from gateway.core.family import Family, Place, Row
+from gateway.operations.commands import do
+
+Endpoint = Callable[..., Coroutine[Any, Any, Response]]
+Responses = dict[int | str, dict[str, Any]]
+
+PARAMETERS: Final[Mapping[str, Any]] = {
+    "line_id": LineId,
+    "body_id": BodyId,
+    "group_id": GroupId,
+    "robot_id": RobotId,
+    "unit": UnitNumber,
+}
+"""What is told of the names in paths; of others, that they are text."""
+
+
+class Words(NamedTuple):
+    """What is told of a place's routes."""
+
+    tag: str = "commands"
+    replied: str = "The controller's reply."
+    over: str = "The move is over; `status` says how it ended."
+    begun: str = "The controller has accepted the move; ask again at Location."
+
+
+_OF_ROBOTS = Words(
+    "robot commands",
+    "The robot's reply.",
+    begun="The robot has not refused the move; ask again at Location.",
+)
+WORDS: Final[Mapping[str, Words]] = {
+    "/lines/{line_id}": Words("line commands"),
+    "/groups/{group_id}": Words(
+        "group commands",
+        over="All moves are over; `status` says how each ended.",
+        begun="The moves are under way.",
+    ),
+    "/robots/{robot_id}": _OF_ROBOTS,
+    "/robots/{robot_id}/units/{unit}": _OF_ROBOTS,
+}
+
+
+@cache
+def routers(family: type[Family]) -> list[APIRouter]:
+    """Make the routes of the whole table of a family."""
+    made: dict[str, APIRouter] = {}
+    for place, row in family.commands:
+        tag = WORDS.get(place.path, Words()).tag
+        _add(made.setdefault(tag, new_router(tag)), family, place, row)
+    return list(made.values())
+
+
+def _add(router: APIRouter, family: type[Family], place: Place, row: Row) -> None:
+    """Register a row's route."""
+    status, model, responses = _answers(family, place, row)
+    router.add_api_route(
+        f"{place.path}/commands/{row.name()}",
+        _endpoint(family, place, row),
+        methods=["POST"],
+        name=f"send_{row.name().replace('-', '_')}{place.suffix}",
+        summary=row.titles()[1].capitalize(),
+        openapi_extra={"x-code": row.code} if row.code else None,
+        status_code=status,
+        response_model=model,
+        responses=responses,
+        description=describe(family, row),
+    )
+
+
+def describe(family: type[Family], row: Row) -> str:
+    """The row's documentation: what the manual's page says, in few words."""
+    japanese, english = row.titles()
+    more = (getdoc(row) or "").partition("\n")[2].strip()
+    return "\n\n".join(part for part in (f"{japanese}: {english}.", more, *family.facts(row)) if part)
+
+
+def _answers(family: type[Family], place: Place, row: Row) -> tuple[int, Any, Responses]:
+    """The status, the model and the declared responses of a row's route."""
+    if row in family.sessions:
+        return 201, family.sessions[row], DECLARED
+    if row.starts_motion():
+        model = GroupMove if place.members else place.move
+        return 202, model, ends_declared(place, model)
+    if row in family.stop_modes:
+        return 200, StopResult, DECLARED
+    model = family.answer_model(row)
+    if place.members:
+        generic: Any = GroupReply
+        return 200, generic[model], DECLARED
+    if not family.is_dated(row):
+        return 200, model, DECLARED
+    age = {"description": "How old the answer is, in milliseconds.", "schema": {"type": "number"}}
+    told = {"description": WORDS.get(place.path, Words()).replied, "headers": {AGE_HEADER: age}}
+    return 200, model, {**DECLARED, 200: told}
+
+
+def ends_declared(place: Place, model: Any) -> Responses:
+    """What a route answers that begins moves."""
+    words = WORDS.get(place.path, Words())
+    return {**DECLARED, 200: {"model": model, "description": words.over}, 202: {"description": words.begun}}
+
+
+def _endpoint(family: type[Family], place: Place, row: Row) -> Endpoint:
+    """Make what carries a row out; its parameters may be left out altogether where none is required."""
+
+    async def send(request: Request, command: Any, wait: float | None = None, **names: object) -> Response:
+        waited_s = wait_s(request, wait) if waits else 0.0
+        target = place.path.format(**names)
+        result = await do(plant_of(request), origin_of(request), target, command, waited_s)
+        return render(request, result, waited_s)
+
+    waits = row.starts_motion() and row not in family.sessions
+    required = not row.may_be_empty() or any(field.is_required() for field in row.model_fields.values())
+    names = [part[1:-1] for part in place.path.split("/") if part.startswith("{")]
+    annotations = {
+        "request": Request,
+        **{name: PARAMETERS.get(name, str) for name in names},
+        "command": row if required else Annotated[row, Body(default_factory=row)],
+        **({"wait": Wait} if waits else {}),
+    }
+    send.__signature__ = Signature(  # type: ignore[attr-defined]  # FastAPI reads the parameters there
+        [
+            Parameter(
+                name,
+                Parameter.KEYWORD_ONLY,
+                annotation=annotation,
+                default=None if name == "wait" else Parameter.empty,
+            )
+            for name, annotation in annotations.items()
+        ]
+    )
+    return send
