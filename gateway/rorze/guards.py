@@ -19,31 +19,16 @@ class Guards:
         self._stopping = stopping
         """Whether a stop of a body is not confirmed yet."""
         for guard in (
-            self._motion_without_a_move,
             self._flash_while_moving,
             self._motion_while_stopping,
             self._motion_to_a_lost_place,
+            self._motion_without_a_move,
         ):
             line.gate.add(guard)
 
     def _reached_by(self, exchange: Exchange) -> Iterator[Body]:
         numbers = self._line.groups.get(exchange.body, [exchange.body])
         return (body for body in self._bodies if body.number in numbers)
-
-    def _motion_without_a_move(self, exchange: Exchange, _: float) -> GatewayError | None:
-        """Whatever way it came here: a motion that nobody would follow to its end is not begun."""
-        command = exchange.command
-        if not command.starts_motion():
-            return None
-        frame = self._line.frame_of(exchange.body, command)
-        for body in self._reached_by(exchange):
-            if body.move is None or body.move.frame != frame:
-                return InvalidRequest(
-                    f"{command.code} starts a move, and {body.address} has no record of it; "
-                    "nothing was sent.",
-                    "Start a move.",
-                )
-        return None
 
     def _flash_while_moving(self, exchange: Exchange, _: float) -> GatewayError | None:
         """A flash command holds up the line for 1.5 s: not while anything moves there, or may move."""
@@ -81,4 +66,19 @@ class Guards:
             refusal = body.power.refuses_write(body.address, exchange.command, now)
             if refusal is not None:
                 return refusal
+        return None
+
+    def _motion_without_a_move(self, exchange: Exchange, _: float) -> GatewayError | None:
+        """Whatever way it came here: a motion that nobody would follow to its end is not begun."""
+        command = exchange.command
+        if not command.starts_motion():
+            return None
+        frame = self._line.frame_of(exchange.body, command)
+        for body in self._reached_by(exchange):
+            if body.move is None or body.move.frame != frame:
+                return InvalidRequest(
+                    f"{command.code} starts a move, and {body.address} has no record of it; "
+                    "nothing was sent.",
+                    "Start a move.",
+                )
         return None
