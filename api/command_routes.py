@@ -2,15 +2,17 @@
 
 from collections.abc import Callable, Coroutine, Mapping
 from functools import cache
-from inspect import Parameter, Signature, getdoc
+from inspect import getdoc
 from typing import Annotated, Any, Final, NamedTuple
 
 from fastapi import APIRouter, Body, Request, Response
 
 from api.bodies.moves import GroupMove
+from api.common.parameters import names_in, taking
 from api.common.problems import DECLARED
 from api.common.requests import BodyId, GroupId, LineId, Wait, new_router, origin_of, plant_of, wait_s
 from api.common.results import AGE_HEADER, GroupReply, StopResult, render
+from api.resources import resource_router
 from api.robots.paths import RobotId, UnitNumber
 from gateway.core.family import Family, Place, Row
 from gateway.operations.commands import do
@@ -43,6 +45,7 @@ _OF_ROBOTS = Words(
     begun="The robot has not refused the move; ask again at Location.",
 )
 WORDS: Final[Mapping[str, Words]] = {
+    "/bodies/{body_id}": Words(),
     "/lines/{line_id}": Words("line commands"),
     "/groups/{group_id}": Words(
         "group commands",
@@ -52,6 +55,7 @@ WORDS: Final[Mapping[str, Words]] = {
     "/robots/{robot_id}": _OF_ROBOTS,
     "/robots/{robot_id}/units/{unit}": _OF_ROBOTS,
 }
+"""Of the places that have routes of their own besides their commands."""
 
 
 @cache
@@ -61,7 +65,8 @@ def routers(family: type[Family]) -> list[APIRouter]:
     for place, row in family.commands:
         tag = WORDS.get(place.path, Words()).tag
         _add(made.setdefault(tag, new_router(tag)), family, place, row)
-    return list(made.values())
+    own = {place.path: place for place, _ in family.commands if place.path not in WORDS}
+    return [*made.values(), *map(resource_router, own.values())]
 
 
 def _add(router: APIRouter, family: type[Family], place: Place, row: Row) -> None:
@@ -125,22 +130,9 @@ def _endpoint(family: type[Family], place: Place, row: Row) -> Endpoint:
 
     waits = row.starts_motion() and row not in family.sessions
     required = not row.may_be_empty() or any(field.is_required() for field in row.model_fields.values())
-    names = [part[1:-1] for part in place.path.split("/") if part.startswith("{")]
     annotations = {
-        "request": Request,
-        **{name: PARAMETERS.get(name, str) for name in names},
+        **names_in(place.path, PARAMETERS),
         "command": row if required else Annotated[row, Body(default_factory=row)],
         **({"wait": Wait} if waits else {}),
     }
-    send.__signature__ = Signature(  # type: ignore[attr-defined]  # FastAPI reads the parameters there
-        [
-            Parameter(
-                name,
-                Parameter.KEYWORD_ONLY,
-                annotation=annotation,
-                default=None if name == "wait" else Parameter.empty,
-            )
-            for name, annotation in annotations.items()
-        ]
-    )
-    return send
+    return taking(send, annotations)

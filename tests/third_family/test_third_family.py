@@ -87,7 +87,8 @@ async def test_its_rows_have_routes_that_answer_in_their_types(bench: Bench) -> 
 async def test_a_command_that_moves_makes_a_move_with_its_events(bench: Bench) -> None:
     move = await bench.post(f"{TOY}/commands/go?wait=30", {"place": 100})
     assert (move.status_code, move.json()["status"]) == (200, "succeeded")
-    assert move.headers["location"] == f"{TOY}/moves/{move.json()['id']}"
+    assert (await bench.client.get(move.headers["location"])).json() == move.json()
+    assert (await bench.client.get(f"{TOY}/moves")).json() == {"moves": [move.json()]}
     assert [it for it in bench.types() if it.startswith("toy.move")] == [
         "toy.move.queued",
         "toy.move.sent",
@@ -104,7 +105,9 @@ async def test_a_stop_is_proved_and_reported_with_those_of_other_families(bench:
     assert (stopped["bodies"], stopped["robots"]) == ([], [])
     assert [toy["state"] for toy in stopped["toys"]] == ["confirmed"]
     await asyncio.sleep(1.0)
-    assert bench.plant.target(TOY).log.get(move["id"]).status == "stopped"
+    found = await bench.client.get(f"{TOY}/moves/{move['id']}")
+    assert found.json()["status"] == "stopped"
+    assert (await bench.post(f"{TOY}/stop")).json()["toys"][0]["state"] == "confirmed"
     assert (await bench.post(f"{TOY}/commands/halt")).json()["confirmed"]
 
 
