@@ -146,13 +146,14 @@ def configuration(
     groups: Mapping[str, Sequence[str]] = GROUPS,
     options: str = "",
     body_options: str = "",
+    server: str = "allow_endless_moves = true",
 ) -> str:
     """The TOML of a plant whose lines are all alike."""
     body_tables = ", ".join(f'{{id = "{body:02X}"{body_options and ", "}{body_options}}}' for body in bodies)
     group_tables = ", ".join(
         f'{{id = "{group}", members = {list(members)}}}' for group, members in groups.items()
     )
-    return "[server]\nallow_endless_moves = true\n" + "\n".join(
+    return f"[server]\n{server}\n" + "\n".join(
         f'[[lines]]\nid = "{line}"\naddress = "tcp://127.0.0.1:{number + 1}"\n'
         f"bodies = [{body_tables}]\ngroups = [{group_tables}]\n{options}\n"
         for number, line in enumerate(lines)
@@ -170,10 +171,11 @@ async def rig(
     settings: LinkSettings | None = None,
     options: str = "",
     body_options: str = "",
+    server: str = "allow_endless_moves = true",
     seed: int = 0,
 ) -> AsyncIterator[Rig]:
     """Start a plant and wait until its lines are ready; `present` bodies answer, by default all."""
-    config = parse(configuration(lines, bodies, groups, options, body_options), "test.toml")
+    config = parse(configuration(lines, bodies, groups, options, body_options, server), "test.toml")
     there = bodies if present is None else present
     wires = {
         line.address: Wire(build_line(there, 0.0, settings=settings, seed=seed), baud)
