@@ -270,7 +270,7 @@ class Spoken(BaseModel):
         return self
 
     def _given(self) -> frozenset[str]:
-        return frozenset([name for name, value in self.__dict__.items() if value is not None])
+        return frozenset([name for name in self.__pydantic_fields__ if self.__dict__[name] is not None])
 
     @classmethod
     def usage(cls) -> list[str]:

@@ -12,10 +12,11 @@ from api.common.results import StopResult
 from api.robots.paths import RobotId, UnitNumber, robot_of, unit_of
 from api.stops import StopBody, perform_stop
 from gateway.core.port import LineState
+from gateway.fics.axes import Coordinates
 from gateway.fics.family import Fics
 from gateway.fics.robot import Robot
 from gateway.fics.system_errors import RobotErrorRecord
-from gateway.fics.units import Coordinates, RobotUnit, UnknownReason
+from gateway.fics.units import RobotUnit, UnknownReason
 from gateway.operations import robots
 from gateway.operations.commands import do
 from protocols.fics.alarms import ResetErrors
@@ -272,7 +273,7 @@ def _info(robot: Robot) -> RobotInfo:
 
 def _unit_info(unit: RobotUnit) -> UnitInfo:
     return UnitInfo(
-        robot_id=unit.robot.id,
+        robot_id=unit.robot_id,
         number=unit.number,
         axes=_axes(unit, unit.axes),
         motor_axes=_axes(unit, unit.motor_axes),

@@ -48,7 +48,7 @@ class RobotTarget(Target):
             raise InvalidRequest(
                 f"unit: {self.robot.id} has several units; nothing was sent.", "Say on which."
             )
-        return await UnitTarget(self.robot.units[0], self._moves).start(command)
+        return await UnitTarget(self.robot, self.robot.units[0], self._moves).start(command)
 
     def stop(self, mode: StopMode) -> "asyncio.Task[Stopped]":
         """Stop all axes: a robot knows no stop of a single unit."""
@@ -67,8 +67,8 @@ class RobotTarget(Target):
 class UnitTarget(RobotTarget):
     """A unit of a robot."""
 
-    def __init__(self, unit: RobotUnit, moves: RobotMoves) -> None:
-        super().__init__(unit.robot, moves)
+    def __init__(self, robot: Robot, unit: RobotUnit, moves: RobotMoves) -> None:
+        super().__init__(robot, moves)
         self.unit = unit
         self.address = unit.address
         self.path = f"/robots/{unit.address}"

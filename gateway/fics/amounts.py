@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel
-from gateway.fics.units import RobotUnit
+from gateway.fics.axes import UnitAxes
 from protocols.fics.notation import AxisName, Number, Quantity, SpeedNumber
 from protocols.fics.row import FicsCommand
 from protocols.wording import sentence
@@ -50,7 +50,7 @@ class AxisValue(BaseModel):
     unit: str = Field(description="mm, pulse or degree; mm/s, kpps or rpm.")
 
 
-def in_order(field: str, unit: RobotUnit, names: Sequence[str], given: Mapping[str, V]) -> list[V | None]:
+def in_order(field: str, unit: UnitAxes, names: Sequence[str], given: Mapping[str, V]) -> list[V | None]:
     """Put values given by name into the order of the axes; null stands for an axis that is not named.
 
     :raises InvalidRequest: there is no such axis.
@@ -64,7 +64,7 @@ def in_order(field: str, unit: RobotUnit, names: Sequence[str], given: Mapping[s
 
 
 def numbers(
-    field: str, unit: RobotUnit, names: Sequence[str], given: Mapping[str, Measured]
+    field: str, unit: UnitAxes, names: Sequence[str], given: Mapping[str, Measured]
 ) -> list[float | None]:
     """The bare numbers in the order of the axes.
 
@@ -77,7 +77,7 @@ def numbers(
     return in_order(field, unit, names, bare)
 
 
-def _require_unit(field: str, unit: RobotUnit, axis: str, measured: Measured) -> None:
+def _require_unit(field: str, unit: UnitAxes, axis: str, measured: Measured) -> None:
     system = unit.systems[axis]
     expected = system.unit(measured.quantity)
     if measured.unit != expected:

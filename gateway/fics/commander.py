@@ -20,7 +20,7 @@ from protocols.fics.alarms import (
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.positions import EndPositionUpload
-from protocols.fics.row import FicsCommand
+from protocols.fics.row import FicsCommand, WhenAnswered
 from protocols.fics.system import HostMode
 from protocols.table import Reply
 
@@ -34,25 +34,25 @@ async def _unheeded(_: str) -> None:
     """Nobody keeps errors of the system."""
 
 
-class Dialogue:
-    """What is said to a robot, a command at a time; whoever speaks holds the line's floor."""
+class Commander:
+    """What is said to a robot, a command at a time, with the line's sequence lock held."""
 
     def __init__(self, robot_id: str, line: FicsLine) -> None:
-        self._robot_id = robot_id
-        self._line = line
+        self.robot_id = robot_id
+        self.line = line
         self._asked_after = 0
         """What `FicsLine.unheard` was when the error was last asked for."""
         self._older_may_hide = False
         """Whether the last answer was an error that stands: behind it an older refusal may still wait."""
         self.on_error: Callable[[str], Awaitable[None]] = _unheeded
-        """Told every error of the system that is read, with the floor held."""
+        """Told every error of the system that is read, with the sequence lock held."""
         self.on_alarm: Callable[[], object] = lambda: None
         """Told that a motion was refused because an error stands which nobody has read."""
 
     async def say(
         self,
         command: FicsCommand[Any],
-        epoch: int,
+        epoch: int | None = None,
         *,
         expires_at: float | None = None,
         fresh: bool = False,
@@ -60,17 +60,22 @@ class Dialogue:
     ) -> Outcome:
         """Send a command that starts no move, unless there was a stop after `epoch`, or it comes too late.
 
+        Without an `epoch` it is that of now.
+
         No copy of an earlier answer is taken for one that has to be `fresh`, or is the last of a `proof`.
         """
-        if not command.is_query():
+        is_query = command.answered is WhenAnswered.ALWAYS
+        if epoch is None:
+            epoch = self.line.stop_epoch
+        if not is_query:
             await self.clear_error()
-        exchange = self._line.exchange(command, Lane.READ if command.is_query() else Lane.COMMAND)
+        exchange = self.line.exchange(command, Lane.READ if is_query else Lane.COMMAND)
         exchange.epoch, exchange.expires_at = epoch, expires_at
         exchange.fresh, exchange.proves = fresh or proof is not None, proof
         outcome = await self._submit(exchange)
         if isinstance(outcome, Answered) and not outcome.confirmed:
             outcome = await self._verdict(exchange)
-        elif isinstance(outcome, NoReply) and command.blocked and self._line.mode == HostMode.VER_2:
+        elif isinstance(outcome, NoReply) and command.blocked and self.line.mode == HostMode.VER_2:
             outcome = await self._why_unanswered(exchange, outcome)
         if isinstance(outcome, Failure):
             await self._heed(outcome.error)
@@ -79,9 +84,9 @@ class Dialogue:
     async def _submit(self, exchange: Exchange) -> Outcome:
         """Give what becomes of an exchange; it is taken back if nobody waits for that any more."""
         try:
-            return await self._line.submit(exchange)
+            return await self.line.submit(exchange)
         except asyncio.CancelledError:
-            self._line.withdraw(exchange, _forsaken())
+            self.line.withdraw(exchange, _forsaken())
             raise
 
     async def prepare(
@@ -97,7 +102,7 @@ class Dialogue:
         :raises NotSent: there was no answer, so what was to follow was not sent.
         :raises GatewayError: it was refused, or not sent itself.
         """
-        outcome = await self.say(command, self._line.stop_epoch, fresh=fresh, proof=proof)
+        outcome = await self.say(command, fresh=fresh, proof=proof)
         if isinstance(outcome, NoReply):
             raise unanswered
         replies = self.answered(command, outcome).replies
@@ -119,7 +124,7 @@ class Dialogue:
 
         :raises NotProved: the proof does not hold any more; it was not written.
         """
-        exchange = self._line.exchange(command, Lane.COMMAND)
+        exchange = self.line.exchange(command, Lane.COMMAND)
         exchange.epoch, exchange.expires_at, exchange.needs = epoch, expires_at, proof
         written: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
@@ -128,15 +133,15 @@ class Dialogue:
             on_written(now)
 
         exchange.on_written = note
-        outcome = self._line.submit(exchange)
+        outcome = self.line.submit(exchange)
         try:
             await _either(written, outcome)
         except asyncio.CancelledError:
-            self._line.withdraw(exchange, _forsaken())
+            self.line.withdraw(exchange, _forsaken())
             raise
         if outcome.done() and isinstance(error := outcome.result(), NotProved):
             raise error
-        if self._line.mode == HostMode.VER_2 and written.done():
+        if self.line.mode == HostMode.VER_2 and written.done():
             outcome = await self._silent_outcome(exchange)
         outcome.add_done_callback(self._heed_alarm)
         return exchange, outcome
@@ -148,12 +153,12 @@ class Dialogue:
 
         :raises GatewayError: it was not told.
         """
-        exchange = self._line.exchange(TakeCurrentError(), Lane.READ)
+        exchange = self.line.exchange(TakeCurrentError(), Lane.READ)
         asked_after = self._asked_after
 
         def written(_: float) -> None:
             nonlocal asked_after
-            asked_after = self._line.unheard
+            asked_after = self.line.unheard
 
         exchange.on_written = written
         reply = self.answered(exchange.command, await self._submit(exchange)).replies[0]
@@ -169,7 +174,7 @@ class Dialogue:
         It is that of the end of an upload where none is open. Gives what `FicsLine.unheard` is then, or None
         where it was not sent.
         """
-        exchange = self._line.exchange(EndPositionUpload(), Lane.COMMAND)
+        exchange = self.line.exchange(EndPositionUpload(), Lane.COMMAND)
         outcome = await self._submit(exchange)
         return exchange.unheard if isinstance(outcome, Answered) else None
 
@@ -183,7 +188,7 @@ class Dialogue:
         :raises GatewayError: they were not told.
         """
         query = GetErrorDetail()
-        outcome = await self._submit(self._line.exchange(query, Lane.READ))
+        outcome = await self._submit(self.line.exchange(query, Lane.READ))
         reply = self.answered(query, outcome).replies[0]
         return reply if isinstance(reply, ErrorDetail) else None
 
@@ -192,7 +197,7 @@ class Dialogue:
 
         :raises NotSent: the robot did not tell its error, so the next command must not be sent.
         """
-        if self._line.mode == HostMode.VER_2 and self._line.unheard != self._asked_after:
+        if self.line.mode == HostMode.VER_2 and self.line.unheard != self._asked_after:
             await self._must_take_error()
 
     async def see_error(self) -> None:
@@ -200,7 +205,7 @@ class Dialogue:
 
         :raises NotSent: the robot did not tell its error, so the motion must not be sent.
         """
-        if self._line.mode == HostMode.VER_2:
+        if self.line.mode == HostMode.VER_2:
             await self._must_take_error()
 
     async def _must_take_error(self) -> None:
@@ -208,7 +213,7 @@ class Dialogue:
             await self.take_error()
         except NoReply:
             raise NotSent(
-                f"Robot {self._robot_id} did not tell its last error, so nobody could tell whether it "
+                f"Robot {self.robot_id} did not tell its last error, so nobody could tell whether it "
                 "refuses the command; nothing was sent.",
                 "Try again.",
             ) from None
@@ -216,9 +221,9 @@ class Dialogue:
     def answered(self, command: FicsCommand[Any], outcome: Outcome) -> Answered:
         """Turn everything that is no answer into its error."""
         if isinstance(outcome, Refusal):
-            raise refused(self._robot_id, command, outcome.error)
+            raise refused(self.robot_id, command, outcome.error)
         if isinstance(outcome, Failure):
-            raise RobotFailed(self._robot_id, command.wire_name(), outcome.error)
+            raise RobotFailed(self.robot_id, command.wire_name(), outcome.error)
         if isinstance(outcome, GatewayError):
             raise outcome
         return outcome
@@ -236,7 +241,7 @@ class Dialogue:
         kind = lookup(error).kind
         if isinstance(command, ResetErrors):
             return _reset_told_by(error)
-        if self._line.stop_epoch != exchange.epoch:
+        if self.line.stop_epoch != exchange.epoch:
             return _nobody_knows(command)  # the error may be that of the stop
         if kind is ErrorKind.NONE:
             return Answered(confirmed=False)

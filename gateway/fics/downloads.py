@@ -1,16 +1,13 @@
 """Stored positions, read in parts whose answers are counted: a robot sends them without their numbers."""
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from gateway.core.errors import ControllerRefused, GarbledReply
 from gateway.core.lanes import Lane
+from gateway.fics.asking import Asking, Told, told_now
+from gateway.fics.axes import UnitAxes
 from gateway.fics.errors import RobotBusy
-from gateway.fics.shared_reads import Heard, heard_now
 from protocols.fics.positions import LAST_POSITION, DownloadPositions
-
-if TYPE_CHECKING:
-    from gateway.fics.units import RobotUnit
 
 PART = 16
 """So many positions are asked for at once: for so long nobody else is heard, the proof of a stop neither."""
@@ -20,7 +17,7 @@ NOT_SET = "E09"
 """So a robot may answer where the first number is not set (C-HOST manual 2-12), instead of POE alone."""
 
 
-async def download(unit: "RobotUnit", wanted: DownloadPositions, lane: Lane = Lane.READ) -> Heard:
+async def download(asking: Asking, unit: UnitAxes, wanted: DownloadPositions, lane: Lane = Lane.READ) -> Told:
     """Read stored positions in turn, up to the first number that is not set (C-HOST manual 2-19).
 
     That a robot ends there, even with more positions behind it, is an assumption.
@@ -29,32 +26,35 @@ async def download(unit: "RobotUnit", wanted: DownloadPositions, lane: Lane = La
     :raises GarbledReply: answers were lost or doubled again and again.
     :raises GatewayError: they were not read; the error says why.
     """
-    line, epoch = unit.robot.line, unit.robot.line.stop_epoch
+    line, epoch = asking.line, asking.line.stop_epoch
     first = wanted.first or 1
     last = min(first + (wanted.count or LAST_POSITION) - 1, LAST_POSITION)
-    parts: list[Heard] = []
+    parts: list[Told] = []
     while first <= last:
         if line.stop_epoch != epoch:
             raise RobotBusy(
-                f"A stop of {unit.robot.id} came first: not all of its positions were read.",
+                f"A stop of {unit.robot_id} came first: not all of its positions were read.",
                 "Read them again.",
             )
         count = min(PART, last - first + 1)
-        parts.append(await _part(unit, first, count, lane))
+        parts.append(await _part(asking, unit, first, count, lane))
         if len(parts[-1].replies) < count:
             break
         first += count
-    return Heard(tuple(reply for part in parts for reply in part.replies), parts[0].at)
+    return Told(tuple(reply for part in parts for reply in part.replies), parts[0].at)
 
 
-async def _part(unit: "RobotUnit", first: int, count: int, lane: Lane) -> Heard:
+async def _part(asking: Asking, unit: UnitAxes, first: int, count: int, lane: Lane) -> Told:
     """Read a part; fewer than `count` positions only where the table ends."""
     for _ in range(TRIES):
-        heard = await _ask(unit, first, count, lane)
-        if _is_doubtful(heard, count) and (await _ask(unit, first, count, lane)).replies != heard.replies:
+        heard = await _ask(asking, unit, first, count, lane)
+        if (
+            _is_doubtful(heard, count)
+            and (await _ask(asking, unit, first, count, lane)).replies != heard.replies
+        ):
             continue
         found = len(heard.replies)
-        if found == count or (found < count and await _ends_after(unit, first, found, lane)):
+        if found == count or (found < count and await _ends_after(asking, unit, first, found, lane)):
             return heard
     raise GarbledReply(
         f"Of the positions of {unit.address} from {first} on some answers were lost or doubled, so nobody "
@@ -64,20 +64,20 @@ async def _part(unit: "RobotUnit", first: int, count: int, lane: Lane) -> Heard:
     )
 
 
-def _is_doubtful(heard: Heard, count: int) -> bool:
+def _is_doubtful(heard: Told, count: int) -> bool:
     """Whether answers may be lost, doubled, or both: then the count is right, and neighbours are equal."""
     return len(heard.replies) != count or any(one == other for one, other in pairwise(heard.replies))
 
 
-async def _ends_after(unit: "RobotUnit", first: int, found: int, lane: Lane) -> bool:
+async def _ends_after(asking: Asking, unit: UnitAxes, first: int, found: int, lane: Lane) -> bool:
     """Whether the table ends after the positions that were found: the last is set, and the next is not."""
-    return not found or len((await _ask(unit, first + found - 1, 2, lane)).replies) == 1
+    return not found or len((await _ask(asking, unit, first + found - 1, 2, lane)).replies) == 1
 
 
-async def _ask(unit: "RobotUnit", first: int, count: int, lane: Lane) -> Heard:
+async def _ask(asking: Asking, unit: UnitAxes, first: int, count: int, lane: Lane) -> Told:
     try:
-        return await unit.robot.converse(DownloadPositions(first=first, count=count), unit.number, lane)
+        return await asking.ask(DownloadPositions(first=first, count=count), unit.number, lane)
     except ControllerRefused as refused:
         if refused.error_code != NOT_SET:
             raise
-        return heard_now()
+        return told_now()

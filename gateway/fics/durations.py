@@ -1,14 +1,16 @@
 """How long a move may take: from distances, speeds and acceleration times, never from a fixed patience."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, NamedTuple
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
+from gateway.fics.asking import Asking
+from gateway.fics.axes import Coordinates, Places
+from gateway.fics.units import RobotUnit
 from protocols.fics import motor_axes, speeds
 from protocols.fics.notation import AxisSystem
-
-if TYPE_CHECKING:
-    from gateway.fics.units import Coordinates, Places, RobotUnit
+from protocols.fics.row import FicsCommand
 
 PER_SECOND = {AxisSystem.MILLIMETRE: 1.0, AxisSystem.PULSE: 1000.0, AxisSystem.DEGREE: 6.0}
 """Units of position a second in mm/s, kpps and rpm (C-HOST manual 1-5)."""
@@ -17,25 +19,25 @@ SMOOTH = 2.0
 PATIENCE, PATIENCE_S = 1.5, 5.0
 """A move that takes longer than so many times its reckoning, and so much more, is told to be overdue."""
 
-ROWS = {
+ROWS: Final[Mapping[Coordinates, Sequence[FicsCommand[Any]]]] = {
     "user": (
-        speeds.GetMaximumSpeeds,
-        speeds.GetSpeedPercent,
-        speeds.GetAccelerationTimes,
-        speeds.GetDecelerationTimes,
+        speeds.GetMaximumSpeeds(),
+        speeds.GetSpeedPercent(),
+        speeds.GetAccelerationTimes(),
+        speeds.GetDecelerationTimes(),
     ),
     "motor": (
-        motor_axes.GetMotorMaximumSpeeds,
-        motor_axes.GetMotorSpeedPercent,
-        motor_axes.GetMotorAccelerationTimes,
-        motor_axes.GetMotorDecelerationTimes,
+        motor_axes.GetMotorMaximumSpeeds(),
+        motor_axes.GetMotorSpeedPercent(),
+        motor_axes.GetMotorAccelerationTimes(),
+        motor_axes.GetMotorDecelerationTimes(),
     ),
 }
 """What tells the maximum speeds, the percents of them and both times of user and of motor axes."""
 
 
-class AxisPace(NamedTuple):
-    """How fast an axis goes."""
+class AxisDuration(NamedTuple):
+    """How long an axis takes."""
 
     speed: float
     """Units of position a second."""
@@ -47,30 +49,46 @@ class AxisPace(NamedTuple):
         return distance / self.speed + self.ramps_s if distance else 0.0
 
 
-Paces = dict[str, AxisPace]
+AxisDurations = dict[str, AxisDuration]
 
 
-async def paces_of(unit: "RobotUnit", coordinates: "Coordinates") -> Paces:
-    """Read for a move how fast the axes of a unit go; what was read is kept until a setting is changed.
+class Durations:
+    """How fast the axes of a robot go, kept from when it was read until a setting may have changed."""
 
-    Empty where the robot does not tell it now.
-    """
-    if coordinates not in unit.paces:
-        try:
-            unit.paces[coordinates] = await _read(unit, coordinates)
-        except GatewayError:
-            return {}
-    return unit.paces[coordinates]
+    def __init__(self, asking: Asking) -> None:
+        self._asking = asking
+        self._read_at = 0
+        """What `Asking.settings_changed` was then."""
+        self._kept: dict[tuple[int, Coordinates], AxisDurations] = {}
+
+    async def longest_s(
+        self, unit: RobotUnit, coordinates: Coordinates, start: Places, target: Places
+    ) -> float | None:
+        """How long a move may take; None where a place or a speed is not known."""
+        return longest_s(start, target, await self._of(unit, coordinates))
+
+    async def _of(self, unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
+        """How fast the axes of a unit go; empty where the robot does not tell it now."""
+        if self._read_at != self._asking.settings_changed:
+            self._kept.clear()
+            self._read_at = self._asking.settings_changed
+        key = unit.number, coordinates
+        if key not in self._kept:
+            try:
+                self._kept[key] = await _read(unit, coordinates)
+            except GatewayError:
+                return {}
+        return self._kept[key]
 
 
-async def _read(unit: "RobotUnit", coordinates: "Coordinates") -> Paces:
+async def _read(unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
     rows = ROWS[coordinates]
-    top, percent, up, down = [await unit.robot.read(row(), unit.number, Lane.COMMAND) for row in rows]
+    top, percent, up, down = [await unit.read(row, Lane.COMMAND) for row in rows]
     told = zip(
         unit.names(coordinates), top.speeds, percent.percents, up.times_ms, down.times_ms, strict=False
     )
     return {
-        axis: AxisPace(
+        axis: AxisDuration(
             speed * PER_SECOND[unit.systems[axis]] * share / 100, SMOOTH * (up_ms + down_ms) / 1000
         )
         for axis, speed, share, up_ms, down_ms in told
@@ -78,12 +96,12 @@ async def _read(unit: "RobotUnit", coordinates: "Coordinates") -> Paces:
     }
 
 
-def longest_s(start: "Places", target: "Places | None", paces: Paces) -> float | None:
+def longest_s(start: Places, target: Places | None, axes: AxisDurations) -> float | None:
     """How long a move may take; None where a place or a speed is not known."""
     longest = 0.0
     for axis, wanted in (target or {}).items():
-        place, pace = start.get(axis), paces.get(axis)
-        if wanted is None or place is None or pace is None:
+        place, duration = start.get(axis), axes.get(axis)
+        if wanted is None or place is None or duration is None:
             return None
-        longest = max(longest, pace.seconds(abs(wanted - place)))
+        longest = max(longest, duration.seconds(abs(wanted - place)))
     return round(longest, 3) if target else None

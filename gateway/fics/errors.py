@@ -74,14 +74,6 @@ class ErrorStands(NotSent):
     retryable = False
 
 
-class PowerCycled(NotSent):
-    """The robot has been switched off and on: speeds and homing are gone, and somebody has to know."""
-
-    kind = "power-cycled"
-    title = "The robot has lost its power"
-    retryable = False
-
-
 class SpeedsNotRestored(NotSent):
     """After a loss of power the robot has not taken its speeds back: it would move at full speed."""
 

@@ -13,12 +13,12 @@ from gateway.core.stops import Report, StopMode
 from gateway.core.targets import Replies, Target
 from gateway.fics import config
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
+from gateway.fics.axes import UnitAxes
 from gateway.fics.jogs import JogSession
 from gateway.fics.line import FicsLine
 from gateway.fics.move_record import RobotMove
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
-from gateway.fics.units import RobotUnit
 from gateway.fics.watch import watch
 from protocols.fics.commands import ROWS, Row, of_the_robot
 from protocols.fics.jog import StartJog
@@ -70,12 +70,13 @@ class Fics(Family):
             late_reply_s=table.late_reply_s,
             rng=self.site.rng,
         )
-        robot = Robot(it.id, it.name or "", line, self._publish, poll_interval_s=table.poll_interval_s)
-        robot.units += [
-            RobotUnit(robot, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.systems)
+        units = [
+            UnitAxes(it.id, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.systems)
             for unit in it.units
         ]
-        self._robots[robot.id] = robot
+        self._robots[it.id] = Robot(
+            it.id, it.name or "", line, units, self._publish, poll_interval_s=table.poll_interval_s
+        )
         return line
 
     def _publish(self, kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
@@ -105,7 +106,7 @@ class Fics(Family):
             return RobotTarget(robot, self.moves)
         if len(of_robot) != 2 or of_robot[0] != "units" or not of_robot[1].isdecimal():
             raise NotFound(f"There is no /{collection}/{'/'.join(names)}; nothing was sent.")
-        return UnitTarget(robot.unit(int(of_robot[1])), self.moves)
+        return UnitTarget(robot, robot.unit(int(of_robot[1])), self.moves)
 
     def link_of(self, line_id: str) -> Target:
         """Nobody stands between a line and its robot."""

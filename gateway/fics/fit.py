@@ -3,15 +3,15 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
+from gateway.fics.axes import UnitAxes
 from gateway.fics.settings import SETTINGS, Row, Setting
-from gateway.fics.units import RobotUnit
 from protocols.fics.jog import StartJog, StepAxis, StopJog
 from protocols.fics.row import FicsCommand
 
 _SETTINGS: Final[Mapping[Row, Setting]] = {setting.write: setting for setting in SETTINGS.values()}
 
 
-def require_fit(unit: RobotUnit, command: FicsCommand[Any]) -> None:
+def require_fit(unit: UnitAxes, command: FicsCommand[Any]) -> None:
     """Refuse what the unit cannot take, whatever its state; coordinates of moves are looked at with the move.
 
     :raises InvalidRequest: more values than axes, no such axis, or a fraction of a pulse.

@@ -2,20 +2,22 @@
 
 import asyncio
 import secrets
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from gateway.core.errors import ControllerRefused, GatewayError, NotFound
 from gateway.core.lanes import Lane
 from gateway.core.records import Record
+from gateway.fics.axes import unit_of
 from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected
+from gateway.fics.motion_state import Tell
+from gateway.fics.motions import Accepted, Motions
+from gateway.fics.units import RobotUnit
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.system import HostMode
-
-if TYPE_CHECKING:
-    from gateway.fics.robot import Accepted, Robot
 
 HEARTBEAT_S = 0.5
 """A heartbeat comes at most so long after the one before, or the axis is stopped."""
@@ -67,8 +69,19 @@ class _Running:
 class Jogs:
     """The JOG sessions of a robot."""
 
-    def __init__(self, robot: "Robot") -> None:
-        self._robot = robot
+    def __init__(
+        self,
+        units: Sequence[RobotUnit],
+        motions: Motions,
+        tell: Tell,
+        stop_robot: Callable[[], Awaitable[object]],
+    ) -> None:
+        self._units = units
+        self._motions = motions
+        self._line, self._robot_id = motions.line, motions.commander.robot_id
+        self._tell = tell
+        self._stop_robot = stop_robot
+        """Called when an axis does not stop."""
         self._running: dict[str, _Running] = {}
         self._unsettled: dict[str, JogSession] = {}
         """From before its start is sent until the axis is seen to stand still."""
@@ -86,18 +99,17 @@ class Jogs:
         :raises NotSent: it was not sent; the error says why.
         :raises JogOver: it was stopped before it was answered.
         """
-        robot = self._robot
-        robot.line.admission.require()
+        self._line.admission.require()
         self._require_settled(unit, axis)
         loop = asyncio.get_running_loop()
         command = StartJog(axis=axis, direction=direction)
         session = JogSession(id=secrets.token_hex(8), unit=unit, axis=axis, direction=direction)
         self._unsettled[session.id] = session
         try:
-            accepted = await robot.begin(
+            accepted = await self._motions.begin(
                 command,
                 unit,
-                epoch=robot.line.stop_epoch,
+                epoch=self._line.stop_epoch,
                 expires_at=loop.time() + START_WITHIN_S,
                 on_written=lambda _: self._begun(session),
             )
@@ -111,7 +123,7 @@ class Jogs:
         """Refuse to start an axis while the end of another JOG could stop it."""
         for other in self._unsettled_with(unit, axis):
             raise RobotBusy(
-                f"The JOG of axis {other.axis} of unit {unit} of {self._robot.id} is not over: the axis was "
+                f"The JOG of axis {other.axis} of unit {unit} of {self._robot_id} is not over: the axis was "
                 "not seen to stand still since; nothing was sent.",
                 "Try again when it stands still.",
             )
@@ -119,22 +131,22 @@ class Jogs:
     def _begun(self, session: JogSession) -> None:
         """The axis may move from now on, answered or not."""
         until, alarm = self._await_heartbeat(session)
-        rest = asyncio.create_task(self._rests(session), name=f"JOG of {self._robot.id}")
+        rest = asyncio.create_task(self._rests(session), name=f"JOG of {self._robot_id}")
         rest.add_done_callback(lambda task: None if task.cancelled() else self._rested(session))
         self._running[session.id] = _Running(session, until, alarm, rest)
-        self._robot.publish("robot.jog.started", session.model_dump())
+        self._tell("robot.jog.started", session.model_dump())
 
     def _await_heartbeat(self, session: JogSession) -> tuple[float, asyncio.TimerHandle]:
         loop = asyncio.get_running_loop()
         until = loop.time() + HEARTBEAT_S
         return until, loop.call_at(until, self._missed, session)
 
-    async def _hear(self, session: JogSession, command: StartJog, accepted: "Accepted") -> None:
+    async def _hear(self, session: JogSession, command: StartJog, accepted: Accepted) -> None:
         """Wait for the answer, which comes at once; in Ver.2 there is only one where it was refused."""
-        if self._robot.mode == HostMode.VER_2 and not accepted.outcome.done():
+        if self._line.mode == HostMode.VER_2 and not accepted.outcome.done():
             return
         try:
-            self._robot.dialogue.answered(command, await accepted.outcome)
+            self._motions.commander.answered(command, await accepted.outcome)
         except GatewayError as error:
             if session.id in self._running and error.moved == "no":
                 self._leave(session, "ended")
@@ -151,13 +163,13 @@ class Jogs:
         :raises JogOver: the axis is being stopped, or stands still.
         :raises JogOutOfReach: nobody can keep it, or stop it; the session is lost as if none had come.
         """
-        self._robot.line.admission.revise()
+        self._line.admission.revise()
         self._end_overdue(session_id)
         running = self._find(session_id)
-        if not self._robot.online:
+        if not self._line.online:
             session = running.session
             raise JogOutOfReach(
-                f"Robot {self._robot.id} is out of reach: axis {session.axis} of unit {session.unit} may go "
+                f"Robot {self._robot_id} is out of reach: axis {session.axis} of unit {session.unit} may go "
                 "on moving, and no software can stop it until the robot answers again.",
                 "Use the hardware stop.",
             )
@@ -196,7 +208,7 @@ class Jogs:
         """
         sessions = self._unsettled_with(unit, axis)
         if not all(map(self._was_sent, sessions)):
-            self._robot.line.begin_stop()  # a start that waits must not follow the stop
+            self._line.begin_stop()  # a start that waits must not follow the stop
         sent = [session for session in sessions if self._was_sent(session)]
         for session in sent:
             if session.id in self._running:
@@ -210,14 +222,14 @@ class Jogs:
 
     async def _stop_unknown(self, unit: int, axis: str) -> None:
         """Stop an axis that has no session: the robot may jog it for an earlier life of the gateway."""
-        robot, command = self._robot, StopJog(axis=axis)
-        if robot.selection.unit == unit:
-            outcome = await robot.send_stop(command)
+        line, command = self._line, StopJog(axis=axis)
+        if self._motions.selection.unit == unit:
+            outcome = await line.submit(line.exchange(command, Lane.STOP))
         else:
-            async with robot.line.floor.held(Lane.STOP):
+            async with line.floor.held(Lane.STOP):
                 await self._select(unit, axis)
-                outcome = await robot.send_stop(command)
-        robot.dialogue.answered(command, outcome)
+                outcome = await line.submit(line.exchange(command, Lane.STOP))
+        self._motions.commander.answered(command, outcome)
         loop = asyncio.get_running_loop()
         patient_until = loop.time() + STILL_WITHIN_S
         while not await self._stands_still(unit, axis):
@@ -227,14 +239,14 @@ class Jogs:
 
     def _not_seen_still(self, unit: int, axis: str) -> RobotBusy:
         return RobotBusy(
-            f"JOG {axis} was sent to unit {unit} of {self._robot.id}, but the axis was not seen to stand "
+            f"JOG {axis} was sent to unit {unit} of {self._robot_id}, but the axis was not seen to stand "
             "still.",
             "Stop the whole robot if it must not move.",
         )
 
     async def _select(self, unit: int, axis: str) -> None:
         try:
-            await self._robot.selection.make(unit, afresh=False)  # in motion it does not tell
+            await self._motions.selection.make(unit, afresh=False)  # in motion it does not tell
         except (RobotBusy, ControllerRefused, UnitNotSelected) as error:
             raise UnitNotSelected(
                 f"Axis {axis} of unit {unit} was not stopped, for JOG {axis} might stop another unit's: "
@@ -300,7 +312,7 @@ class Jogs:
         """Return when the axis stands still though nobody has stopped it."""
         looks = 0
         while looks < STILL_LOOKS:
-            await asyncio.sleep(self._robot.poll_interval_s)
+            await asyncio.sleep(self._motions.poll_interval_s)
             looks = looks + 1 if await self._stands_still(session.unit, session.axis) else 0
 
     def _rested(self, session: JogSession) -> None:
@@ -311,7 +323,7 @@ class Jogs:
     def _end(self, session: JogSession, ends_as: JogEnd) -> None:
         """Begin the end of a session that runs, which is done once: its axis may still move."""
         self._leave(session, ends_as)
-        self._robot.publish("robot.jog.stopping", session.model_dump())
+        self._tell("robot.jog.stopping", session.model_dump())
 
     def _leave(self, session: JogSession, ends_as: JogEnd) -> None:
         running = self._running.pop(session.id)
@@ -326,20 +338,20 @@ class Jogs:
         """Its axis was seen to stand still, or has never moved: only now it is over."""
         if session.state == "stopping" and session.ends_as is not None:
             session.state = session.ends_as
-            self._robot.publish(f"robot.jog.{session.state}", session.model_dump())
+            self._tell(f"robot.jog.{session.state}", session.model_dump())
 
     def _stop_axis(self, session: JogSession) -> "asyncio.Task[None]":
         """Stop the axis of a session that has ended; a second stop joins the first."""
         if session.id in self._stopping:
             return self._stopping[session.id]
         self._send_stop(session)
-        task = asyncio.create_task(self._see_still(session), name=f"end of a JOG of {self._robot.id}")
+        task = asyncio.create_task(self._see_still(session), name=f"end of a JOG of {self._robot_id}")
         self._stopping[session.id] = task
         task.add_done_callback(lambda _: self._stopping.pop(session.id))
         return task
 
     def _send_stop(self, session: JogSession) -> None:
-        line = self._robot.line
+        line = self._line
         try:
             line.submit(line.exchange(StopJog(axis=session.axis), Lane.STOP))
         except GatewayError:
@@ -360,8 +372,8 @@ class Jogs:
                     if session.id in self._unsettled:
                         self._send_stop(session)
         except TimeoutError:
-            self._robot.publish("robot.jog.not_stopped", session.model_dump())
-            await self._robot.stop("immediate")
+            self._tell("robot.jog.not_stopped", session.model_dump())
+            await self._stop_robot()
 
     def _settle(self, session: JogSession) -> None:
         """The axis of a session stands still, or was never told to move."""
@@ -370,16 +382,16 @@ class Jogs:
         self._end_motion()
 
     def _end_motion(self) -> None:
-        """Tell the robot when the last axis stands still."""
-        if not self._unsettled and isinstance(self._robot.motion, StartJog):
-            self._robot.end_motion()
+        """End the motion when the last axis stands still."""
+        if not self._unsettled and self._motions.state.jogs:
+            self._motions.end()
 
     def _was_sent(self, session: JogSession) -> bool:
         return session.id in self._running or session.state != "jogging"
 
     async def _stands_still(self, unit: int, axis: str) -> bool:
         try:
-            axes = await self._robot.unit(unit).status(Lane.PROOF)  # no read of others wears out patience
+            axes = await unit_of(self._units, unit).status(Lane.PROOF)  # no read of others wears out patience
         except GatewayError:
             return False
         return not any(axes[motor].moving for motor in self._motors(unit, axis))
@@ -395,6 +407,6 @@ class Jogs:
 
         :raises InvalidRequest: the unit has no such axis.
         """
-        axes = self._robot.unit(unit)
+        axes = unit_of(self._units, unit)
         axes.require_axis(axis)
         return set(axes.motors_behind(axis) or axes.motor_axes)

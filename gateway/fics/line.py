@@ -7,7 +7,16 @@ from collections.abc import Callable
 from typing import Any
 
 from gateway.core.carrier import Carrier
-from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, NotSent, QueueFull
+from gateway.core.errors import (
+    Cancelled,
+    Expired,
+    GarbledReply,
+    GatewayError,
+    InvalidRequest,
+    NoReply,
+    NotSent,
+    QueueFull,
+)
 from gateway.core.lanes import Lane
 from gateway.core.port import LineState
 from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
@@ -24,6 +33,7 @@ from protocols.fics.system import (
     SetCommunicationMode,
     SystemVersion,
 )
+from protocols.table import Effect
 from transports.base import Transport
 
 log = logging.getLogger(__name__)
@@ -98,7 +108,7 @@ class FicsLine(Carrier[Exchange, Frame]):
     @property
     def uploading(self) -> bool:
         """Whether an upload of positions is open."""
-        return self._talk.uploading
+        return self._talk.upload.is_open
 
     @property
     def stops(self) -> int:
@@ -241,10 +251,14 @@ class FicsLine(Carrier[Exchange, Frame]):
     def submit(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
         """Queue an exchange; the future gives what became of it and never raises.
 
+        :raises InvalidRequest: it is a motion, and nothing is proved of what that depends on.
         :raises LineDown: the port is not open; nothing was queued.
         :raises RobotOffline: the robot does not answer (stops are sent nevertheless).
         :raises NotSent: the robot is being set up, and that takes long (stops are sent nevertheless).
         """
+        if exchange.command.effect is Effect.MOTION and exchange.needs is None:
+            name = exchange.command.wire_name()
+            raise InvalidRequest(f"{name} starts a move; nothing was sent.", "Start a move.")
         if not self._open:
             raise self._down()
         if not self._talk.online and exchange.lane is not Lane.STOP:
@@ -306,7 +320,7 @@ class FicsLine(Carrier[Exchange, Frame]):
 
     def doubt_upload(self) -> None:
         """A stop was refused as it is in an upload: the end of one goes before the next stop, to be sure."""
-        self._talk.doubt_upload()
+        self._talk.upload.doubt()
 
     def give_up(self, motion: Exchange) -> None:
         """A motion is seen to have ended without its answer."""

@@ -4,13 +4,14 @@ from typing import Any, Final, Literal
 
 from pydantic import Field
 
+from gateway.core.errors import InvalidRequest
 from gateway.core.move_record import MoveRecord
-from gateway.fics.units import Coordinates
+from gateway.fics.axes import Coordinates, UnitAxes
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis
 from protocols.fics.macros import RunMacro
 from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
-from protocols.fics.moves import MoveAbsolute, MoveRelative, MoveToPosition
+from protocols.fics.moves import AxesMove, MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.row import FicsCommand
 
 RobotMoveKind = Literal["absolute", "relative", "position", "home", "step", "macro"]
@@ -56,3 +57,16 @@ class RobotMove(MoveRecord):
     completion: Literal["reply", "inferred"] | None = Field(
         default=None, description="Whether the robot has answered the move or was seen to have come to rest."
     )
+
+
+def check(unit: UnitAxes, command: FicsCommand[Any]) -> None:
+    """Refuse what the unit cannot do whatever its state.
+
+    :raises InvalidRequest: no move, more axes than there are, no such axis, or a fraction of a pulse.
+    """
+    if type(command) not in KINDS:
+        raise InvalidRequest(f"{command.wire_name()} starts no move; nothing was sent.")
+    if isinstance(command, StepAxis):
+        unit.require_axis(command.axis)
+    if isinstance(command, AxesMove):
+        unit.require_values(unit.coordinates_of(command), command.coordinates)

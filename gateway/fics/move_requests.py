@@ -6,7 +6,7 @@ from pydantic import Field
 
 from gateway.core.records import RequestModel
 from gateway.fics.amounts import Amounts, build, numbers
-from gateway.fics.units import Coordinates, RobotUnit
+from gateway.fics.axes import Coordinates, UnitAxes
 from protocols.fics import motor_axes, moves
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis, Steps
@@ -36,7 +36,7 @@ class _AxesMoveRequest(_RobotMoveRequest):
     )
     axes: Amounts = Field(min_length=1, description="By name; an axis that is not named stays where it is.")
 
-    def _built(self, row: MotionRow, unit: RobotUnit) -> FicsCommand[Any]:
+    def _built(self, row: MotionRow, unit: UnitAxes) -> FicsCommand[Any]:
         names = unit.names(self.coordinates)
         return build("axes", row, coordinates=numbers("axes", unit, names, self.axes))
 
@@ -46,7 +46,7 @@ class RobotAbsoluteMoveRequest(_AxesMoveRequest):
 
     kind: Literal["absolute"]
 
-    def command(self, unit: RobotUnit) -> FicsCommand[Any]:
+    def command(self, unit: UnitAxes) -> FicsCommand[Any]:
         """The robot's command for it."""
         return self._built(_ABSOLUTE[self.coordinates], unit)
 
@@ -56,7 +56,7 @@ class RobotRelativeMoveRequest(_AxesMoveRequest):
 
     kind: Literal["relative"]
 
-    def command(self, unit: RobotUnit) -> FicsCommand[Any]:
+    def command(self, unit: UnitAxes) -> FicsCommand[Any]:
         """The robot's command for it."""
         return self._built(_RELATIVE[self.coordinates], unit)
 
@@ -67,7 +67,7 @@ class RobotPositionMoveRequest(_RobotMoveRequest):
     kind: Literal["position"]
     position: PositionNumber = Field(description="Number of the position, 1-1999; it has to be set.")
 
-    def command(self, _: RobotUnit) -> FicsCommand[Any]:
+    def command(self, _: UnitAxes) -> FicsCommand[Any]:
         """The robot's command for it."""
         return moves.MoveToPosition(position=self.position)
 
@@ -77,7 +77,7 @@ class RobotHomeRequest(_RobotMoveRequest):
 
     kind: Literal["home"]
 
-    def command(self, _: RobotUnit) -> FicsCommand[Any]:
+    def command(self, _: UnitAxes) -> FicsCommand[Any]:
         """The robot's command for it."""
         return HomeRobot()
 
@@ -89,7 +89,7 @@ class RobotStepRequest(_RobotMoveRequest):
     axis: AxisName
     steps: Steps = Field(description="1-255 in either direction.")
 
-    def command(self, _: RobotUnit) -> FicsCommand[Any]:
+    def command(self, _: UnitAxes) -> FicsCommand[Any]:
         """The robot's command for it."""
         return StepAxis(axis=self.axis, steps=self.steps)
 

@@ -1,4 +1,4 @@
-"""The way of one move: sent at most once, followed to its end by what the robot itself says."""
+"""The run of one move: sent at most once, followed to its end by what the robot itself says."""
 
 import asyncio
 from collections.abc import Callable
@@ -13,20 +13,23 @@ from gateway.core.errors import (
     NoReply,
     NotExecuted,
     NotSent,
+    PowerCycled,
 )
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.silence import Silence
+from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.commander import in_time
-from gateway.fics.durations import PATIENCE, PATIENCE_S, longest_s, paces_of
-from gateway.fics.errors import PowerCycled, RobotFailed, refused
+from gateway.fics.durations import PATIENCE, PATIENCE_S, Durations
+from gateway.fics.errors import RobotFailed, refused
 from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.motion_state import Tell
+from gateway.fics.motions import Accepted, Motions
 from gateway.fics.move_record import RobotMove
 from gateway.fics.proofs import Finding
-from gateway.fics.robot import Accepted, Robot
 from gateway.fics.stops import OF_THE_END_BEFORE
 from gateway.fics.targets import require_known, target_of
-from gateway.fics.units import RobotUnit, at_rest, in_trouble
+from gateway.fics.units import RobotUnit
 from protocols.fics.homing import HomeRobot
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.moves import MoveToPosition
@@ -44,25 +47,32 @@ ANSWER_AFTER_REST_S = 0.5
 PROOF = Lane.PROOF
 """What proves how a move ends is asked before all that others want of the robot."""
 
-Advance = Callable[[RobotUnit, RobotMove, MoveStatus, GatewayError | None], None]
+Advance = Callable[[RobotMove, MoveStatus, GatewayError | None], None]
 
 
-class Journey:
+class MoveRun:
     """One move on its way; `advance` alone changes its status."""
 
     def __init__(
-        self, unit: RobotUnit, command: FicsCommand[Any], move: RobotMove, epoch: int, advance: Advance
+        self,
+        unit: RobotUnit,
+        command: FicsCommand[Any],
+        move: RobotMove,
+        motions: Motions,
+        durations: Durations,
+        advance: Advance,
+        publish: Tell,
     ) -> None:
-        self.unit = unit
-        self.robot = unit.robot
-        self.command = command
-        self.move = move
-        self.epoch = epoch
-        """The robot's stop epoch at admission."""
+        self._unit = unit
+        self._command = command
+        self._move = move
+        self._motions, self._line = motions, motions.line
+        self._durations = durations
+        self._advance_move, self._publish = advance, publish
+        self._epoch = self._line.stop_epoch
         self.begun: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
         """Known when the robot has taken the command, or why it has not."""
-        self._stops_before = self.robot.line.stops
-        self._report = advance
+        self._stops_before = self._line.stops
         self._overdue_at: float | None = None
         self._left: int | None = None
         """How often anything was unheard when a refusal was left unread, which a loss of power clears."""
@@ -75,10 +85,10 @@ class Journey:
         try:
             async with in_time(expires_at):
                 await self._know_the_way()
-            accepted = await self.robot.begin(
-                self.command,
-                self.unit.number,
-                epoch=self.epoch,
+            accepted = await self._motions.begin(
+                self._command,
+                self._unit.number,
+                epoch=self._epoch,
                 expires_at=expires_at,
                 on_written=self._sent,
             )
@@ -90,28 +100,28 @@ class Journey:
         try:
             await self._follow(accepted)
         finally:
-            self.robot.end_motion(accepted)
+            self._motions.end(accepted)
             self._tell(None)
 
     def _advance(self, status: MoveStatus, error: GatewayError | None = None) -> None:
-        self._report(self.unit, self.move, status, error)
+        self._advance_move(self._move, status, error)
 
     def _tell(self, refusal: GatewayError | None) -> None:
         if not self.begun.done():
             self.begun.set_result(refusal)
 
     def _sent(self, now: float) -> None:
-        if self.move.longest_s is not None:
-            self._overdue_at = now + PATIENCE * self.move.longest_s + PATIENCE_S
+        if self._move.longest_s is not None:
+            self._overdue_at = now + PATIENCE * self._move.longest_s + PATIENCE_S
         self._advance(MoveStatus.SENT)
 
     # before
 
     async def _know_the_way(self) -> None:
         """Know where the axes stand and should come to: what the move needs, and what proves its end."""
-        unit, move = self.unit, self.move
+        unit, move = self._unit, self._move
         try:
-            start = await self.unit.position(self.move.coordinates, Lane.COMMAND)
+            start = await unit.position(move.coordinates, Lane.COMMAND)
             stored = await self._stored()
         except NoReply as error:
             raise NotSent(
@@ -120,18 +130,18 @@ class Journey:
             ) from None
         move.start_position = move.position = start
         if None in start.values():
-            await self.robot.see_power()  # what has lost its power is not merely unhomed
-        move.target_position = target_of(unit, self.command, start, stored)
-        await require_known(unit, self.command, start, move.target_position)
+            await self._motions.see_power()  # what has lost its power is not merely unhomed
+        move.target_position = target_of(unit, self._command, start, stored)
+        await require_known(unit, self._command, start, move.target_position)
         if move.target_position:
-            paces = await paces_of(unit, move.coordinates)
-            move.longest_s = longest_s(start, move.target_position, paces)
+            target = move.target_position
+            move.longest_s = await self._durations.longest_s(unit, move.coordinates, start, target)
 
     async def _stored(self) -> list[float | None] | None:
         """The position it is to go to, if it goes by a number; the robot refuses one that is not set."""
-        if not isinstance(self.command, MoveToPosition):
+        if not isinstance(self._command, MoveToPosition):
             return None
-        return await self.unit.stored(self.command.position, Lane.COMMAND)
+        return await self._unit.stored(self._command.position, Lane.COMMAND)
 
     # on the way
 
@@ -145,41 +155,39 @@ class Journey:
             if at_rest(axes) and await self._rests_without_answer(accepted):
                 await self._infer(axes)
                 return
-            if self.move.status.final:
+            if self._move.status.final:
                 return
             if not accepted.outcome.done():
                 # Commands are taken in their order: with this answer a refusal would have come.
                 self._moves()
-            await asyncio.wait({accepted.outcome}, timeout=self.robot.poll_interval_s)
+            await asyncio.wait({accepted.outcome}, timeout=self._motions.poll_interval_s)
         await self._conclude(accepted.outcome.result())
 
     async def _leave_refusal(self) -> None:
         """In Ver.2, where no axis is homed, leave what a loss of power clears: nothing else tells of one."""
-        if not REFUSAL_SHOWS_POWER or self.robot.mode != HostMode.VER_2:
+        if not REFUSAL_SHOWS_POWER or self._line.mode != HostMode.VER_2:
             return
-        known = [place for place in (self.move.start_position or {}).values() if place is not None]
-        if not known and not isinstance(self.command, HomeRobot):
-            with suppress(GatewayError):
-                async with self.robot.line.floor.held(PROOF):
-                    self._left = await self.robot.dialogue.leave_refusal()
+        known = [place for place in (self._move.start_position or {}).values() if place is not None]
+        if not known and not isinstance(self._command, HomeRobot):
+            self._left = await self._motions.leave_refusal(PROOF)
 
     def _moves(self) -> None:
         """The axes were seen to move."""
-        if self.move.status is MoveStatus.SENT:
-            self.move.acknowledged_at = datetime.now(UTC)
+        if self._move.status is MoveStatus.SENT:
+            self._move.acknowledged_at = datetime.now(UTC)
             self._advance(MoveStatus.MOVING)
             self._tell(None)
         now = asyncio.get_running_loop().time()
         if self._overdue_at is not None and now > self._overdue_at:
             self._overdue_at = None
-            self.move.evidence.append("It takes longer than its distance and speed account for.")
-            told = {"move_id": self.move.id, "longest_s": self.move.longest_s}
-            self.robot.publish_of(self.unit, "robot.move.overdue", told, self.move.id)
+            self._move.evidence.append("It takes longer than its distance and speed account for.")
+            told = {"move_id": self._move.id, "longest_s": self._move.longest_s}
+            self._publish("robot.move.overdue", told)
 
     async def _rests_without_answer(self, accepted: Accepted) -> bool:
         """Whether the axes stand still for certain, and the answer, where there is one, stays away."""
-        begins_late = self.move.status is MoveStatus.SENT  # as it may
-        if begins_late or self.robot.mode != HostMode.VER_2:
+        begins_late = self._move.status is MoveStatus.SENT  # as it may
+        if begins_late or self._line.mode != HostMode.VER_2:
             await asyncio.wait({accepted.outcome}, timeout=ANSWER_AFTER_REST_S)
             if accepted.outcome.done():
                 return False
@@ -188,26 +196,27 @@ class Journey:
 
     async def _status(self) -> list[AxisStatus] | None:
         """What the axes do; None when the move is lost, or nobody could ask for too long."""
-        loop, line = asyncio.get_running_loop(), self.robot.line
-        silence = Silence(loop.time(), line.reply_timeout_s + line.late_reply_s + self.robot.poll_interval_s)
+        loop, line = asyncio.get_running_loop(), self._line
+        longest_s = line.reply_timeout_s + line.late_reply_s + self._motions.poll_interval_s
+        silence = Silence(loop.time(), longest_s)
         while not silence.too_long:
             axes = None
             try:
-                axes = list((await self.unit.status(PROOF)).values())
+                axes = list((await self._unit.status(PROOF)).values())
             except GatewayError as error:
                 silence.unanswered(loop.time(), silent=line.shows_silence(error))
-            if self.robot.power_cycled:
-                self._lost("power_cycled", _without_power(self.robot))
+            if self._motions.power.cycled:
+                self._lost("power_cycled", _without_power(self._move.robot_id))
                 return None
             if axes is not None:
                 return axes
             self._tell(None)  # its client need not wait for what nobody knows
-            await asyncio.sleep(self.robot.poll_interval_s)
+            await asyncio.sleep(self._motions.poll_interval_s)
         if silence.of_body:
-            self._lost(None, _gone(self.robot))
-        elif not self.move.status.final:
-            self.move.position = None
-            self._advance(MoveStatus.UNKNOWN, _out_of_reach(self.robot, silence))
+            self._lost(None, _gone(self._move.robot_id))
+        elif not self._move.status.final:
+            self._move.position = None
+            self._advance(MoveStatus.UNKNOWN, _out_of_reach(self._move.robot_id, silence))
         return None
 
     async def _come_to_rest(self) -> bool:
@@ -215,13 +224,13 @@ class Journey:
         axes = await self._status()
         while axes is not None and not at_rest(axes):
             self._moves()
-            await asyncio.sleep(self.robot.poll_interval_s)
+            await asyncio.sleep(self._motions.poll_interval_s)
             axes = await self._status()
         return axes is not None
 
     def _lost(self, cause: str | None, error: GatewayError) -> None:
-        if not self.move.status.final:
-            self.move.end_cause, self.move.position = cause, None
+        if not self._move.status.final:
+            self._move.end_cause, self._move.position = cause, None
             self._advance(MoveStatus.LOST, error)
 
     # the end
@@ -229,11 +238,11 @@ class Journey:
     async def _conclude(self, outcome: Outcome) -> None:
         """The robot has answered, or nobody will know its answer."""
         if isinstance(outcome, Refusal):
-            refusal = refused(self.robot.id, self.command, outcome.error)
+            refusal = refused(self._move.robot_id, self._command, outcome.error)
             self._advance(MoveStatus.REJECTED, refusal)
             self._tell(refusal)
         elif isinstance(outcome, Answered | Failure):
-            self.move.completion = "reply"
+            self._move.completion = "reply"
             if await self._come_to_rest():
                 await (self._failed(outcome.error) if isinstance(outcome, Failure) else self._ended())
         elif isinstance(outcome, NoReply):
@@ -244,16 +253,16 @@ class Journey:
 
     async def _infer(self, axes: list[AxisStatus]) -> None:
         """The axes stand still, and nothing more will be said about it."""
-        self.move.completion = "inferred"
-        self.move.evidence.append("The axes were seen to stand still twice (ACD).")
-        if self.robot.mode != HostMode.VER_2:
-            self.move.evidence.append("The answer of the robot stayed away.")
+        self._move.completion = "inferred"
+        self._move.evidence.append("The axes were seen to stand still twice (ACD).")
+        if self._line.mode != HostMode.VER_2:
+            self._move.evidence.append("The answer of the robot stayed away.")
         if await self._lost_power():
             return
-        told = await self.robot.errors_of_system.look()
-        if self._left == self.robot.line.unheard and told in OF_THE_END_BEFORE:
+        told = await self._motions.errors.look()
+        if self._left == self._line.unheard and told in OF_THE_END_BEFORE:
             self._power_kept = True
-            self.move.evidence.append(
+            self._move.evidence.append(
                 f"The refusal {told} was left unread, and no loss of power has cleared it."
             )
         await self._read_position()
@@ -265,26 +274,26 @@ class Journey:
     async def _lost_power(self) -> bool:
         """Whether the move is lost with the power; in Ver.3 the mode proves that it was kept."""
         try:
-            await self.robot.see_power()
+            await self._motions.see_power()
         except PowerCycled:
-            self._lost("power_cycled", _without_power(self.robot))
+            self._lost("power_cycled", _without_power(self._move.robot_id))
             return True
         except GatewayError as unseen:
-            self.move.evidence.append(unseen.detail)
+            self._move.evidence.append(unseen.detail)
         else:
-            self._power_kept = self.robot.mode != HostMode.VER_2
+            self._power_kept = self._line.mode != HostMode.VER_2
         return False
 
     async def _weigh(self, axes: list[AxisStatus]) -> None:
         """Nobody has stopped the axes: see what they tell of how it ended."""
-        error = self.robot.latched_error
+        error = self._motions.errors.latched
         if error is not None:
             await self._failed(error.code or "999", looked=True)
         elif any(map(in_trouble, axes)):
-            self._advance(MoveStatus.FAILED, _in_trouble(self.unit))
+            self._advance(MoveStatus.FAILED, _in_trouble(self._unit))
         elif self._finding().untouched():
-            self.move.end_cause = "not_executed"
-            self._advance(MoveStatus.FAILED, _lost_on_its_way(self.unit, self.move))
+            self._move.end_cause = "not_executed"
+            self._advance(MoveStatus.FAILED, _lost_on_its_way(self._unit, self._move))
         else:
             await self._ended()
 
@@ -293,60 +302,60 @@ class Journey:
         await self._read_position()
         finding = self._finding()
         if self._stopped() and not finding.on_target():
-            self.move.end_cause = "stop_command"
+            self._move.end_cause = "stop_command"
             self._advance(MoveStatus.STOPPED)
         elif finding.off_target():
-            self.move.end_cause = "position_mismatch"
-            self._advance(MoveStatus.FAILED, _missed(self.unit, self.move))
+            self._move.end_cause = "position_mismatch"
+            self._advance(MoveStatus.FAILED, _missed(self._unit, self._move))
         elif await self._is_proved(finding):
-            self.move.end_cause = "normal"
+            self._move.end_cause = "normal"
             self._advance(MoveStatus.SUCCEEDED)
-        elif not self.move.status.final:
-            self.move.evidence.append("Nothing proves how it has ended.")
-            self._advance(MoveStatus.UNKNOWN, _unproved(self.unit, self.move, ran=finding.ran()))
+        elif not self._move.status.final:
+            self._move.evidence.append("Nothing proves how it has ended.")
+            self._advance(MoveStatus.UNKNOWN, _unproved(self._unit, self._move, ran=finding.ran()))
 
     async def _failed(self, code: str, *, looked: bool = False) -> None:
         """With an error of the system: that of a stop, or one that came by itself."""
         await self._read_position()
         if not looked:
-            await self.robot.errors_of_system.look()
+            await self._motions.errors.look()
         if self._stopped():
-            self.move.end_cause = "stop_command"
+            self._move.end_cause = "stop_command"
             self._advance(MoveStatus.STOPPED)
         else:
-            self.move.end_cause = f"error_{code}"
-            self._advance(MoveStatus.FAILED, RobotFailed(self.robot.id, self.move.command, code))
+            self._move.end_cause = f"error_{code}"
+            self._advance(MoveStatus.FAILED, RobotFailed(self._move.robot_id, self._move.command, code))
 
     async def _resolve(self, error: NoReply) -> None:
         """The line was lost in the middle: let the axes tell, where they can prove it."""
         if not await self._come_to_rest():
             return
-        self.move.completion = "inferred"
+        self._move.completion = "inferred"
         await self._read_position()
         if self._finding().arrived():
-            self.move.evidence.append("The axes stand at the target.")
-            self.move.end_cause = "normal"
+            self._move.evidence.append("The axes stand at the target.")
+            self._move.end_cause = "normal"
             self._advance(MoveStatus.SUCCEEDED)
         else:
-            self.move.evidence.append("The axes stand still, which proves nothing.")
+            self._move.evidence.append("The axes stand still, which proves nothing.")
             self._advance(MoveStatus.UNKNOWN, error)
 
     # what positions prove
 
     async def _read_position(self) -> None:
         """A place that cannot be read is not known: the one before proves nothing."""
-        self.move.position = None
+        self._move.position = None
         with suppress(GatewayError):
-            self.move.position = await self.unit.position(self.move.coordinates, PROOF)
+            self._move.position = await self._unit.position(self._move.coordinates, PROOF)
 
     def _stopped(self) -> bool:
         """Whether a stop was sent since the move was admitted."""
-        return self.robot.line.stops != self._stops_before
+        return self._line.stops != self._stops_before
 
     def _finding(self) -> Finding:
-        move = self.move
+        move = self._move
         return Finding(
-            command=self.command,
+            command=self._command,
             start=move.start_position or {},
             target=move.target_position,
             position=move.position,
@@ -359,30 +368,30 @@ class Journey:
 
     async def _has_kept_power(self, finding: Finding) -> bool:
         """Whether that is proved: by the mode, by what was left unread, or by places."""
-        if not self._power_kept and self.robot.mode != HostMode.VER_2:
+        if not self._power_kept and self._line.mode != HostMode.VER_2:
             await self._lost_power()
             return self._power_kept
         return self._power_kept or finding.shows_power()
 
 
-def _out_of_reach(robot: Robot, silence: Silence) -> NoReply:
+def _out_of_reach(robot_id: str, silence: Silence) -> NoReply:
     return NoReply(
-        f"{robot.id} could not be asked for {silence.out_of_reach_s:.0f} s; the move may have ended, or the "
+        f"{robot_id} could not be asked for {silence.out_of_reach_s:.0f} s; the move may have ended, or the "
         "axes may still be moving.",
         "See that its line works, then read its status and position.",
     )
 
 
-def _gone(robot: Robot) -> MoveFailed:
+def _gone(robot_id: str) -> MoveFailed:
     return MoveFailed(
-        f"{robot.id} stopped answering in the middle of the move; it may still be moving.",
+        f"{robot_id} stopped answering in the middle of the move; it may still be moving.",
         "Check its power and cable, stop it, and home it again.",
     )
 
 
-def _without_power(robot: Robot) -> MoveFailed:
+def _without_power(robot_id: str) -> MoveFailed:
     return MoveFailed(
-        f"{robot.id} has lost its power in the middle of the move; the axes stand still.",
+        f"{robot_id} has lost its power in the middle of the move; the axes stand still.",
         "See that its speeds are right, acknowledge the power cycle, then home it.",
     )
 

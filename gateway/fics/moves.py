@@ -2,19 +2,17 @@
 
 import asyncio
 from datetime import UTC, datetime
+from functools import partial
 from typing import Any
 
-from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.errors import GatewayError
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import MoveError, MoveStatus
 from gateway.fics.errors import RobotBusy
-from gateway.fics.move_record import KINDS, RobotMove
-from gateway.fics.move_runs import Journey
+from gateway.fics.move_record import KINDS, RobotMove, check
+from gateway.fics.move_runs import MoveRun
 from gateway.fics.robot import Robot
-from gateway.fics.units import RobotUnit, coordinates_of
-from protocols.fics.jog import StepAxis
-from protocols.fics.moves import AxesMove
-from protocols.fics.notation import Quantity
+from gateway.fics.units import RobotUnit
 from protocols.fics.row import FicsCommand
 
 
@@ -57,19 +55,21 @@ class RobotMoves:
         robot.line.admission.require()
         axes = robot.unit(unit)
         check(axes, command)
-        robot.require_fit_for_motion(command)
-        if not robot.idle.is_set():
+        robot.motions.require_fit(command)
+        if not robot.motion.idle.is_set():
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
-        epoch = robot.line.stop_epoch
-        journey = Journey(axes, command, self._new(axes, command), epoch, self.advance)
-        task = asyncio.create_task(journey.make(start_within_s), name=f"move {journey.move.id}")
-        self._tasks[task] = journey.begun
+        move = self._new(robot, axes, command)
+        advance = partial(self.advance, robot)
+        publish = partial(robot.publish, unit=axes, correlation=move.id)
+        run = MoveRun(axes, command, move, robot.motions, robot.durations, advance, publish)
+        task = asyncio.create_task(run.make(start_within_s), name=f"move {move.id}")
+        self._tasks[task] = run.begun
         task.add_done_callback(self._tasks.pop)
-        task.add_done_callback(lambda _: journey.begun.cancel())
-        refusal = await asyncio.shield(journey.begun)
+        task.add_done_callback(lambda _: run.begun.cancel())
+        refusal = await asyncio.shield(run.begun)
         if refusal is not None:
             raise refusal
-        return journey.move
+        return move
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""
@@ -88,28 +88,27 @@ class RobotMoves:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _new(self, unit: RobotUnit, command: FicsCommand[Any]) -> RobotMove:
-        now, coordinates = datetime.now(UTC), coordinates_of(unit, command)
+    def _new(self, robot: Robot, unit: RobotUnit, command: FicsCommand[Any]) -> RobotMove:
+        now, coordinates = datetime.now(UTC), unit.coordinates_of(command)
         move = RobotMove(
             id=new_id(now),
-            robot_id=unit.robot.id,
+            robot_id=robot.id,
             unit=unit.number,
             body_id=unit.address,
             kind=KINDS[type(command)],
             coordinates=coordinates,
-            units={name: unit.systems[name].unit(Quantity.POSITION) for name in unit.names(coordinates)},
+            units=unit.counted_in(coordinates),
             command=command.wire_name(),
-            frame=unit.robot.line.frame_of(command),
+            frame=unit.frame_of(command),
             created_at=now,
         )
         self.log.add(move)
-        unit.move = move
-        unit.robot.idle.clear()
-        move.event_cursor = _publish("queued", unit, move)
+        robot.motion.begin_move(unit.number, move)
+        move.event_cursor = _publish("queued", robot, move)
         return move
 
     def advance(
-        self, unit: RobotUnit, move: RobotMove, status: MoveStatus, error: GatewayError | None = None
+        self, robot: Robot, move: RobotMove, status: MoveStatus, error: GatewayError | None = None
     ) -> None:
         """The only place where a move changes its status."""
         move.status = status
@@ -119,24 +118,10 @@ class RobotMoves:
             move.sent_at = datetime.now(UTC)
         if status.final:
             move.ended_at = datetime.now(UTC)
-            unit.move = None
-            unit.robot.idle.set()
+            robot.motion.end_move(move.unit)
             self.log.end(move)
-        _publish("started" if status is MoveStatus.MOVING else status, unit, move)
+        _publish("started" if status is MoveStatus.MOVING else status, robot, move)
 
 
-def check(unit: RobotUnit, command: FicsCommand[Any]) -> None:
-    """Refuse what the unit cannot do whatever its state.
-
-    :raises InvalidRequest: no move, more axes than there are, no such axis, or a fraction of a pulse.
-    """
-    if type(command) not in KINDS:
-        raise InvalidRequest(f"{command.wire_name()} starts no move; nothing was sent.")
-    if isinstance(command, StepAxis):
-        unit.require_axis(command.axis)
-    if isinstance(command, AxesMove):
-        unit.require_values(coordinates_of(unit, command), command.coordinates)
-
-
-def _publish(news: str, unit: RobotUnit, move: RobotMove) -> str:
-    return unit.robot.publish_of(unit, f"robot.move.{news}", move.model_dump(mode="json"), move.id)
+def _publish(news: str, robot: Robot, move: RobotMove) -> str:
+    return robot.publish(f"robot.move.{news}", move.model_dump(mode="json"), robot.unit(move.unit), move.id)

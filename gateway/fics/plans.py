@@ -7,15 +7,16 @@ from pydantic import Field
 
 from gateway.core.errors import GatewayError
 from gateway.core.records import Record
+from gateway.fics.axes import Coordinates
 from gateway.fics.durations import PER_SECOND, ROWS
 from gateway.fics.errors import NotHomed, PositionUnknown
-from gateway.fics.moves import check
+from gateway.fics.move_record import check
 from gateway.fics.targets import require_known, target_of
-from gateway.fics.units import Coordinates, RobotUnit, coordinates_of
+from gateway.fics.units import RobotUnit
 from protocols.fics import speeds
 from protocols.fics.motor_axes import MoveMotorsRelative
 from protocols.fics.moves import MoveRelative, MoveToPosition
-from protocols.fics.notation import AxisSystem, Quantity
+from protocols.fics.notation import AxisSystem
 from protocols.fics.row import FicsCommand
 
 
@@ -48,12 +49,12 @@ async def plan_of(unit: RobotUnit, command: FicsCommand[Any]) -> PlannedRobotMov
     :raises InvalidRequest: the unit cannot do it, whatever its state.
     """
     check(unit, command)
-    coordinates = coordinates_of(unit, command)
+    coordinates = unit.coordinates_of(command)
     plan = PlannedRobotMove(
         body_id=unit.address,
-        frame=unit.robot.line.frame_of(command),
+        frame=unit.frame_of(command),
         coordinates=coordinates,
-        units={name: unit.systems[name].unit(Quantity.POSITION) for name in unit.names(coordinates)},
+        units=unit.counted_in(coordinates),
     )
     try:
         await _foresee(plan, unit, command)
@@ -97,11 +98,11 @@ async def _duration_s(unit: RobotUnit, coordinates: Coordinates, ways: dict[str,
         raise _NotCalculable("How the robot times several axes together is not known.")
     if coordinates == "user" and unit.converted(axis):
         raise _NotCalculable(f"Axis {axis} is moved by several motors, so its duration is not known.")
-    if (await unit.robot.read(speeds.GetSmoothAcceleration(), unit.number)).enabled:
+    if (await unit.read(speeds.GetSmoothAcceleration())).enabled:
         raise _NotCalculable("S-curves are on, and how long they ramp is not known.")
     names = unit.names(coordinates)
-    top, percent, up_ms, down_ms = [await _setting(unit, row, names, axis) for row in ROWS[coordinates]]
-    start_pps = await _setting(unit, speeds.GetSelfStartSpeeds, unit.motor_axes, axis)
+    top, percent, up_ms, down_ms = [await _setting(unit, query, names, axis) for query in ROWS[coordinates]]
+    start_pps = await _setting(unit, speeds.GetSelfStartSpeeds(), unit.motor_axes, axis)
     system = unit.systems[axis]
     if start_pps and system is not AxisSystem.PULSE:
         raise _NotCalculable(f"The start speed of axis {axis} is in pulses, not in {system}.")
@@ -109,13 +110,13 @@ async def _duration_s(unit: RobotUnit, coordinates: Coordinates, ways: dict[str,
     return _ride_s(way, min(start_pps, top), top, percent / 100, up_ms / 1000, down_ms / 1000)
 
 
-async def _setting(unit: RobotUnit, row: type[FicsCommand[Any]], names: list[str], axis: str) -> float:
+async def _setting(unit: RobotUnit, query: FicsCommand[Any], names: list[str], axis: str) -> float:
     """Read one setting of an axis; the only field of the reply has one value for each axis."""
-    reply = await unit.robot.read(row(), unit.number)
+    reply = await unit.read(query)
     (values,) = reply.model_dump().values()
     value = dict(zip(names, values, strict=False)).get(axis)
     if value is None or value < 0:
-        raise _NotCalculable(f"The robot does not tell the {row.titles()[1].removeprefix('get the ')}.")
+        raise _NotCalculable(f"The robot does not tell the {query.titles()[1].removeprefix('get the ')}.")
     return float(value)
 
 

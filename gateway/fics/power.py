@@ -1,23 +1,24 @@
 """Power lost and back: seen by the mode or the origins, kept in mind, and the speeds set again."""
 
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
 
-from gateway.core.errors import ControllerRefused, NoReply, NotSent
-from gateway.fics.errors import PowerCycled, RobotBusy, SpeedsNotRestored
-from gateway.fics.exchange import Answered
-from gateway.fics.units import coordinates_of
+from gateway.core.errors import ControllerRefused, NoReply, NotSent, PowerCycled
+from gateway.fics.axes import Coordinates, UnitAxes, unit_of
+from gateway.fics.commander import Commander
+from gateway.fics.errors import RobotBusy, SpeedsNotRestored
+from gateway.fics.exchange import Answered, Outcome, Proof
+from gateway.fics.motion_state import Tell
+from gateway.fics.questions import MODE, POSITIONS, STATUS
+from gateway.fics.system_errors import SystemErrors
 from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.motor_axes import GetMotorPosition, GetMotorSpeedPercent, SetMotorSpeedPercent
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
-from protocols.fics.status import AxisCoordinates, AxisStatuses, GetAxisStatus, GetUserPosition, MotionMode
-from protocols.fics.system import CommunicationMode, GetCommunicationMode, HostMode
+from protocols.fics.status import AxisCoordinates, AxisStatuses, MotionMode
+from protocols.fics.system import CommunicationMode, HostMode
 from protocols.table import Reply
-
-if TYPE_CHECKING:
-    from gateway.fics.exchange import Outcome, Proof
-    from gateway.fics.robot import Robot
-    from gateway.fics.units import Coordinates, RobotUnit
 
 FULL_SPEED: Final = 100.0
 """What every speed percentage is after power-on (C-HOST manual 2-15, 4-5)."""
@@ -25,37 +26,35 @@ FULL_SPEED: Final = 100.0
 ACKNOWLEDGE = "See that its speeds are right, acknowledge the power cycle, then home it."
 
 Setter = type[SetSpeedPercent] | type[SetMotorSpeedPercent]
-Getter = type[GetSpeedPercent] | type[GetMotorSpeedPercent]
-_ROWS: Final[dict["Coordinates", tuple[Setter, Getter]]] = {
-    "user": (SetSpeedPercent, GetSpeedPercent),
-    "motor": (SetMotorSpeedPercent, GetMotorSpeedPercent),
-}
-_POSITIONS: Final[dict["Coordinates", type[GetUserPosition] | type[GetMotorPosition]]] = {
-    "user": GetUserPosition,
-    "motor": GetMotorPosition,
+_ROWS: Final[Mapping[Coordinates, tuple[Setter, FicsCommand[Any]]]] = {
+    "user": (SetSpeedPercent, GetSpeedPercent()),
+    "motor": (SetMotorSpeedPercent, GetMotorSpeedPercent()),
 }
 
 Speeds = dict[str, float]
 """Percent by axis. One that is user and motor axis has one percentage: an assumption (C-HOST manual 4)."""
 
 
+@dataclass(eq=False)
 class Power:
     """What a loss of power takes from a robot: its mode, its unit, its homing, its speed percentages."""
 
-    def __init__(self, robot: "Robot") -> None:
-        self._robot = robot
-        self.cycled = False
-        """Whether the robot has lost its power, and nobody has acknowledged that yet."""
-        self._speeds: dict[int, Speeds] = {}
-        """By unit, as last set, or as read before; an axis nobody spoke of is missing."""
-        self._due: set[int] = set()
-        """The units whose speeds have to be set again before any move."""
-        self._certain = True
-        """Whether the loss that nobody has acknowledged is certain."""
-        self._homed: dict[int, set[int]] = {}
-        """By unit, the places of the motors that had their origins when they were last looked at."""
-        self._placed: set[tuple[int, Coordinates]] = set()
-        """The units that have told where an axis stands, and in which coordinates."""
+    _units: Sequence[UnitAxes]
+    _commander: Commander
+    _errors: SystemErrors
+    _tell: Tell
+    cycled: bool = False
+    """Whether the robot has lost its power, and nobody has acknowledged that yet."""
+    _speeds: dict[int, Speeds] = field(default_factory=dict)
+    """By unit, as last set, or as read before; an axis nobody spoke of is missing."""
+    _due: set[int] = field(default_factory=set)
+    """The units whose speeds have to be set again before any move."""
+    _certain: bool = True
+    """Whether the loss that nobody has acknowledged is certain."""
+    _homed: dict[int, set[int]] = field(default_factory=dict)
+    """By unit, the places of the motors that had their origins when they were last looked at."""
+    _placed: set[tuple[int, Coordinates]] = field(default_factory=set)
+    """The units that have told where an axis stands, and in which coordinates."""
 
     def lost(self, *, certain: bool) -> None:
         """It has been switched off and on, or seems to: keep it from moving until somebody knows."""
@@ -63,14 +62,14 @@ class Power:
         self.forget_origins()  # those of all units are gone, and that is told once
         if not self.cycled:
             self.cycled, self._certain = True, certain
-            self._robot.errors_of_system.latched = None
-            self._robot.publish("robot.power_cycled", {"certain": certain, **self._speeds_told()})
+            self._errors.forget()
+            self._tell("robot.power_cycled", {"certain": certain, **self._speeds_told()})
 
     def acknowledge(self) -> None:
         """Let the robot move again."""
         if self.cycled:
             self.cycled = False
-            self._robot.publish("robot.power_cycle.acknowledged", {})
+            self._tell("robot.power_cycle.acknowledged", {})
 
     def require_known(self, what: str) -> None:
         """Refuse motion until somebody knows of the loss.
@@ -84,36 +83,39 @@ class Power:
                 ACKNOWLEDGE,
             )
 
-    async def see(self, proof: "Proof | None" = None) -> None:
-        """See that the robot has not been switched off: then it is in Ver.2; call it with the floor held.
+    async def see(self, proof: Proof | None = None) -> None:
+        """See that the robot has not been switched off: then it is in Ver.2.
 
-        Where that is its own mode only `verify` can tell.
+        Where that is its own mode only `verify` can tell. Call it with the sequence lock held.
 
         :raises PowerCycled: it has.
         :raises NotSent: it did not tell.
         """
-        robot = self._robot
-        if robot.mode == HostMode.VER_2:
+        line = self._commander.line
+        if line.mode == HostMode.VER_2:
             return
         try:
-            reply = await self._ask(GetCommunicationMode(), robot.id, proof)
+            reply = await self._ask(MODE, self._commander.robot_id, proof)
         except ControllerRefused:
             return  # only Ver.3 refuses
-        if isinstance(reply, CommunicationMode) and reply.mode != robot.mode:
-            robot.line.power_was_lost(f"the robot is in mode {reply.mode}")
+        if isinstance(reply, CommunicationMode) and reply.mode != line.mode:
+            line.power_was_lost(f"the robot is in mode {reply.mode}")
             self._refuse()
 
-    def signs(self, command: FicsCommand[Any], unit: "RobotUnit") -> list[FicsCommand[Any]]:
-        """The questions that may prove before a motion that the power was kept."""
-        if self._robot.motion is not None:
-            return [GetAxisStatus()]
-        if self._robot.mode != HostMode.VER_2:
-            return [GetCommunicationMode()]
-        coordinates = coordinates_of(unit, command)
-        _, speeds = _ROWS[coordinates]
-        return [speeds(), GetAxisStatus(), _POSITIONS[coordinates]()]
+    def signs(self, command: FicsCommand[Any], unit: UnitAxes, *, joining: bool) -> list[FicsCommand[Any]]:
+        """The questions that may prove before a motion that the power was kept.
 
-    async def see_jogging(self, unit: "RobotUnit", proof: "Proof") -> None:
+        One that is `joining` others joins axes that jog.
+        """
+        if joining:
+            return [STATUS]
+        if self._commander.line.mode != HostMode.VER_2:
+            return [MODE]
+        coordinates = unit.coordinates_of(command)
+        _, speeds = _ROWS[coordinates]
+        return [speeds, STATUS, POSITIONS[coordinates]]
+
+    async def see_jogging(self, unit: UnitAxes, proof: Proof) -> None:
         """See that an axis of a unit jogs, which another is to join: MOD and UNT are refused meanwhile.
 
         A robot tells of the unit it acts on, and after a loss of power nothing jogs (C-HOST manual 2-10).
@@ -121,7 +123,7 @@ class Power:
         :raises RobotBusy: none does.
         :raises NotSent: it did not tell.
         """
-        reply = await self._ask(GetAxisStatus(), unit.address, proof)
+        reply = await self._ask(STATUS, unit.address, proof)
         axes = reply.axes if isinstance(reply, AxisStatuses) else []
         if not any(axis.motion_mode == MotionMode.JOG for axis in axes):
             raise RobotBusy(
@@ -129,7 +131,7 @@ class Power:
                 "Try again when all axes are known to stand still.",
             )
 
-    async def _ask(self, query: FicsCommand[Any], whom: str, proof: "Proof | None") -> Reply | None:
+    async def _ask(self, query: FicsCommand[Any], whom: str, proof: Proof | None) -> Reply | None:
         """Ask what tells of a loss of power.
 
         :raises NotSent: there was no answer.
@@ -140,28 +142,28 @@ class Power:
             "nothing more was sent.",
             "Try again.",
         )
-        return await self._robot.dialogue.prepare(query, unanswered, proof=proof)
+        return await self._commander.prepare(query, unanswered, proof=proof)
 
     def _refuse(self) -> None:
         raise PowerCycled(f"{self._what_happened()}; nothing was sent.", ACKNOWLEDGE)
 
     def _what_happened(self) -> str:
         has_been = "has been" if self._certain else "seems to have been"
-        return f"Robot {self._robot.id} {has_been} switched off and on"
+        return f"Robot {self._commander.robot_id} {has_been} switched off and on"
 
     # origins
 
-    def _note_origins(self, unit: "RobotUnit", found: AxisStatuses) -> None:
+    def _note_origins(self, unit: UnitAxes, found: AxisStatuses) -> None:
         """In Ver.2 a loss of power shows in origins that are gone, though nothing has homed the robot.
 
         Homing begins with that, and macros may home, whoever runs them.
         """
         before = self._homed.pop(unit.number, set())
         if any(it.motion_mode in (MotionMode.HOMING, MotionMode.MACRO) for it in found.axes):
-            self._placed -= {(unit.number, coordinates) for coordinates in _POSITIONS}
+            self._placed -= {(unit.number, coordinates) for coordinates in POSITIONS}
             return
         self._homed[unit.number] = {place for place, axis in enumerate(found.axes) if axis.origin_done}
-        if self._robot.mode == HostMode.VER_2 and before - self._homed[unit.number]:
+        if self._commander.line.mode == HostMode.VER_2 and before - self._homed[unit.number]:
             self.lost(certain=False)
 
     def forget_origins(self) -> None:
@@ -169,24 +171,24 @@ class Power:
         self._homed.clear()
         self._placed.clear()
 
-    def _has_origins(self, unit: "RobotUnit", coordinates: "Coordinates") -> bool:
+    def _has_origins(self, unit: UnitAxes, coordinates: Coordinates) -> bool:
         """Whether a unit is known to have something that a loss of power takes away."""
         return bool(self._homed.get(unit.number)) or (unit.number, coordinates) in self._placed
 
-    async def _look_at_origins(self, unit: "RobotUnit", coordinates: "Coordinates", proof: "Proof") -> None:
+    async def _look_at_origins(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
         """See that the origins are still there: by the status, then by the positions, which need them."""
-        statuses = await self._ask(GetAxisStatus(), unit.address, proof)
+        statuses = await self._ask(STATUS, unit.address, proof)
         if isinstance(statuses, AxisStatuses):
             self._note_origins(unit, statuses)
         if (unit.number, coordinates) not in self._placed:
             return
-        told = await self._ask(_POSITIONS[coordinates](), unit.address, proof)
+        told = await self._ask(POSITIONS[coordinates], unit.address, proof)
         if isinstance(told, AxisCoordinates) and _nowhere(told):
             self.lost(certain=False)
 
     # speeds
 
-    def note(self, unit: "RobotUnit", command: FicsCommand[Any], outcome: "Outcome") -> None:
+    def note(self, unit: UnitAxes, command: FicsCommand[Any], outcome: Outcome) -> None:
         """Keep the speed percentages that were set, or read first; forget those nobody can be sure of.
 
         What was read of origins is kept, too.
@@ -201,14 +203,14 @@ class Power:
             elif isinstance(reply, SpeedPercents) and unit.number not in self._due:
                 self._note_read(unit, _coordinates(command), reply)
 
-    def _note_read(self, unit: "RobotUnit", coordinates: "Coordinates", found: SpeedPercents) -> None:
+    def _note_read(self, unit: UnitAxes, coordinates: Coordinates, found: SpeedPercents) -> None:
         known = self._speeds.setdefault(unit.number, {})
         for axis, percent in zip(unit.names(coordinates), found.percents, strict=False):
             # What was set counts: a robot tells 100 % after a loss of power nobody has seen yet.
             known.setdefault(axis, percent)
 
     def _note_set(
-        self, unit: "RobotUnit", command: SetSpeedPercent | SetMotorSpeedPercent, outcome: "Outcome"
+        self, unit: UnitAxes, command: SetSpeedPercent | SetMotorSpeedPercent, outcome: Outcome
     ) -> None:
         speeds = self._speeds.setdefault(unit.number, {})
         for axis, percent in zip(unit.names(_coordinates(command)), command.percents, strict=False):
@@ -219,8 +221,10 @@ class Power:
             elif isinstance(outcome, NoReply):
                 speeds.pop(axis, None)
 
-    async def restore(self) -> None:
-        """Set the speeds again and see that they are, if power was lost; call it with the floor held.
+    async def restore(self, select: Callable[[int], Awaitable[object]]) -> None:
+        """Set the speeds again and see that they are, if power was lost; `select` makes sure of a unit.
+
+        Call it with the sequence lock held.
 
         :raises PowerCycled: it was lost again.
         :raises GatewayError: they are not restored; nothing may move.
@@ -229,22 +233,23 @@ class Power:
             return
         await self.see()
         for number in sorted(self._due):
-            unit = self._robot.unit(number)
-            await self._robot.selection.make(number, afresh=True)
+            unit = unit_of(self._units, number)
+            await select(number)
             for coordinates in _ROWS:
                 await self._set_again(unit, coordinates)
             self._due.discard(number)
-        self._robot.publish("robot.speeds.restored", self._speeds_told())
+        self._tell("robot.speeds.restored", self._speeds_told())
 
-    async def verify(self, unit: "RobotUnit", coordinates: "Coordinates", proof: "Proof") -> None:
+    async def verify(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
         """In Ver.2, where the mode tells of no loss of power: see that origins and speeds are as they were.
 
-        What a loss would take away is looked at last. Call it with the floor held and the unit selected.
+        What a loss would take away is looked at last. Call it with the sequence lock held and the unit
+        selected.
 
         :raises PowerCycled: they are those of power-on.
         :raises NotSent: it did not tell.
         """
-        if self._robot.mode != HostMode.VER_2:
+        if self._commander.line.mode != HostMode.VER_2:
             return
         looks = [self._look_at_speeds, self._look_at_origins]
         for look in looks if self._has_origins(unit, coordinates) else reversed(looks):
@@ -252,38 +257,38 @@ class Power:
         if self.cycled:
             self._refuse()
 
-    async def _look_at_speeds(self, unit: "RobotUnit", coordinates: "Coordinates", proof: "Proof") -> None:
+    async def _look_at_speeds(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
         known = self._known(unit, coordinates)
         slower = any(percent != FULL_SPEED for percent in known.values())
         if not self.cycled and slower and await self._differ(unit, coordinates, known, proof):
             self.lost(certain=False)
 
-    async def _set_again(self, unit: "RobotUnit", coordinates: "Coordinates") -> None:
+    async def _set_again(self, unit: UnitAxes, coordinates: Coordinates) -> None:
         known = self._known(unit, coordinates)
         if not known:
             return
         setter, _ = _ROWS[coordinates]
         row = setter(percents=[known.get(axis) for axis in unit.names(coordinates)])
-        await self._robot.dialogue.prepare(row, self._not_restored(unit))
+        await self._commander.prepare(row, self._not_restored(unit))
         if await self._differ(unit, coordinates, known):
             raise self._not_restored(unit)
 
     async def _differ(
-        self, unit: "RobotUnit", coordinates: "Coordinates", known: Speeds, proof: "Proof | None" = None
+        self, unit: UnitAxes, coordinates: Coordinates, known: Speeds, proof: Proof | None = None
     ) -> bool:
         _, getter = _ROWS[coordinates]
-        reply = await self._robot.dialogue.prepare(getter(), self._not_restored(unit), proof=proof)
+        reply = await self._commander.prepare(getter, self._not_restored(unit), proof=proof)
         if not isinstance(reply, SpeedPercents):
             raise self._not_restored(unit)
         found = dict(zip(unit.names(coordinates), reply.percents, strict=False))
         return any(found.get(axis) != percent for axis, percent in known.items())
 
-    def _known(self, unit: "RobotUnit", coordinates: "Coordinates") -> Speeds:
+    def _known(self, unit: UnitAxes, coordinates: Coordinates) -> Speeds:
         """The known speeds of a unit's user or motor axes."""
         speeds = self._speeds.get(unit.number, {})
         return {axis: speeds[axis] for axis in unit.names(coordinates) if axis in speeds}
 
-    def _not_restored(self, unit: "RobotUnit") -> SpeedsNotRestored:
+    def _not_restored(self, unit: UnitAxes) -> SpeedsNotRestored:
         return SpeedsNotRestored(
             f"The speeds of {unit.address} are not certain after a loss of power; nothing was moved.",
             "Set them, then try again.",
@@ -291,7 +296,7 @@ class Power:
 
     def _speeds_told(self) -> dict[str, Any]:
         """The percentages that are set again, and the axes the gateway knows none of: those are at 100 %."""
-        told = [(unit, self._speeds.get(unit.number, {})) for unit in self._robot.units]
+        told = [(unit, self._speeds.get(unit.number, {})) for unit in self._units]
         return {
             "speeds": {str(unit.number): speeds for unit, speeds in told if speeds},
             "full_speed": {
@@ -301,7 +306,7 @@ class Power:
         }
 
 
-def _coordinates(command: FicsCommand[Any]) -> "Coordinates":
+def _coordinates(command: FicsCommand[Any]) -> Coordinates:
     motors = SetMotorSpeedPercent | GetMotorSpeedPercent | GetMotorPosition
     return "motor" if isinstance(command, motors) else "user"
 

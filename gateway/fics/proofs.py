@@ -8,8 +8,8 @@ copy of that to an earlier command.
 from dataclasses import dataclass
 from typing import Any
 
+from gateway.fics.axes import Places
 from gateway.fics.targets import TOLERANCE, furthest_miss, is_missed
-from gateway.fics.units import Places
 from protocols.fics.homing import HomeRobot
 from protocols.fics.row import FicsCommand
 

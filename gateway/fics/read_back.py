@@ -2,12 +2,13 @@
 
 from itertools import zip_longest
 from math import isclose
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from gateway.core.errors import GatewayError, NoReply
+from gateway.fics.axes import DISPLAYED
+from gateway.fics.commander import Commander
 from gateway.fics.errors import NotDone, NotReadBack
 from gateway.fics.exchange import Outcome
-from gateway.fics.targets import DISPLAYED
 from protocols.fics.axis_settings import CoordinateSetting
 from protocols.fics.commands import COMMANDS
 from protocols.fics.inputs_outputs import ChannelBits, GetOutputChannel, SwitchOutput
@@ -15,9 +16,6 @@ from protocols.fics.link import Failure, Refusal
 from protocols.fics.row import FicsCommand
 from protocols.fics.system import SelectUnit, UnitNumbers
 from protocols.table import Reply
-
-if TYPE_CHECKING:
-    from gateway.fics.robot import Robot
 
 PRECISION: Final = 1e-6
 """Numbers that differ by less than this part of them are one: those of 32 bits have no more digits."""
@@ -33,10 +31,10 @@ def query_of(command: FicsCommand[Any]) -> FicsCommand[Any] | None:
     return None
 
 
-async def read_back(robot: "Robot", command: FicsCommand[Any], said: Outcome, epoch: int) -> Outcome:
+async def read_back(commander: Commander, command: FicsCommand[Any], said: Outcome, epoch: int) -> Outcome:
     """Give what has become of a command that was `said`: its answer is then what was read back.
 
-    A refusal stands, and so does what was not sent. Call it with the floor held and the unit selected.
+    A refusal stands, and so does what was not sent. The sequence lock is held, and the unit is selected.
     """
     if isinstance(said, Refusal | Failure) or (
         isinstance(said, GatewayError) and not isinstance(said, NoReply)
@@ -44,18 +42,18 @@ async def read_back(robot: "Robot", command: FicsCommand[Any], said: Outcome, ep
         return said
     query = query_of(command)
     if query is None:
-        return said if isinstance(said, NoReply) or said.confirmed else _unproved(robot, command)
-    if robot.line.stop_epoch != epoch:
-        return said if isinstance(said, NoReply) else NotReadBack(_sent(robot, command), _stop_came())
+        return said if isinstance(said, NoReply) or said.confirmed else _unproved(commander, command)
+    if commander.line.stop_epoch != epoch:
+        return said if isinstance(said, NoReply) else NotReadBack(_sent(commander, command), _stop_came())
     try:
-        answer = robot.dialogue.answered(query, await robot.dialogue.say(query, epoch, fresh=True))
+        answer = commander.answered(query, await commander.say(query, epoch, fresh=True))
     except GatewayError as unread:
-        return said if isinstance(said, NoReply) else NotReadBack(_sent(robot, command), unread)
+        return said if isinstance(said, NoReply) else NotReadBack(_sent(commander, command), unread)
     (reply,) = answer.replies
     if tells(command, reply):
         return answer
     told = f"{query.wire_name()} {reply.written()}"
-    return NotDone(f"{_sent(robot, command)}, and it tells {told}: that was not done as asked.", command)
+    return NotDone(f"{_sent(commander, command)}, and it tells {told}: that was not done as asked.", command)
 
 
 def tells(command: FicsCommand[Any], reply: Reply) -> bool:
@@ -86,17 +84,17 @@ def same_number(wanted: float, found: float, step: float = 0.0) -> bool:
     return isclose(wanted, found, rel_tol=PRECISION, abs_tol=PRECISION)
 
 
-def _sent(robot: "Robot", command: FicsCommand[Any]) -> str:
-    return f"{command.text()} was sent to {robot.id}"
+def _sent(commander: Commander, command: FicsCommand[Any]) -> str:
+    return f"{command.text()} was sent to {commander.robot_id}"
 
 
 def _stop_came() -> GatewayError:
     return GatewayError("a stop came first.")
 
 
-def _unproved(robot: "Robot", command: FicsCommand[Any]) -> NoReply:
+def _unproved(commander: Commander, command: FicsCommand[Any]) -> NoReply:
     return NoReply(
-        f"{_sent(robot, command)}, which Ver.2 does not answer, and nothing tells whether it was done.",
+        f"{_sent(commander, command)}, which Ver.2 does not answer, and nothing tells whether it was done.",
         "Look whether it was.",
         command,
     )

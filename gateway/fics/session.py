@@ -11,7 +11,6 @@ No clock and no port: times are given, frames are taken and handed out.
 import random
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
-from enum import Enum
 from itertools import cycle
 from typing import Any
 
@@ -28,11 +27,12 @@ from gateway.core.lanes import Lane
 from gateway.fics.copies import Copies
 from gateway.fics.errors import NotProved, RobotOffline
 from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
+from gateway.fics.upload_state import UploadState
 from protocols.fics import row
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.link import Frame, Garbage, Refusal, Terminator, encode
-from protocols.fics.positions import BeginPositionUpload, EndPositionUpload
-from protocols.fics.row import UPLOAD_ERROR, Block, FicsCommand
+from protocols.fics.positions import EndPositionUpload
+from protocols.fics.row import FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetSystemVersion, HostMode, SetCommunicationMode
 from protocols.fics.variables import GetVariable
@@ -47,18 +47,6 @@ STANDSTILL_S = 10.0
 """A decelerating stop is answered when all axes stand: it may take so long."""
 READ_REPEATS = 2
 """How often a query without a usable answer is repeated, each time after a passed fence."""
-NO_UPLOAD = "E08"
-"""The refusal of a position where no upload is open (C-HOST manual 2-12); that of POF 2 is an assumption."""
-
-
-class Upload(Enum):
-    """An upload of positions, in which a robot takes positions only, and no stop (C-HOST manual 1-7)."""
-
-    NONE = "none"
-    OPEN = "open"
-    """As far as is known: its end was not sent, or not taken."""
-    ENDED = "ended"
-    """Its end was sent in Ver.2, where nobody tells whether it was heard."""
 
 
 class Conversation:
@@ -81,9 +69,7 @@ class Conversation:
         """The mode the robot is believed to be in."""
         self.online = True
         self.in_step = True
-        self._upload = Upload.NONE
-        self._upload_begun = 0
-        """The number of the frame that began the last one: only what was written later can prove its end."""
+        self.upload = UploadState()
         self.stops = 0
         """How many stops there have been."""
         self.stop_epoch = 0
@@ -108,8 +94,6 @@ class Conversation:
         self._suspect: Exchange | None = None
         self._fence: Exchange | None = None
         self._fence_tries = 0
-        self._closed_at_try: int | None = None
-        """The try of the fence before which the end of an open upload was sent."""
         self._written = 0
 
     @property
@@ -127,7 +111,7 @@ class Conversation:
             lane,
             epoch=self.stop_epoch,
             timeout_s=self.reply_timeout_s,
-            repeats=READ_REPEATS if command.may_repeat() else 0,
+            repeats=READ_REPEATS if command.retry is Retry.READ else 0,
         )
 
     def submit(self, exchange: Exchange) -> None:
@@ -148,7 +132,7 @@ class Conversation:
             if waiting.frame == stop.frame:
                 waiting.joined.append(stop)
                 return
-        if self._upload is not Upload.NONE and not self._closing():
+        if self.upload.may_be_open and not self._closing():
             self._stops.appendleft(self.exchange(EndPositionUpload(), Lane.STOP))
         if isinstance(stop.command, StopAllImmediately):
             first = sum(isinstance(it.command, EndPositionUpload) for it in self._stops)
@@ -229,7 +213,7 @@ class Conversation:
         Before what an upload would not let through goes a fence, too, if one may be open; it ends the upload.
         """
         first = self._queue[0]
-        in_upload = self._upload is not Upload.NONE
+        in_upload = self.upload.may_be_open
         may_go = first.command.during_upload if in_upload else not self._may_get_a_copy(first, now)
         if may_go:
             return self._queue.popleft()
@@ -246,9 +230,7 @@ class Conversation:
 
     def _call_for_fence(self) -> None:
         """Nothing was doubtful so far."""
-        self._lose_step()
-        if self._upload is not Upload.OPEN:
-            self._closed_at_try = self._fence_tries  # only if the fence fails an upload may be open
+        self._lose_step(in_doubt=False)
 
     def withdraw(self, exchange: Exchange, reason: GatewayError) -> None:
         """Take back an exchange that is not written yet; one that is stays as it is."""
@@ -260,25 +242,13 @@ class Conversation:
         """How many exchanges of a lane wait to be written."""
         return sum(it.lane is lane for it in (*self._stops, *self._urgent, *self._queue))
 
-    @property
-    def uploading(self) -> bool:
-        """Whether an upload is open, as far as is known."""
-        return self._upload is Upload.OPEN
-
-    def doubt_upload(self) -> None:
-        """Something was refused as it is in an upload: the end of one goes before whatever follows."""
-        self._upload = Upload.OPEN
-
     def _closing(self) -> bool:
         """Whether the end of an upload is on its way."""
         return any(isinstance(it.command, EndPositionUpload) for it in (*self._stops, *self._stopping))
 
     def _recovery(self) -> Exchange:
         """What brings the line into step again: an open upload must be ended before anything is answered."""
-        # In Ver.2 an upload nobody here knows of would be as silent.
-        may_be_open = self._upload is not Upload.NONE or self.mode == HostMode.VER_2
-        if may_be_open and self._closed_at_try != self._fence_tries:
-            self._closed_at_try = self._fence_tries
+        if self.upload.must_end_before(self._fence_tries, self.mode):
             return self.exchange(EndPositionUpload(), Lane.STOP)
         # A variable cannot be asked for while the teaching terminal runs the robot; the version always can.
         last = self._fence_tries == FENCE_TRIES - 1
@@ -298,11 +268,11 @@ class Conversation:
         self._written += 1
         exchange.number = self._written
         command = exchange.command
-        if isinstance(command, BeginPositionUpload):
-            self._upload, self._upload_begun = Upload.OPEN, exchange.number
         if isinstance(command, GetVariable) and exchange is not self._fence:
             self._asked_for.append(command.number)
         silent = self._is_silent(command)
+        if command.code == EndPositionUpload.code:  # POF, with which an upload begins, too
+            self.upload.note_written(command, exchange.number, silent=silent)
         if exchange.proves is not None:
             exchange.proves.note_asked(exchange.number, deadline)
         self._copies.note_written(command, exchange.number, now, silent=silent)
@@ -310,8 +280,6 @@ class Conversation:
             self._said_silently += 1
         exchange.unheard = self.unheard
         if silent:
-            if isinstance(command, EndPositionUpload) and self._upload is Upload.OPEN:
-                self._upload = Upload.ENDED
             exchange.settle(Answered(confirmed=False))
         elif exchange.lane is Lane.STOP:
             exchange.deadline = deadline + (STANDSTILL_S if isinstance(command, StopAllDecelerating) else 0.0)
@@ -345,7 +313,8 @@ class Conversation:
                 return None
             if outcome is not None:
                 self.counters["replies"] += 1
-                self._learn_of_upload(exchange, outcome)
+                if self.upload.may_be_open or isinstance(outcome, Refusal):
+                    self._learn_of_upload(exchange, outcome)
                 if exchange is self._fence and isinstance(outcome, Refusal):
                     self._let_go(exchange)
                     self._fence_failed()  # a refusal has no number of its own, so it proves nothing
@@ -360,19 +329,9 @@ class Conversation:
         return None
 
     def _learn_of_upload(self, exchange: Exchange, outcome: Outcome) -> None:
-        """No upload is open if its end was taken, or anything else that an upload does not let through."""
-        command = exchange.command
-        ends, begins = isinstance(command, EndPositionUpload), isinstance(command, BeginPositionUpload)
-        if not isinstance(outcome, Refusal):
-            closed = (ends or not command.during_upload) and exchange.number > self._upload_begun
-        else:
-            closed = (begins and outcome.error != UPLOAD_ERROR) or (ends and outcome.error == NO_UPLOAD)
-        if closed:
-            self._upload = Upload.NONE
-        elif isinstance(outcome, Refusal) and _only_an_upload_explains(command, outcome):
-            self.doubt_upload()
-            if self.in_step:
-                self._lose_step()  # the fence ends it
+        doubtful = self.upload.note_outcome(exchange.command, exchange.number, outcome)
+        if doubtful and self.in_step:
+            self._lose_step()  # the fence ends the upload
 
     def _under_way(self) -> list[Exchange]:
         """What awaits its answer, in the order in which it was written: a robot answers equal names so."""
@@ -463,10 +422,10 @@ class Conversation:
             self._suspect = exchange
             self._lose_step()
 
-    def _lose_step(self) -> None:
+    def _lose_step(self, *, in_doubt: bool = True) -> None:
         self.in_step = False
         self._fence_tries = 0
-        self._closed_at_try = None
+        self.upload.begin_fence(in_doubt=in_doubt)
 
     def _fence_failed(self) -> None:
         self._fence = None
@@ -531,12 +490,6 @@ def offline_error(robot_id: str) -> RobotOffline:
         f"Robot {robot_id} gives no usable answer; nothing was sent.",
         "Check its power, its cable, its port and its teaching terminal.",
     )
-
-
-def _only_an_upload_explains(command: FicsCommand[Any], refusal: Refusal) -> bool:
-    """Whether neither the teaching terminal nor motion refuses this command so (C-HOST manual 1-7)."""
-    edited = Block.TERMINAL_EDITS in command.blocked
-    return refusal.error == UPLOAD_ERROR and not command.during_upload and not edited
 
 
 def _unusable(kind: type[NoReply], exchange: Exchange, what: str) -> NoReply:

@@ -8,9 +8,10 @@ from pydantic import BaseModel, Field
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
 from gateway.core.records import RequestModel
 from gateway.fics.amounts import Amounts, AxisSpeeds, AxisValue, build, in_order, numbers
+from gateway.fics.axes import Coordinates
 from gateway.fics.errors import NotReadBack, PartlyChanged, RobotFailed
 from gateway.fics.soft_limits import uncrossed
-from gateway.fics.units import Coordinates, RobotUnit
+from gateway.fics.units import RobotUnit
 from protocols.fics import homing, motor_axes, soft_limits, speeds
 from protocols.fics.homing import TYPES, TypeNumber
 from protocols.fics.notation import AxisName, FourDigits, Milliseconds, PercentNumber, Quantity
@@ -134,7 +135,7 @@ async def read(unit: RobotUnit, names: Iterable[str] = (SMOOTH, *SETTINGS)) -> U
     :raises GatewayError: one could not be read.
     """
     found = {name: await _value(unit, name) for name in names}
-    return UnitSettings(robot_id=unit.robot.id, unit=unit.number, **found)
+    return UnitSettings(robot_id=unit.robot_id, unit=unit.number, **found)
 
 
 async def change(unit: RobotUnit, wanted: SettingsChange) -> UnitSettings:
@@ -160,7 +161,7 @@ async def change(unit: RobotUnit, wanted: SettingsChange) -> UnitSettings:
 async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]]) -> None:
     for done, change in enumerate(changes):
         try:
-            await unit.robot.change(change, unit.number)
+            await unit.change(change)
         except GatewayError as error:
             changed = ", ".join(earlier.wire_name() for earlier in changes[:done]) or "nothing"
             changed = f"Of the settings asked for, {changed} was changed"
@@ -181,9 +182,9 @@ def _command(unit: RobotUnit, name: str, value: Any) -> FicsCommand[Any]:
 
 async def _value(unit: RobotUnit, name: str) -> Any:
     if name == SMOOTH:
-        return bool((await unit.robot.read(speeds.GetSmoothAcceleration(), unit.number)).enabled)
+        return bool((await unit.read(speeds.GetSmoothAcceleration())).enabled)
     setting = SETTINGS[name]
-    reply = await unit.robot.read(setting.read(), unit.number)
+    reply = await unit.read(setting.read())
     values = unit.by_axis(unit.names(setting.coordinates), getattr(reply, setting.field))
     if setting.quantity is None:
         return values

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
 from gateway.core.errors import InvalidRequest
-from gateway.fics.units import Coordinates, RobotUnit
+from gateway.fics.axes import Coordinates
+from gateway.fics.units import RobotUnit
 from protocols.fics.axis_settings import CoordinateSetting
 from protocols.fics.motor_axes import (
     GetMotorLowerSoftLimits,
@@ -83,7 +84,7 @@ async def _sequence(
 
 
 async def _read(unit: RobotUnit, limits: _Limits, row: Row) -> dict[str, float]:
-    reply = await unit.robot.read(row(), unit.number)
+    reply = await unit.read(row())
     return unit.by_axis(unit.names(limits.coordinates), reply.coordinates)
 
 

@@ -1,7 +1,9 @@
 """Software stops of a robot: sent ahead of everything, repeated, believed only when all axes stand still."""
 
 import asyncio
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
 
 from pydantic import Field
 
@@ -10,17 +12,20 @@ from gateway.core.lanes import Lane
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.waiting import happens
+from gateway.fics.axes import at_rest
 from gateway.fics.exchange import Answered, Outcome
-from gateway.fics.session import NO_UPLOAD
-from gateway.fics.units import RobotUnit, at_rest
+from gateway.fics.jogs import Jogs
+from gateway.fics.line import FicsLine
+from gateway.fics.motion_state import Tell
+from gateway.fics.motions import Motions
+from gateway.fics.system_errors import SystemErrors
+from gateway.fics.units import RobotUnit
+from gateway.fics.upload_state import NO_UPLOAD
 from protocols.fics.errors import ErrorKind, lookup
 from protocols.fics.link import Failure, Refusal
 from protocols.fics.row import BLOCK_ERRORS, UPLOAD_ERROR, Block, FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import HostMode
-
-if TYPE_CHECKING:
-    from gateway.fics.robot import Robot
 
 STOPPING_ALREADY = "E04"
 """The refusal of a second stop while the first is under way: as good as an answer (C-HOST manual 2-12)."""
@@ -44,8 +49,10 @@ class RobotStopReport(Record):
 class RobotStops:
     """The stops of a robot that are under way. A second one of the same kind joins the first."""
 
-    def __init__(self, robot: "Robot") -> None:
-        self._robot = robot
+    def __init__(self, units: Sequence[RobotUnit], motions: Motions, jogs: Jogs, tell: Tell) -> None:
+        self._motion, self._errors, self._line = motions.state, motions.errors, motions.line
+        self._jogs = jogs
+        self._new = partial(_RobotStop, units, motions.line, motions.errors, tell)
         self._running: dict[StopMode, _RobotStop] = {}
         self._tasks: dict[_RobotStop, asyncio.Task[None]] = {}
         """Of these, and of those that are confirmed and whose moves have not all been recorded yet."""
@@ -55,8 +62,8 @@ class RobotStops:
 
         The result comes when all stand still, or after two seconds with what is known then.
         """
-        self._robot.line.begin_stop()
-        self._robot.jogs.robot_stops()
+        self._line.begin_stop()
+        self._jogs.robot_stops()
         if mode in self._running:
             self._running[mode].submit()
         else:
@@ -83,17 +90,17 @@ class RobotStops:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def _begin(self, mode: StopMode) -> None:
-        self._robot.stopping = True
-        stop = _RobotStop(self._robot, mode)
+        self._motion.begin_stop()
+        stop = self._new(mode)
         stop.submit()
-        task = asyncio.create_task(self._see_through(stop), name=f"stop {self._robot.id}")
+        task = asyncio.create_task(self._see_through(stop), name=f"stop {stop.report.robot_id}")
         self._running[mode], self._tasks[stop] = stop, task
         task.add_done_callback(lambda _: self._over(stop))
         stop.publish("requested")
 
     def _over(self, stop: "_RobotStop") -> None:
         del self._tasks[stop]
-        self._robot.stopping = bool(self._tasks)
+        self._motion.end_stop()
 
     @staticmethod
     async def _report(stop: "_RobotStop", task: "asyncio.Task[None]") -> RobotStopReport:
@@ -109,23 +116,25 @@ class RobotStops:
             await stop.see_through()
         finally:
             del self._running[stop.mode]
-        self._robot.moves_by_itself = False
-        self._robot.jogs.robot_stands_still()
+        self._motion.confirm_stop()
+        self._jogs.robot_stands_still()
         stop.publish("confirmed")
-        await self._robot.errors_of_system.look()
-        await happens(self._robot.idle, RECORD_WITHIN_S)
+        await self._errors.look()
+        await happens(self._motion.idle, RECORD_WITHIN_S)
 
 
 class _RobotStop(Stopping):
     """The stop of all axes, and everything that keeps it from being confirmed."""
 
-    def __init__(self, robot: "Robot", mode: StopMode) -> None:
-        self.report = RobotStopReport(robot_id=robot.id)
+    def __init__(
+        self, units: Sequence[RobotUnit], line: FicsLine, errors: SystemErrors, tell: Tell, mode: StopMode
+    ) -> None:
+        self.report = RobotStopReport(robot_id=units[0].robot_id)
         super().__init__(mode, self.report)
-        self._robot = robot
+        self._units, self._line, self._errors, self._tell = units, line, errors, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
-        self._units = {unit.number: f"Unit {unit.number} has not been asked yet." for unit in robot.units}
+        self._not_still = {unit.number: f"Unit {unit.number} has not been asked yet." for unit in units}
         """Units that were not seen to stand still, and why."""
         self.tell()
 
@@ -133,7 +142,7 @@ class _RobotStop(Stopping):
 
     def submit(self) -> None:
         """Send a stop, and note what becomes of it whenever that is known."""
-        line = self._robot.line
+        line = self._line
         command: FicsCommand[Any] = (
             StopAllImmediately() if self.mode == "immediate" else StopAllDecelerating()
         )
@@ -162,7 +171,7 @@ class _RobotStop(Stopping):
             self.report.state = "acknowledged"
             return
         if error == UPLOAD_ERROR:
-            self._robot.line.doubt_upload()
+            self._line.doubt_upload()
         if self._refusal != error:
             self._refusal = error
             self.tell()
@@ -170,10 +179,10 @@ class _RobotStop(Stopping):
 
     async def _hear_refusal(self) -> None:
         """In Ver.2 a refusal has to be asked for, before anything else is said that could be refused."""
-        if self._robot.mode != HostMode.VER_2:
+        if self._line.mode != HostMode.VER_2:
             return
         try:
-            error = await self._robot.errors_of_system.take(Lane.STOP)
+            error = await self._errors.take(Lane.STOP)
         except GatewayError:
             return
         if lookup(error).kind is ErrorKind.COMMUNICATION and error not in OF_THE_END_BEFORE:
@@ -187,17 +196,17 @@ class _RobotStop(Stopping):
         """Whether every unit says so, twice; if not, the report says which did not, and why."""
         await self._hear_refusal()
         for _ in range(2):
-            for unit in self._robot.units:
+            for unit in self._units:
                 self._saw(unit, await self._why_not_still(unit))
-            if self._units:
+            if self._not_still:
                 return False
         return True
 
     def _saw(self, unit: RobotUnit, why_not_still: str | None) -> None:
         if why_not_still is None:
-            self._units.pop(unit.number, None)
+            self._not_still.pop(unit.number, None)
         else:
-            self._units[unit.number] = why_not_still
+            self._not_still[unit.number] = why_not_still
         self.tell()
 
     async def _why_not_still(self, unit: RobotUnit) -> str | None:
@@ -212,14 +221,14 @@ class _RobotStop(Stopping):
 
     def replies_heard(self) -> int:
         """All of its line, which is the robot's alone."""
-        return self._robot.line.counters["replies"]
+        return self._line.counters["replies"]
 
     # telling
 
     def why_not(self) -> list[str]:
         """The refusal, and what each unit has told."""
         refusal = [] if self._refusal is None else [f"The robot refused the stop with {self._refusal}."]
-        return [*refusal, *self._units.values()]
+        return [*refusal, *self._not_still.values()]
 
     def calls_for_hardware(self) -> bool:
         """A robot that refuses a stop does not stop."""
@@ -228,8 +237,8 @@ class _RobotStop(Stopping):
     def tell(self) -> None:
         """Write into the report why it is not confirmed, and of whom nobody knows."""
         super().tell()
-        self.report.units_unknown = sorted(self._units)
+        self.report.units_unknown = sorted(self._not_still)
 
     def publish(self, what: str, **more: str) -> None:
         """Tell everybody how far it has come."""
-        self._robot.publish(f"robot.stop.{what}", {**self.report.model_dump(), **more})
+        self._tell(f"robot.stop.{what}", {**self.report.model_dump(), **more})

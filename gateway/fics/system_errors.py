@@ -3,19 +3,17 @@
 import asyncio
 from contextlib import suppress
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.records import Record
-from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed
-from protocols.fics.alarms import DetailKind, ErrorDetail, ResetErrors
+from gateway.fics.commander import Commander
+from gateway.fics.errors import ErrorStands
+from gateway.fics.motion_state import Tell
+from protocols.fics.alarms import DetailKind, ErrorDetail
 from protocols.fics.errors import ErrorKind, lookup
-
-if TYPE_CHECKING:
-    from gateway.fics.robot import Robot
 
 
 class RobotErrorRecord(Record):
@@ -36,13 +34,15 @@ class RobotErrorRecord(Record):
 class SystemErrors:
     """What is known of a robot's errors of the system."""
 
-    def __init__(self, robot: "Robot") -> None:
-        self._robot = robot
+    def __init__(self, commander: Commander, tell: Tell) -> None:
+        self._commander = commander
+        self._line = commander.line
+        self._tell = tell
         self.latched: RobotErrorRecord | None = None
         """The error that stands, as far as is known."""
         self._looking: set[asyncio.Task[str | None]] = set()
-        robot.dialogue.on_error = self._keep
-        robot.dialogue.on_alarm = self._look_soon
+        commander.on_error = self._keep
+        commander.on_alarm = self._look_soon
 
     async def close(self) -> None:
         """Look for no more errors."""
@@ -57,11 +57,11 @@ class SystemErrors:
 
         :raises GatewayError: it was not told.
         """
-        async with self._robot.line.floor.held(lane, expires_at):
-            error = await self._robot.dialogue.take_error()
+        async with self._line.floor.held(lane, expires_at):
+            error = await self._commander.take_error()
             if self.latched is not None and lookup(error).kind is not ErrorKind.FICS:
-                self.latched = None
-                self._robot.publish("robot.errors.reset", {"by": reset_by})
+                self.forget()
+                self._tell("robot.errors.reset", {"by": reset_by})
         return error
 
     async def look(self) -> str | None:
@@ -73,32 +73,26 @@ class SystemErrors:
             return await self.take()
         except NoReply:
             with suppress(GatewayError):
-                async with self._robot.line.floor.held(Lane.COMMAND):
+                async with self._line.floor.held(Lane.COMMAND):
                     await self._keep(None)
         except GatewayError:
             return None
         return None
 
-    async def reset(self) -> None:
-        """Reset the errors of the system, and see whether one still stands (DRT, C-HOST manual 2-14).
+    def forget(self) -> None:
+        """No error stands that is known of."""
+        self.latched = None
 
-        :raises ErrorRemains: its cause is still there.
-        :raises NotReadBack: it was done, and nobody knows what still stands.
-        :raises GatewayError: it was not done.
+    def require_none(self, what: str) -> None:
+        """Refuse motion while an error stands.
+
+        :raises ErrorStands: one does.
         """
-        try:
-            await self._robot.converse(ResetErrors())
-        except RobotFailed as failed:
-            raise ErrorRemains(self._robot.id, ResetErrors.code, failed.error) from None
-        try:
-            error = await self.take(reset_by="gateway")
-        except GatewayError as unread:
-            raise NotReadBack(f"The errors of {self._robot.id} were reset", unread) from unread
-        if lookup(error).kind is ErrorKind.FICS:
-            raise ErrorRemains(self._robot.id, ResetErrors.code, error)
+        if self.latched is not None:
+            raise ErrorStands(f"{self.latched.en} {what} was not sent.", self.latched.remedy_en)
 
     def _look_soon(self) -> None:
-        task = asyncio.create_task(self.look(), name=f"errors of {self._robot.id}")
+        task = asyncio.create_task(self.look(), name=f"errors of {self._commander.robot_id}")
         self._looking.add(task)
         task.add_done_callback(self._looking.discard)
 
@@ -111,13 +105,13 @@ class SystemErrors:
         if error is None and (detail is None or detail.kind is DetailKind.NONE):
             return
         self.latched = _record(error, detail)
-        self._robot.publish("robot.error", self.latched.model_dump(mode="json"))
+        self._tell("robot.error", self.latched.model_dump(mode="json"))
 
     async def _detail(self) -> ErrorDetail | None:
-        if self._robot.line.uploading:
+        if self._line.uploading:
             return None  # an upload takes positions only
         try:
-            return await self._robot.dialogue.take_detail()
+            return await self._commander.take_detail()
         except GatewayError:
             return None
 

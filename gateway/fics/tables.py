@@ -1,15 +1,19 @@
 """The table of positions of a unit: each change is read back, for one lost line shifts all that follow."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.lanes import Lane
+from gateway.fics.asking import Asking, Told, deadline_of, told_now
+from gateway.fics.axes import DISPLAYED
+from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
 from gateway.fics.errors import NotDone, NotReadBack, PositionsDiffer
+from gateway.fics.motion_state import MotionState
 from gateway.fics.read_back import same_number
-from gateway.fics.shared_reads import Heard, deadline_of, heard_now
-from gateway.fics.targets import DISPLAYED
+from gateway.fics.selection import Selection
+from gateway.fics.units import RobotUnit
 from gateway.fics.uploads import UPLOAD, Run, runs_of, upload
 from protocols.fics.positions import (
     LAST_POSITION,
@@ -20,52 +24,99 @@ from protocols.fics.positions import (
 )
 from protocols.fics.system import HostMode
 
-if TYPE_CHECKING:
-    from gateway.fics.units import RobotUnit
-
 TOLD = 3
 """So many positions that differ are told one by one."""
 
 Positions = Sequence[tuple[int, Sequence[float | None]]]
 
 
-async def store(unit: "RobotUnit", positions: Positions) -> None:
-    """Store positions undivided, and see that the robot holds them (C-HOST manual 2-17 to 2-19).
+@dataclass(eq=False)
+class Tables:
+    """The tables of positions of a robot's units."""
 
-    :raises InvalidRequest: a number or a coordinate is not possible; nothing was sent.
-    :raises UploadBrokenOff: positions were sent before the one that failed, or before a stop.
-    :raises PositionsDiffer: the robot holds others than were sent.
-    :raises NotReadBack: all were sent, and the robot has not told what it holds.
-    :raises GatewayError: nothing was stored.
-    """
-    robot = unit.robot
-    robot.line.admission.require()
-    runs = runs_of(positions)
-    for _, coordinates in positions:
-        unit.require_values("user", coordinates)
-    robot.require_free(UPLOAD)
-    epoch = robot.line.stop_epoch
-    async with robot.tables_change:
-        async with robot.line.floor.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
-            await robot.selection.make(unit.number, afresh=True)
-            await upload(robot, runs, epoch)
-        await _verify(unit, runs)
+    _commander: Commander
+    _motion: MotionState
+    _selection: Selection
+    _asking: Asking
+
+    async def store(self, unit: RobotUnit, positions: Positions) -> None:
+        """Store positions undivided, and see that the robot holds them (C-HOST manual 2-17 to 2-19).
+
+        :raises InvalidRequest: a number or a coordinate is not possible; nothing was sent.
+        :raises UploadBrokenOff: positions were sent before the one that failed, or before a stop.
+        :raises PositionsDiffer: the robot holds others than were sent.
+        :raises NotReadBack: all were sent, and the robot has not told what it holds.
+        :raises GatewayError: nothing was stored.
+        """
+        line = self._commander.line
+        line.admission.require()
+        runs = runs_of(positions)
+        for _, coordinates in positions:
+            unit.require_values("user", coordinates)
+        self._motion.require_free(UPLOAD)
+        epoch = line.stop_epoch
+        async with self._motion.tables_change:
+            async with line.floor.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
+                await self._selection.make(unit.number, afresh=True)
+                await upload(self._commander, runs, epoch)
+            await self._verify(unit, runs)
+
+    async def _verify(self, unit: RobotUnit, runs: Sequence[Run]) -> None:
+        found: dict[int, StoredPosition] = {}
+        try:
+            for first, commands in runs:
+                part = DownloadPositions(first=first, count=len(commands))
+                heard = await download(self._asking, unit, part, Lane.COMMAND)
+                found |= dict(enumerate(heard.replies, first))
+        except GatewayError as unread:
+            sent = sum(len(commands) for _, commands in runs)
+            raise NotReadBack(f"{sent} positions were sent to {unit.address}", unread) from unread
+        wanted = {n: row for first, commands in runs for n, row in enumerate(commands, first)}
+        differing = [number for number, row in wanted.items() if not agrees(row, found.get(number))]
+        if differing:
+            raise _differ(unit, differing, wanted, found)
+
+    async def clear(self, unit: RobotUnit, command: ClearPositions) -> Told:
+        """Clear positions (C-HOST manual 2-20); in Ver.2 see that they are.
+
+        What was set there before and is not now proves it: the first position, and of a single one its
+        absence.
+
+        :raises NotDone: the first or the last is still set.
+        :raises NotReadBack: it was sent, and the robot has not told whether they are set.
+        :raises NoReply: it was sent, and nothing that can be read tells whether it was done.
+        :raises GatewayError: it was not done, or not sent.
+        """
+        line, epoch = self._asking.line, self._asking.line.stop_epoch
+        async with self._motion.tables_change:
+            if line.mode != HostMode.VER_2:
+                return await self._asking.ask(command, unit.number)
+            first = command.first or 1
+            last = min(first + (command.count or LAST_POSITION) - 1, LAST_POSITION)
+            self._motion.require_free(command)
+            was_set = await unit.stored(first, Lane.COMMAND) is not None
+            if line.stop_epoch != epoch:
+                raise line.overtaken()
+            unanswered = None
+            try:
+                await self._asking.ask(command, unit.number)
+            except NoReply as error:
+                unanswered = error
+            await _see_cleared(unit, command, (first, last))
+            if unanswered is not None and not was_set and first != last:
+                raise unanswered
+        return told_now()
 
 
-async def _verify(unit: "RobotUnit", runs: Sequence[Run]) -> None:
-    found: dict[int, StoredPosition] = {}
-    try:
-        for first, commands in runs:
-            part = DownloadPositions(first=first, count=len(commands))
-            heard = await download(unit, part, Lane.COMMAND)
-            found |= dict(enumerate(heard.replies, first))
-    except GatewayError as unread:
-        sent = sum(len(commands) for _, commands in runs)
-        raise NotReadBack(f"{sent} positions were sent to {unit.address}", unread) from unread
-    wanted = {n: row for first, commands in runs for n, row in enumerate(commands, first)}
-    differing = [number for number, row in wanted.items() if not agrees(row, found.get(number))]
-    if differing:
-        raise _differ(unit, differing, wanted, found)
+async def _see_cleared(unit: RobotUnit, command: ClearPositions, numbers: Sequence[int]) -> None:
+    sent = f"{command.text()} was sent to {unit.address}"
+    for number in dict.fromkeys(numbers):
+        try:
+            still_set = await unit.stored(number, Lane.COMMAND) is not None
+        except GatewayError as unread:
+            raise NotReadBack(sent, unread) from unread
+        if still_set:
+            raise NotDone(f"{sent}, and position {number} is still set: that was not done as asked.", command)
 
 
 def agrees(sent: UploadPosition, held: StoredPosition | None) -> bool:
@@ -82,7 +133,7 @@ def agrees(sent: UploadPosition, held: StoredPosition | None) -> bool:
 
 
 def _differ(
-    unit: "RobotUnit",
+    unit: RobotUnit,
     differing: Sequence[int],
     wanted: Mapping[int, UploadPosition],
     found: Mapping[int, StoredPosition],
@@ -98,45 +149,3 @@ def _differ(
         "others may be overwritten.",
         "Move to none of them. Read the table, and upload what differs again.",
     )
-
-
-async def clear(unit: "RobotUnit", command: ClearPositions) -> Heard:
-    """Clear positions (C-HOST manual 2-20); in Ver.2 see that they are.
-
-    What was set there before and is not now proves it: the first position, and of a single one its absence.
-
-    :raises NotDone: the first or the last is still set.
-    :raises NotReadBack: it was sent, and the robot has not told whether they are set.
-    :raises NoReply: it was sent, and nothing that can be read tells whether it was done.
-    :raises GatewayError: it was not done, or not sent.
-    """
-    robot, epoch = unit.robot, unit.robot.line.stop_epoch
-    async with robot.tables_change:
-        if robot.mode != HostMode.VER_2:
-            return await robot.converse(command, unit.number)
-        first = command.first or 1
-        last = min(first + (command.count or LAST_POSITION) - 1, LAST_POSITION)
-        robot.require_free(command)
-        was_set = await unit.stored(first, Lane.COMMAND) is not None
-        if robot.line.stop_epoch != epoch:
-            raise robot.line.overtaken()
-        unanswered = None
-        try:
-            await robot.converse(command, unit.number)
-        except NoReply as error:
-            unanswered = error
-        await _see_cleared(unit, command, (first, last))
-        if unanswered is not None and not was_set and first != last:
-            raise unanswered
-    return heard_now()
-
-
-async def _see_cleared(unit: "RobotUnit", command: ClearPositions, numbers: Sequence[int]) -> None:
-    sent = f"{command.text()} was sent to {unit.address}"
-    for number in dict.fromkeys(numbers):
-        try:
-            still_set = await unit.stored(number, Lane.COMMAND) is not None
-        except GatewayError as unread:
-            raise NotReadBack(sent, unread) from unread
-        if still_set:
-            raise NotDone(f"{sent}, and position {number} is still set: that was not done as asked.", command)

@@ -2,15 +2,14 @@
 
 from typing import Any
 
+from gateway.fics.axes import DISPLAYED, Places, UnitAxes
 from gateway.fics.errors import NotHomed, PositionUnknown
-from gateway.fics.units import Places, RobotUnit, UnknownReason, coordinates_of
+from gateway.fics.units import RobotUnit, UnknownReason
 from protocols.fics.jog import StepAxis
 from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
 from protocols.fics.moves import AxesMove, MoveAbsolute, MoveRelative, MoveToPosition
 from protocols.fics.row import FicsCommand
 
-DISPLAYED = 0.01
-"""The smallest amount a robot displays, in mm and degrees: an assumption. Pulses are whole."""
 TOLERANCE = 2 * DISPLAYED
 """A successful move may end so far from its target: its start and its end were both rounded for display."""
 NOISE_DIGITS = 6
@@ -26,7 +25,7 @@ _WHY: dict[UnknownReason, str] = {
 }
 
 
-def axes_it_needs(unit: RobotUnit, command: FicsCommand[Any], target: Places | None = None) -> list[str]:
+def axes_it_needs(unit: UnitAxes, command: FicsCommand[Any], target: Places | None = None) -> list[str]:
     """The axes whose positions have to be known before a move.
 
     A place can only be gone to from a known one (C-HOST manual 2-6, 2-16, 4-3); a stored position whose
@@ -38,7 +37,7 @@ def axes_it_needs(unit: RobotUnit, command: FicsCommand[Any], target: Places | N
     if isinstance(command, MoveToPosition):
         return unit.axes if target is None else list(target)
     if isinstance(command, MoveAbsolute | MoveMotorsAbsolute):
-        return list(_named(unit.names(coordinates_of(unit, command)), command.coordinates))
+        return list(_named(unit.names(unit.coordinates_of(command)), command.coordinates))
     return []
 
 
@@ -65,7 +64,7 @@ async def require_known(
 
 
 def target_of(
-    unit: RobotUnit, command: FicsCommand[Any], start: Places, stored: list[float | None] | None = None
+    unit: UnitAxes, command: FicsCommand[Any], start: Places, stored: list[float | None] | None = None
 ) -> dict[str, float | None] | None:
     """Where the axes should come to, by name; null for one that moves from an unknown place.
 

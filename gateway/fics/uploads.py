@@ -2,17 +2,14 @@
 
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager, suppress
-from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
 from gateway.core.errors import OVERTAKEN, GatewayError, InvalidRequest
+from gateway.fics.commander import Commander
 from gateway.fics.errors import UploadBrokenOff
 from protocols.fics.positions import LAST_POSITION, BeginPositionUpload, EndPositionUpload, UploadPosition
 from protocols.wording import sentence
-
-if TYPE_CHECKING:
-    from gateway.fics.robot import Robot
 
 UPLOAD = BeginPositionUpload()
 """Stands for an upload as a whole where it is asked what may be sent."""
@@ -20,42 +17,40 @@ UPLOAD = BeginPositionUpload()
 Run = tuple[int, list[UploadPosition]]
 
 
-async def upload(robot: "Robot", runs: list[Run], epoch: int) -> None:
-    """Store runs of positions, unless there is a stop after `epoch`; call it with the floor held.
+async def upload(commander: Commander, runs: list[Run], epoch: int) -> None:
+    """Store runs of positions, unless there is a stop after `epoch`; call it with the sequence lock held.
 
     :raises UploadBrokenOff: positions were sent before the one that failed, or before a stop.
     :raises GatewayError: nothing was stored.
     """
-    dialogue = robot.dialogue
     sent = 0
     for first, commands in runs:
         begun = False
         try:
-            async with _open(robot, first, epoch):
+            async with _open(commander, first, epoch):
                 begun = True
                 for number, command in enumerate(commands, first):
-                    dialogue.answered(command, await dialogue.say(command, epoch))
+                    commander.answered(command, await commander.say(command, epoch))
                     sent = number
         except GatewayError as error:
             if sent or (begun and isinstance(error, OVERTAKEN)):
-                raise UploadBrokenOff(robot.id, sent, error) from error
+                raise UploadBrokenOff(commander.robot_id, sent, error) from error
             raise
 
 
 @asynccontextmanager
-async def _open(robot: "Robot", first: int, epoch: int) -> AsyncIterator[None]:
+async def _open(commander: Commander, first: int, epoch: int) -> AsyncIterator[None]:
     """Open an upload, and end it whatever has happened in between.
 
     Where its end is not heard, the line sees to that before anything else is said.
     """
-    dialogue, line = robot.dialogue, robot.line
     try:
-        dialogue.answered(UPLOAD, await dialogue.say(BeginPositionUpload(first=first), epoch))
+        commander.answered(UPLOAD, await commander.say(BeginPositionUpload(first=first), epoch))
         yield
     finally:
-        if line.uploading:
+        if commander.line.uploading:
             with suppress(GatewayError):
-                await dialogue.say(EndPositionUpload(), line.stop_epoch)
+                await commander.say(EndPositionUpload())
 
 
 def runs_of(positions: Sequence[tuple[int, Sequence[float | None]]]) -> list[Run]:

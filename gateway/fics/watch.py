@@ -1,18 +1,15 @@
 """What happens to a robot without us: power that was lost, errors, motion nobody here asked for."""
 
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
-from gateway.core.errors import ControllerRefused, Expired, GatewayError
+from gateway.core.errors import ControllerRefused, Expired, GatewayError, PowerCycled
 from gateway.core.port import LineState
 from gateway.core.waiting import happens
-from gateway.fics.errors import PowerCycled, RobotBusy
-from gateway.fics.units import at_rest
-from protocols.fics.system import GetUnit
-
-if TYPE_CHECKING:
-    from gateway.fics.robot import Robot
-    from gateway.fics.units import RobotUnit
+from gateway.fics.axes import at_rest
+from gateway.fics.errors import RobotBusy
+from gateway.fics.questions import UNIT
+from gateway.fics.robot import Robot
+from gateway.fics.units import RobotUnit
 
 HEALTH_POLL_S = 5.0
 """A robot that does nothing for us is asked for its mode, errors and status this often."""
@@ -21,32 +18,33 @@ BUSY = "E01"
 """The refusal of a selection of units while something moves (C-HOST manual 1-7)."""
 
 
-async def watch(robot: "Robot") -> None:
+async def watch(robot: Robot) -> None:
     """Look again and again, and publish what is found."""
+    motion = robot.motion
     while True:
-        robot.look_due.clear()
-        if robot.line.state is LineState.READY and robot.motion is None and not robot.stopping:
+        motion.look_due.clear()
+        if robot.line.state is LineState.READY and motion.command is None and not motion.stopping:
             try:
                 await _look(robot)
             except (PowerCycled, RobotBusy, Expired):
                 pass  # it has been told, or moves for us by now, or is wanted by others
             except GatewayError as error:
                 robot.publish("robot.unreadable", {"detail": error.detail})
-        await happens(robot.look_due, HEALTH_POLL_S)
+        await happens(motion.look_due, HEALTH_POLL_S)
 
 
-async def _look(robot: "Robot") -> None:
-    await robot.see_power()
-    await robot.errors_of_system.look()
+async def _look(robot: Robot) -> None:
+    await robot.motions.see_power()
+    await robot.errors.look()
     moves = await _moves(robot)
-    if robot.motion is not None:
+    if robot.motion.command is not None:
         return
-    robot.see_motion(moves=moves)
+    robot.motion.note_foreign(moves=moves)
     with suppress(ControllerRefused):  # the terminal is at work; before the next motion it is done
-        await robot.restore_speeds()
+        await robot.motions.restore_speeds()
 
 
-async def _moves(robot: "Robot") -> bool | None:
+async def _moves(robot: Robot) -> bool | None:
     """Whether the unit moves that the robot acts on; None while the terminal keeps it from telling.
 
     Another unit is not selected just to be looked at: the terminal would show it (C-HOST manual 2-1). Only
@@ -59,9 +57,9 @@ async def _moves(robot: "Robot") -> bool | None:
     return not at_rest(axes)
 
 
-async def _present_unit(robot: "Robot") -> "RobotUnit":
+async def _present_unit(robot: Robot) -> RobotUnit:
     if len(robot.units) == 1:
         return robot.units[0]
     known = robot.selection.unit
-    number = known or (await robot.read(GetUnit())).host_unit
+    number = known or (await robot.read(UNIT)).host_unit
     return next((unit for unit in robot.units if unit.number == number), robot.units[0])

@@ -3,8 +3,9 @@
 from typing import Any, NamedTuple
 
 from gateway.core.errors import InvalidRequest
+from gateway.fics.axes import Coordinates, at_rest
 from gateway.fics.family import Fics
-from gateway.fics.units import Coordinates, UnknownReason, at_rest
+from gateway.fics.units import UnknownReason
 from gateway.operations.caller import for_caller
 from gateway.plant import Plant
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
@@ -53,7 +54,7 @@ async def status(plant: Plant, robot_id: str, unit: int) -> Condition:
     """
     axes = plant.family(Fics).robot(robot_id).unit(unit)
     statuses, at = await axes.status_at()
-    reply: SensorStates = await axes.robot.read(GetAxisSensors(), unit)
+    reply: SensorStates = await axes.read(GetAxisSensors())
     return Condition(not at_rest(statuses.values()), statuses, axes.by_axis(axes.motor_axes, reply.axes), at)
 
 

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any, Final, Literal
 
 from protocols.fics.commands import ROWS
-from protocols.fics.row import NAME_LENGTH, FicsCommand
+from protocols.fics.row import NAME_LENGTH, FicsCommand, WhenAnswered
 from protocols.lines import CR, Lines
 from protocols.table import Reply, WireFault
 
@@ -162,23 +162,27 @@ def credit(command: FicsCommand[Any], found: Frame) -> Reply | Completion | Refu
     if isinstance(found, Garbage):
         return None
     if isinstance(found, Completion):
-        ends = command.ends_with if command.is_query() else command.wire_name()
+        ends = command.ends_with if command.answered is WhenAnswered.ALWAYS else _name(command)
         return found if found.name == ends else None
     if isinstance(found, Answer):
         return _credit_answer(command, found)
-    return found if found.name == command.wire_name() else None
+    return found if found.name == _name(command) else None
 
 
 def _credit_answer(command: FicsCommand[Any], found: Answer) -> Reply | Failure | None:
-    if found.name != (command.answered_as or command.wire_name()):
+    if found.name != (command.answered_as or _name(command)):
         return None
-    if not command.is_query():
+    if command.answered is not WhenAnswered.ALWAYS:
         return Failure(found.name, found.payload) if _FAILED.fullmatch(found.payload) else None
     try:
         reply: Reply = command.read_reply(found.payload)
     except WireFault:
         return None
     return reply
+
+
+def _name(command: FicsCommand[Any]) -> str:
+    return command.code or command.wire_name()
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,3 +54,7 @@ class RunMacro(
 
     macro: MacroName = Field(description="Three capital letters or digits.")
     arguments: Arguments | None = Field(default=None, description="Up to four numbers; null leaves one out.")
+
+    def wire_name(self) -> str:
+        """The name of the macro."""
+        return self.macro

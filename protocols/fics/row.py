@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from enum import StrEnum
+from functools import cached_property
 from types import MappingProxyType
 from typing import ClassVar, Final, TypeVar
 
@@ -95,12 +96,17 @@ class FicsCommand(Command[R_co], args=""):
         cls._take_columns(columns | {"retry": retry, "effect": effect, "echo": echo, "example": example})
 
     def text(self) -> str:
-        """The command as it stands on the wire, without terminator."""
-        return " ".join(part for part in (self.code, self.written()) if part)
+        """The command as it stands on the wire, without terminator; it is written out once."""
+        return self._text
+
+    @cached_property
+    def _text(self) -> str:
+        parameters = self.written()
+        return f"{self.code} {parameters}" if self.code and parameters else self.code or parameters
 
     def wire_name(self) -> str:
         """The three characters it begins with; a macro's are its own."""
-        return self.text()[:NAME_LENGTH]
+        return self.code
 
     @classmethod
     def is_query(cls) -> bool:

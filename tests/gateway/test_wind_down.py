@@ -355,7 +355,7 @@ def test_a_move_of_a_robot_that_is_not_sent_yet_never_is(mode: int) -> None:
                 it.plant.robot_moves.start(it.robot, 1, RunMacro(macro="PCK")),
                 it.robot.ask(SLOW, 1),
                 it.robot.upload_positions([(1, [1.0])]),
-                it.robot.errors_of_system.reset(),
+                it.robot.asking.reset_errors(),
             ):
                 with pytest.raises(ShuttingDown):
                     await begin

@@ -85,7 +85,7 @@ class Deeds:
         self._rig.robot.power.acknowledge()
         if self._rig.robot.latched_error is not None:
             try:
-                await self._rig.robot.errors_of_system.reset()
+                await self._rig.robot.asking.reset_errors()
             except GatewayError:
                 return
 

@@ -208,7 +208,7 @@ class Simulation:
 
     async def _mover(self, unit: int) -> None:
         for _ in range(MOVES_PER_UNIT):
-            await self._rig.robot.idle.wait()
+            await self._rig.robot.motion.idle.wait()
             self._moves += 1
             amount = (1 + self._moves / 1000) * (-1 if self._moves % 4 < 2 else 1)
             errand = Errand(unit, f"LMI ,,{amount:.3f}".rstrip("0"), self._stops)
@@ -232,7 +232,7 @@ class Simulation:
             self._rig.robot.power.acknowledge()
         if self._rig.robot.latched_error is not None:
             try:
-                await self._rig.robot.errors_of_system.reset()
+                await self._rig.robot.asking.reset_errors()
             except GatewayError:
                 return
 
@@ -255,15 +255,15 @@ class Simulation:
             case 1:
                 return await unit.position("motor")
             case 2:
-                return await unit.robot.ask(GetVariable(number=number))
+                return await self._rig.robot.ask(GetVariable(number=number))
             case 3:
-                return await unit.robot.ask(SetVariable(number=number, value=float(number)))
+                return await self._rig.robot.ask(SetVariable(number=number, value=float(number)))
             case 4:
-                return await unit.robot.ask(GetSpeedPercent(), unit.number)
+                return await self._rig.robot.ask(GetSpeedPercent(), unit.number)
             case 5:
-                return await unit.robot.positions(1, LAST_POSITION, unit.number)
+                return await self._rig.robot.positions(1, LAST_POSITION, unit.number)
             case _:
-                return await unit.robot.errors_of_system.take()
+                return await self._rig.robot.errors.take()
 
     async def _stopper(self) -> None:
         for _ in range(STOPS):

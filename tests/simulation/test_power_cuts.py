@@ -12,9 +12,8 @@ from typing import Any
 
 import pytest
 
-from gateway.core.errors import GatewayError
+from gateway.core.errors import GatewayError, PowerCycled
 from gateway.core.move_record import MoveStatus
-from gateway.fics.errors import PowerCycled
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis

@@ -27,10 +27,11 @@ from gateway.core.errors import (
     NotExecuted,
     NotFound,
     NotSent,
+    PowerCycled,
     QueueFull,
     StoppedFirst,
 )
-from gateway.fics.errors import PowerCycled, RobotFailed, RobotOffline
+from gateway.fics.errors import RobotFailed, RobotOffline
 from gateway.fics.errors import refused as robot_refused
 from gateway.rorze.errors import refused as body_refused
 from protocols.fics.inputs_outputs import GetInputChannel

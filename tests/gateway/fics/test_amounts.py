@@ -4,16 +4,16 @@ import pytest
 
 from gateway.core.errors import InvalidRequest
 from gateway.fics.amounts import Amount, AxisSpeed, build, in_order, numbers
-from gateway.fics.units import RobotUnit
+from gateway.fics.axes import UnitAxes
 from protocols.fics.moves import MoveAbsolute
 from protocols.fics.notation import AxisSystem
 from tests.api.robots.cell import Cell, in_cell
 
 
-def pulses(cell: Cell) -> RobotUnit:
+def pulses(cell: Cell) -> UnitAxes:
     """A unit that counts pulses and has a theta."""
     systems = {"X": AxisSystem.PULSE, "W": AxisSystem.PULSE, "@": AxisSystem.DEGREE}
-    return RobotUnit(cell.rig.robot, 3, ["X", "W", "@"], ["X", "W", "@"], systems)
+    return UnitAxes("r1", 3, ["X", "W", "@"], ["X", "W", "@"], systems)
 
 
 @in_cell()

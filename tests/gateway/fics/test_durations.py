@@ -5,26 +5,26 @@ import asyncio
 import pytest
 
 from gateway.core.move_record import MoveStatus
-from gateway.fics.durations import AxisPace, longest_s
+from gateway.fics.durations import AxisDuration, longest_s
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute, MoveRelative
 from protocols.fics.speeds import SetSpeedPercent
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
 
-PACES = {"X": AxisPace(10.0, 1.0), "Y": AxisPace(100.0, 0.5)}
+DURATIONS = {"X": AxisDuration(10.0, 1.0), "Y": AxisDuration(100.0, 0.5)}
 AT_ZERO = {"X": 0.0, "Y": 0.0}
 
 
 def test_the_slowest_axis_counts_and_one_that_stays_does_not() -> None:
-    assert longest_s(AT_ZERO, {"X": 50.0, "Y": -100.0}, PACES) == 6.0
-    assert longest_s(AT_ZERO, {"X": 0.0, "Y": 100.0}, PACES) == 1.5
+    assert longest_s(AT_ZERO, {"X": 50.0, "Y": -100.0}, DURATIONS) == 6.0
+    assert longest_s(AT_ZERO, {"X": 0.0, "Y": 100.0}, DURATIONS) == 1.5
 
 
 def test_what_is_not_known_is_not_guessed() -> None:
-    assert longest_s(AT_ZERO, None, PACES) is None
-    assert longest_s({"X": None}, {"X": 50.0}, PACES) is None
-    assert longest_s(AT_ZERO, {"X": None}, PACES) is None
+    assert longest_s(AT_ZERO, None, DURATIONS) is None
+    assert longest_s({"X": None}, {"X": 50.0}, DURATIONS) is None
+    assert longest_s(AT_ZERO, {"X": None}, DURATIONS) is None
     assert longest_s(AT_ZERO, {"X": 50.0}, {}) is None
 
 

@@ -5,10 +5,10 @@ from random import Random
 
 import pytest
 
-from gateway.core.errors import ControllerRefused, NoReply, NotSent, StoppedFirst
+from gateway.core.errors import ControllerRefused, NoReply, NotSent, PowerCycled, StoppedFirst
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
-from gateway.fics.errors import NotHomed, PowerCycled, UnitNotSelected, UploadBrokenOff
+from gateway.fics.errors import NotHomed, UnitNotSelected, UploadBrokenOff
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.homing import HomeRobot
 from protocols.fics.inputs_outputs import SwitchOutput
@@ -279,7 +279,7 @@ async def test_h10_a_lost_error_is_never_asked_for_again_but_found_in_the_detail
         rig.touch(lambda fics, now: fics.raise_alarm(system_error(183, 1, 2), now))
         asked = len(rig.heard("ERR"))
         rig.lose_replies()
-        await rig.robot.errors_of_system.look()
+        await rig.robot.errors.look()
         assert len(rig.heard("ERR")) == asked + 1
         assert rig.robot.latched_error is not None
         assert rig.robot.latched_error.code == "183"

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import InvalidRequest
+from gateway.fics.axes import UnitAxes
 from gateway.fics.fit import require_fit
-from gateway.fics.units import RobotUnit
 from protocols.fics.homing import SetHomingOffsets, SetHomingTypes
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.notation import AxisSystem
@@ -17,10 +17,10 @@ from protocols.fics.status import GetAxisStatus
 from tests.api.robots.cell import Cell, in_cell
 
 
-def odd_unit(cell: Cell) -> RobotUnit:
+def odd_unit(cell: Cell) -> UnitAxes:
     """A unit whose first axis counts pulses, with one motor."""
     systems = {"W": AxisSystem.PULSE, "@": AxisSystem.DEGREE, "A": AxisSystem.PULSE}
-    return RobotUnit(cell.rig.robot, 3, ["W", "@"], ["A"], systems)
+    return UnitAxes("r1", 3, ["W", "@"], ["A"], systems)
 
 
 FITTING = (

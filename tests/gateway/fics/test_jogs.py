@@ -371,14 +371,14 @@ async def jogging_that_brakes_slowly(mode: int) -> AsyncIterator[tuple[FicsRig, 
         for setting in SLOW_TO_STOP:
             await rig.robot.ask(setting, 1)
         lies = []
-        publish = rig.robot.publish
+        publish = rig.robot._publish
 
-        def judged(kind: str, data: dict[str, Any], correlation: str | None = None) -> str:
+        def judged(kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
             if kind in ("robot.jog.ended", "robot.jog.lost", "robot.jog.stopped") and moves(rig):
                 lies.append(kind)
-            return publish(kind, data, correlation)
+            return publish(kind, subject, data, correlation)
 
-        rig.robot.publish = judged  # type: ignore[method-assign]
+        rig.robot._publish = judged
         session = await rig.robot.jogs.start(1, "Z", "-")
         for _ in range(8):
             await asyncio.sleep(0.3)

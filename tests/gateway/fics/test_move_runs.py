@@ -198,7 +198,7 @@ async def test_a_move_that_is_lost_stays_lost() -> None:
         assert move.status is MoveStatus.LOST
         assert move.position is None
         assert rig.types("robot.move.")[-1] == "robot.move.lost"
-        assert rig.robot.motion is None
+        assert rig.robot.motion.command is None
 
 
 @in_virtual_time

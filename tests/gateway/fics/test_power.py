@@ -4,9 +4,9 @@ import asyncio
 
 import pytest
 
-from gateway.core.errors import ControllerRefused, NoReply, NotSent
+from gateway.core.errors import ControllerRefused, NoReply, NotSent, PowerCycled
 from gateway.core.move_record import MoveStatus
-from gateway.fics.errors import NotProved, PowerCycled, RobotBusy, SpeedsNotRestored
+from gateway.fics.errors import NotProved, RobotBusy, SpeedsNotRestored
 from protocols.fics.homing import HomeRobot
 from protocols.fics.motor_axes import GetMotorSpeedPercent, SetMotorSpeedPercent
 from protocols.fics.moves import MoveRelative
@@ -185,7 +185,7 @@ def test_in_mode_2_homing_takes_origins_away_by_itself(stopped: bool) -> None:
             again = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
             if stopped:
                 assert (await rig.robot.stop("immediate")).state == "confirmed"
-                await rig.robot.errors_of_system.reset()
+                await rig.robot.asking.reset_errors()
             await rig.plant.robot_moves.wait(again.id, 600)
             await asyncio.sleep(LIMIT_S)
             assert all(motor.homed for motor in rig.fics.units[1].motors) is not stopped
@@ -265,7 +265,7 @@ async def test_h01_on_a_line_that_is_never_quiet_nothing_moves() -> None:
 @in_virtual_time
 async def test_h01_a_copy_of_an_answer_from_before_the_loss_proves_nothing() -> None:
     async with fics_rig() as rig:
-        await rig.robot.see_power()
+        await rig.robot.motions.see_power()
         rig.cable.copies.append(b"MOD 3\r")  # on its way, and nothing asked later is answered before it
         rig.power_cycle()
         with pytest.raises(PowerCycled):

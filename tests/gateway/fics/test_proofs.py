@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
+from gateway.fics.axes import Places
 from gateway.fics.proofs import Finding
-from gateway.fics.units import Places
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro
 from protocols.fics.moves import MoveRelative

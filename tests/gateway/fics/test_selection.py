@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from gateway.core.errors import ControllerRefused, NotSent
-from gateway.fics.errors import PowerCycled, RobotBusy, UnitNotSelected
+from gateway.core.errors import ControllerRefused, NotSent, PowerCycled
+from gateway.fics.errors import RobotBusy, UnitNotSelected
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.status import GetAxisSensors, MotionMode

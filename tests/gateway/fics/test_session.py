@@ -161,9 +161,9 @@ def test_an_upload_that_is_refused_is_none_unless_one_may_be_open(error: str, ma
     it = Talk()
     it.submit(BeginPositionUpload(first=1))
     it.write()
-    assert it.talk.uploading
+    assert it.talk.upload.is_open
     it.hear(Refusal("POF", error))
-    assert it.talk.uploading is may_be_open
+    assert it.talk.upload.is_open is may_be_open
 
 
 @pytest.mark.parametrize(("error", "may_be_open"), [("E08", False), ("E03", True), ("E06", True)])
@@ -175,7 +175,7 @@ def test_the_end_of_an_upload_that_is_refused_ends_it_only_if_none_was_open(
     it.submit(EndPositionUpload())
     it.write()
     it.hear(Refusal("POF", error))
-    assert it.talk.uploading is may_be_open
+    assert it.talk.upload.is_open is may_be_open
 
 
 def test_an_upload_whose_end_was_refused_is_ended_before_anything_else_is_said() -> None:
@@ -190,18 +190,18 @@ def test_an_upload_whose_end_was_refused_is_ended_before_anything_else_is_said()
     it.submit(GetAxisStatus(), Lane.READ)
     assert it.write() == "POF 2"
     it.hear(Completion("POF"))
-    assert not it.talk.uploading
+    assert not it.talk.upload.is_open
     it.pass_fence()
     assert it.write() == "ACD"
 
 
 def test_what_no_upload_lets_through_proves_that_none_is_open() -> None:
     it = Talk()
-    it.talk.doubt_upload()
+    it.talk.upload.doubt()
     it.submit(StopAllImmediately(), Lane.STOP)
     assert [it.write(), it.write()] == ["POF 2", "AES"]
     it.hear(Completion("AES"))
-    assert not it.talk.uploading
+    assert not it.talk.upload.is_open
 
 
 def test_an_answer_to_what_was_said_before_an_upload_does_not_end_it() -> None:
@@ -210,7 +210,7 @@ def test_an_answer_to_what_was_said_before_an_upload_does_not_end_it() -> None:
     assert it.write() == "LMI 1"
     it.begin_upload()
     it.hear(Completion("LMI"))
-    assert it.talk.uploading
+    assert it.talk.upload.is_open
 
 
 @pytest.mark.parametrize("question", [GetAxisStatus(), GetSystemVersion(), GetCommunicationMode()])
@@ -240,7 +240,7 @@ def test_a_refusal_that_the_teaching_terminal_explains_is_no_upload() -> None:
     it.submit(MoveRelative(coordinates=[1.0]))
     it.write()
     it.hear(Refusal("LMI", "E03"))
-    assert not it.talk.uploading
+    assert not it.talk.upload.is_open
     assert it.talk.in_step
 
 
@@ -286,7 +286,7 @@ def test_the_end_of_an_upload_that_nobody_has_heard_goes_before_the_next_stop() 
 def test_the_end_of_an_upload_goes_before_a_stop_that_waited_already() -> None:
     it = Talk()
     it.submit(StopAllDecelerating(), Lane.STOP)
-    it.talk.doubt_upload()
+    it.talk.upload.doubt()
     it.submit(StopAllImmediately(), Lane.STOP)
     assert [it.write() for _ in range(3)] == ["POF 2", "AES", "ASS"]
 

@@ -80,7 +80,7 @@ async def test_a_refused_stop_is_never_given_up_and_no_move_begins_before_it_has
         rig.edit(True)
         report = await rig.robot.stop("immediate")
         await asyncio.sleep(2 * HURRY_S)
-        assert (report.state, rig.robot.stopping) == ("sent", True)
+        assert (report.state, rig.robot.motion.stopping) == ("sent", True)
         assert rig.types("robot.stop").count("robot.stop.unconfirmed") == 1
         with pytest.raises(RobotBusy, match="not confirmed yet"):
             await rig.move(MoveRelative(coordinates=[None, None, -1.0]))
@@ -90,7 +90,7 @@ async def test_a_refused_stop_is_never_given_up_and_no_move_begins_before_it_has
         rig.edit(False)
         await asyncio.sleep(2.0)
         assert (report.state, report.detail, rig.fics.job) == ("confirmed", None, None)
-        assert not rig.robot.stopping
+        assert not rig.robot.motion.stopping
         assert rig.plant.robot_moves.get(move_id).status is MoveStatus.STOPPED
 
 
@@ -103,7 +103,7 @@ async def test_the_dead_man_of_a_jog_outlasts_a_cable_that_is_out_for_minutes() 
         rig.cable.unplug()
         await asyncio.sleep(2 * HURRY_S)
         assert rig.fics.job is not None
-        assert (session.state, session.ends_as, rig.robot.stopping) == ("stopping", "lost", True)
+        assert (session.state, session.ends_as, rig.robot.motion.stopping) == ("stopping", "lost", True)
         rig.cable.plugged_in = True
         await asyncio.sleep(10.0)
         assert rig.fics.job is None
@@ -132,7 +132,7 @@ async def test_the_end_of_the_gateway_ends_the_repeating() -> None:
         sent = len(rig.cable.written)
         await asyncio.sleep(HURRY_S)
         assert "AES" not in rig.cable.frames(sent)
-        assert not rig.robot.stopping
+        assert not rig.robot.motion.stopping
 
 
 @in_virtual_time

@@ -1,12 +1,7 @@
-"""A unit: what its axes are, and why it does not tell where they stand."""
+"""A unit: why it does not tell where its axes stand."""
 
-import pytest
-
-from gateway.core.errors import InvalidRequest
-from gateway.fics.units import RobotUnit
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro
-from protocols.fics.notation import AxisSystem
 from protocols.fics.status import MotionMode
 from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
@@ -15,14 +10,6 @@ from tests.plants import in_virtual_time
 async def reasons(rig: FicsRig, unit: int = 1) -> dict[str, str]:
     it = rig.robot.unit(unit)
     return dict(await it.why_unknown(await it.position()))
-
-
-@in_virtual_time
-async def test_a_converted_axis_stands_for_the_motors_that_are_no_user_axes() -> None:
-    async with fics_rig(units=2) as rig:
-        scara, gantry = rig.robot.units
-        assert [scara.motors_behind(axis) for axis in "XYZ"] == [["A", "B"], ["A", "B"], ["Z"]]
-        assert [gantry.motors_behind(axis) for axis in "XYZ"] == [["X"], ["Y"], ["Z"]]
 
 
 @in_virtual_time
@@ -53,25 +40,3 @@ async def test_h11_each_axis_has_its_own_reason() -> None:
         rig.fics.units[1].motors[1].homed = True
         rig.fics.units[1].motors[2].silent = True
         assert await reasons(rig) == {"Z": "not_known"}
-
-
-@in_virtual_time
-async def test_coordinates_the_axes_cannot_have_are_refused() -> None:
-    async with fics_rig() as rig:
-        systems = {"X": AxisSystem.PULSE, "@": AxisSystem.DEGREE}
-        unit = RobotUnit(rig.robot, 3, ["X", "@"], ["X", "@"], systems)
-        unit.require_values("user", [5.0, 0.5])
-        with pytest.raises(InvalidRequest, match="Axis X: pulses are whole"):
-            unit.require_values("user", [0.5, 0.5])
-        with pytest.raises(InvalidRequest, match="has the axes X, @, and 3 coordinates"):
-            unit.require_values("motor", [1.0, 1.0, 1.0])
-
-
-@in_virtual_time
-async def test_an_axis_that_user_and_motor_share_is_named_once() -> None:
-    async with fics_rig() as rig:
-        unit = rig.robot.unit(1)
-        for axis in "XYZAB":
-            unit.require_axis(axis)
-        with pytest.raises(InvalidRequest, match="axis: r1/units/1 has the axes X, Y, Z, A, B;"):
-            unit.require_axis("W")

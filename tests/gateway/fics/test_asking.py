@@ -7,8 +7,8 @@ import pytest
 
 from gateway.core.errors import Expired, NoReply
 from gateway.core.lanes import Lane
+from gateway.fics.asking import TURN_WITHIN_S
 from gateway.fics.selection import UNIT_HOLDS_S
-from gateway.fics.shared_reads import TURN_WITHIN_S
 from gateway.fics.watch import HEALTH_POLL_S
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.inputs_outputs import SwitchOutput
@@ -150,8 +150,8 @@ async def test_answers_are_told_with_the_moment_they_came() -> None:
     async with fics_rig(baud=9600) as rig:
         loop, unit = asyncio.get_running_loop(), rig.robot.unit(1)
         asked_at = loop.time()
-        first = asyncio.create_task(rig.robot.converse(GetMotorPosition(), 1))
-        second = asyncio.create_task(rig.robot.converse(GetMotorPosition(), 1))
+        first = asyncio.create_task(rig.robot.asking.ask(GetMotorPosition(), 1))
+        second = asyncio.create_task(rig.robot.asking.ask(GetMotorPosition(), 1))
         replies, at = await first
         assert asked_at < at <= loop.time()
         assert await second == (replies, at)

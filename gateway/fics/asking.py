@@ -1,0 +1,262 @@
+"""Questions and deeds: each put to the right unit, and a question once for all who ask the same meanwhile."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from gateway.core.errors import ControllerRefused, Expired, GatewayError, InvalidRequest
+from gateway.core.lanes import Lane
+from gateway.fics.axes import UnitAxes, unit_of
+from gateway.fics.commander import Commander
+from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed
+from gateway.fics.exchange import Answered, Outcome
+from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
+from gateway.fics.power import Power
+from gateway.fics.read_back import read_back
+from gateway.fics.selection import Selection
+from gateway.fics.system_errors import SystemErrors
+from protocols.fics.alarms import ResetErrors
+from protocols.fics.axis_settings import AxisSetting
+from protocols.fics.commands import of_the_robot
+from protocols.fics.errors import ErrorKind, lookup
+from protocols.fics.link import Failure
+from protocols.fics.positions import DownloadPositions
+from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
+from protocols.fics.system import HostMode, SelectUnit
+from protocols.table import Effect, Reply
+
+TURN_WITHIN_S = 5.0
+"""So long a read or a command waits for the robot to be free, and then for the line; a move says how long."""
+
+Question = tuple[int | None, str]
+"""A unit, or none, and the text of a query."""
+
+
+class Told(NamedTuple):
+    """What a robot has answered, and when, on the event loop's clock."""
+
+    replies: tuple[Any, ...]
+    """None after a deed, several after a download."""
+    at: float
+
+
+def told_now(*replies: Reply) -> Told:
+    """What was told just now."""
+    return Told(replies, asyncio.get_running_loop().time())
+
+
+def deadline_of(lane: Lane) -> float | None:
+    """Until when a request that comes now may wait; proofs of stops and moves are never too late."""
+    if lane not in (Lane.COMMAND, Lane.READ):
+        return None
+    return asyncio.get_running_loop().time() + TURN_WITHIN_S
+
+
+def _is_over(expires_at: float | None) -> bool:
+    return expires_at is not None and asyncio.get_running_loop().time() >= expires_at
+
+
+@dataclass(eq=False)
+class Asking:
+    """The questions and deeds of one robot that start no motion."""
+
+    _units: Sequence[UnitAxes]
+    _commander: Commander
+    _motion: MotionState
+    _selection: Selection
+    _power: Power
+    _errors: SystemErrors
+    settings_changed: int = 0
+    """How often a setting of an axis may have changed."""
+    _waiting: dict[Question, "asyncio.Task[Told | GatewayError]"] = field(default_factory=dict)
+    """Those that wait for the sequence lock; an equal one shares the answer."""
+    _tasks: set["asyncio.Task[Told | GatewayError]"] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.line = self._commander.line
+        self._by_number = {unit.number: unit for unit in self._units}
+
+    async def close(self) -> None:
+        """Ask nothing more: once the line is closed all who wait are told so."""
+        if self._tasks:
+            await asyncio.wait(self._tasks)
+
+    async def ask(self, command: FicsCommand[Any], unit: int | None = None, lane: Lane = Lane.READ) -> Told:
+        """Send a command that starts no move, in turn; `lane` is that of a query.
+
+        :raises ControllerRefused: the robot answered `Enn`.
+        :raises RobotFailed: it ended with an error of the system.
+        :raises Expired: the robot was not free in time.
+        :raises GatewayError: it was not sent, or not answered; the error says which.
+        """
+        number = self._admit(command, unit)
+        if command.answered is not WhenAnswered.ALWAYS:
+            await self._do(command, number, read=self.line.mode == HostMode.VER_2)
+            return told_now()
+        expires_at = deadline_of(lane)
+        if lane is not Lane.READ:
+            return await self._put(command, number, lane, expires_at)
+        answer = await asyncio.shield(self._shared(command, number, expires_at))
+        while isinstance(answer, Expired) and not _is_over(expires_at):  # for somebody who asked before
+            answer = await asyncio.shield(self._shared(command, number, expires_at))
+        if isinstance(answer, GatewayError):
+            raise answer
+        return answer
+
+    async def change(self, command: FicsCommand[Any], unit: int | None = None) -> Any:
+        """Send a setting, and give what the robot tells of it then, which agrees; errors as of `ask`, and
+
+        :raises NotDone: the robot tells something else.
+        :raises NotReadBack: it was sent, and the robot has not told what it is now.
+        """
+        number = self._admit(command, unit)
+        return (await self._do(command, number, read=True)).replies[0]
+
+    async def reset_errors(self) -> None:
+        """Reset the errors of the system, and see whether one still stands (DRT, C-HOST manual 2-14).
+
+        :raises ErrorRemains: its cause is still there.
+        :raises NotReadBack: it was done, and nobody knows what still stands.
+        :raises GatewayError: it was not done.
+        """
+        try:
+            await self.ask(ResetErrors())
+        except RobotFailed as failed:
+            raise ErrorRemains(self._commander.robot_id, ResetErrors.code, failed.error) from None
+        try:
+            error = await self._errors.take(reset_by="gateway")
+        except GatewayError as unread:
+            raise NotReadBack(f"The errors of {self._commander.robot_id} were reset", unread) from unread
+        if lookup(error).kind is ErrorKind.FICS:
+            raise ErrorRemains(self._commander.robot_id, ResetErrors.code, error)
+
+    def note_change(self) -> None:
+        """Settings may be others now."""
+        self.settings_changed += 1
+
+    def only_unit(self, command: FicsCommand[Any]) -> int:
+        """The unit of a command that names none.
+
+        :raises InvalidRequest: there are several.
+        """
+        if len(self._units) > 1:
+            raise InvalidRequest(
+                f"{command.wire_name()} acts on one unit; nothing was sent.", "Say on which."
+            )
+        return self._units[0].number
+
+    def _admit(self, command: FicsCommand[Any], unit: int | None) -> int | None:
+        """Refuse what moves or stops something and what motion forbids, and give the unit to be selected."""
+        if command.effect in (Effect.MOTION, Effect.STOP):
+            raise InvalidRequest(
+                f"{command.wire_name()} moves or stops something and is not merely asked; nothing was sent.",
+                "Start a move, or stop the robot.",
+            )
+        number = self._unit_of(command, unit)
+        if self._motion.command is not None:
+            self._motion.require_free(command)
+        return number
+
+    def _unit_of(self, command: FicsCommand[Any], unit: int | None) -> int | None:
+        """The unit to be selected; None where the command means the whole system."""
+        if unit is not None:
+            return unit if unit in self._by_number else unit_of(self._units, unit).number
+        if isinstance(command, MOVES_ALL_UNITS) or of_the_robot(type(command)):
+            return None
+        return self.only_unit(command)
+
+    # deeds
+
+    async def _do(self, command: FicsCommand[Any], number: int | None, *, read: bool) -> Answered:
+        """Send a command that changes something, to a unit just confirmed, and `read` back what it is."""
+        line, lane = self.line, Lane.COMMAND
+        line.admission.require()
+        epoch = line.stop_epoch
+        async with line.floor.held(lane, deadline_of(lane)):
+            if line.stop_epoch != epoch:
+                raise line.overtaken()
+            if number is not None:
+                await self._selection.make(number, afresh=True)
+            outcome = await self._commander.say(command, epoch, expires_at=deadline_of(lane))
+            if read:
+                outcome = await read_back(self._commander, command, outcome, epoch)
+            self._learn(command, number, outcome)
+        if isinstance(outcome, Failure):
+            await self._errors.look()
+        return self._commander.answered(command, outcome)
+
+    def _learn(self, command: FicsCommand[Any], number: int | None, outcome: Outcome) -> None:
+        """Note what the gateway has to remember of what was said."""
+        if isinstance(command, SelectUnit):
+            self._selection.forget()
+        if number is not None:
+            self._power.note(self._by_number[number], command, outcome)
+        if isinstance(command, AxisSetting):
+            self.note_change()
+
+    # questions
+
+    def _shared(
+        self, query: FicsCommand[Any], number: int | None, expires_at: float | None
+    ) -> "asyncio.Task[Told | GatewayError]":
+        """The equal question that waits, or a new one."""
+        question = (number, query.text())
+        if question not in self._waiting:
+            asking = self._put_for_all(query, question, expires_at)
+            task = asyncio.create_task(asking, name=f"question {query.text()}")
+            self._waiting[question] = task
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+        return self._waiting[question]
+
+    async def _put_for_all(
+        self, query: FicsCommand[Any], question: Question, expires_at: float | None
+    ) -> Told | GatewayError:
+        mine = asyncio.current_task()
+
+        def begun() -> None:
+            """Who asks from now on wants a later answer."""
+            if self._waiting.get(question) is mine:
+                del self._waiting[question]
+
+        try:
+            return await self._put(query, question[0], Lane.READ, expires_at, begun)
+        except GatewayError as error:
+            return error
+        finally:
+            begun()
+
+    async def _put(
+        self,
+        query: FicsCommand[Any],
+        number: int | None,
+        lane: Lane,
+        expires_at: float | None,
+        begun: Callable[[], object] = lambda: None,
+    ) -> Told:
+        line = self.line
+        async with line.floor.held(lane, expires_at):
+            begun()
+            line.admission.revise()  # after a suspension no unit is trusted
+            if number is not None:
+                await self._select(number, afresh=isinstance(query, DownloadPositions))
+            outcome = await self._commander.say(query, expires_at=deadline_of(lane))
+            self._learn(query, number, outcome)
+        return told_now(*self._commander.answered(query, outcome).replies)
+
+    async def _select(self, number: int, *, afresh: bool) -> None:
+        """Make sure of the unit whose values are told: no answer tells it, and a loss of power changes it.
+
+        While the terminal is at work the robot does not tell its unit (C-HOST manual 1-7), and the one it has
+        told before is trusted.
+        """
+        selection = self._selection
+        try:
+            await selection.make(number, afresh=afresh or not selection.is_trusted(number))
+        except ControllerRefused as refused:
+            if selection.unit != number:
+                raise
+            selection.trust()
+            if refused.error_code == BLOCK_ERRORS[Block.TERMINAL_RUNS]:
+                self._motion.note_foreign(moves=True)

@@ -1,0 +1,160 @@
+"""What moves, whose motion it is, and what keeps the next one from beginning."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from gateway.fics.errors import RobotBusy
+from gateway.fics.move_record import RobotMove
+from protocols.fics.homing import HomeRobot
+from protocols.fics.jog import StartJog
+from protocols.fics.macros import RunMacro
+from protocols.fics.row import Block, FicsCommand
+
+Tell = Callable[[str, dict[str, Any]], object]
+"""Type and data of an event of a robot."""
+
+MOVES_ALL_UNITS = HomeRobot, RunMacro
+
+
+class MotionState:
+    """The motion of one robot, as far as is known."""
+
+    def __init__(self, robot_id: str, tell: Tell) -> None:
+        self._robot_id = robot_id
+        self._tell = tell
+        self.command: FicsCommand[Any] | None = None
+        """The motion command of ours that is under way."""
+        self.unit: int | None = None
+        """The unit the last one was sent to."""
+        self.foreign: bool | None = None
+        """Whether it was seen to move without a command of ours; None until somebody has looked."""
+        self.look_due = asyncio.Event()
+        """It is to be looked at now, not at the next round."""
+        self.idle = asyncio.Event()
+        """No unit has a move that is not over."""
+        self.idle.set()
+        self.moves: dict[int, RobotMove] = {}
+        """By unit, the move that is not over yet."""
+        self.still: set[int] = set()
+        """The units that stood still when last asked; nothing was sent since that could move them."""
+        self.tables_change = asyncio.Lock()
+        """Held from a change of a table of positions until it is read back: nothing moves meanwhile."""
+        self._stops = 0
+
+    @property
+    def moving(self) -> bool | None:
+        """Whether it moves; None where nobody has looked since it was out of reach."""
+        return True if self.command is not None else self.foreign
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a stop is not confirmed yet."""
+        return self._stops > 0
+
+    @property
+    def jogs(self) -> bool:
+        """Whether the motion under way is that of JOG sessions."""
+        return isinstance(self.command, StartJog)
+
+    @property
+    def keeps_unit(self) -> bool:
+        """Whether nobody can select another unit now: in a macro the robot may do so (C-HOST manual 1-7)."""
+        return self.command is not None and not isinstance(self.command, RunMacro)
+
+    # motion commands
+
+    def begin(self, command: FicsCommand[Any], unit: int) -> None:
+        """A motion command has been written."""
+        self.command, self.unit = command, unit
+        if isinstance(command, MOVES_ALL_UNITS):
+            self.still.clear()
+        self.still.discard(unit)
+
+    def end(self, *, refused: bool = False) -> None:
+        """The motion command is over; one that was `refused` has moved nothing."""
+        self.command = None
+        if self.unit is None or refused:
+            return
+        self.foreign = False if self.unit in self.still else None
+        if self.foreign is None:
+            self.look_soon()
+
+    def begin_move(self, unit: int, move: RobotMove) -> None:
+        """A move of a unit was asked for."""
+        self.moves[unit] = move
+        self.idle.clear()
+
+    def end_move(self, unit: int) -> None:
+        """The move of a unit is over."""
+        self.moves.pop(unit, None)
+        self.idle.set()
+
+    # what was seen
+
+    def note_rest(self, unit: int, *, still: bool) -> None:
+        """A unit has told whether it stands still."""
+        (self.still.add if still else self.still.discard)(unit)
+
+    def note_foreign(self, *, moves: bool | None) -> None:
+        """The robot was looked at while no command of ours was under way."""
+        if moves and not self.foreign:
+            self._tell("robot.motion.foreign", {})
+        self.foreign = moves
+
+    def doubt(self) -> None:
+        """Nobody knows any more whether it stands still."""
+        self.foreign = self.foreign or None
+        self.look_soon()
+
+    def look_soon(self) -> None:
+        """Look at it now, not at the next round."""
+        self.look_due.set()
+
+    # stops
+
+    def begin_stop(self) -> None:
+        """A stop begins: nothing moves before it is confirmed and recorded."""
+        self._stops += 1
+
+    def confirm_stop(self) -> None:
+        """All units were seen to stand still."""
+        self.foreign = False
+
+    def end_stop(self) -> None:
+        """A stop is confirmed and recorded, or given up."""
+        self._stops -= 1
+
+    # what is refused meanwhile
+
+    def require_still(self, command: FicsCommand[Any]) -> None:
+        """Refuse a motion command while something else goes on.
+
+        :raises RobotBusy: something moves, a stop is not confirmed, or positions are being changed.
+        """
+        if self.stopping:
+            raise RobotBusy(
+                f"The stop of {self._robot_id} is not confirmed yet; {command.wire_name()} was not sent.",
+                "Wait for standstill.",
+            )
+        if self.tables_change.locked():
+            raise RobotBusy(
+                f"Positions of {self._robot_id} are being changed and read back; {command.wire_name()} was "
+                "not sent.",
+                "Try again.",
+            )
+        self.require_free(command)
+
+    def require_free(self, command: FicsCommand[Any]) -> None:
+        """Refuse what the manual forbids during motion (C-HOST manual 1-7), as Ver.2 would do silently.
+
+        :raises RobotBusy: a motion command is under way.
+        """
+        if self.command is None or Block.MOTION not in command.blocked:
+            return
+        if not (self.jogs and isinstance(command, StartJog)):
+            raise RobotBusy(
+                f"{self.command.wire_name()} of {self._robot_id} is under way; {command.wire_name()} was not "
+                "sent.",
+                "Wait for its end or stop it.",
+            )

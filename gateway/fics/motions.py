@@ -1,0 +1,152 @@
+"""Motion commands: written at most once, when all they depend on is proved, and ended."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from gateway.core.errors import Expired, GatewayError
+from gateway.core.lanes import Lane
+from gateway.fics.axes import UnitAxes, unit_of
+from gateway.fics.commander import Commander, in_time
+from gateway.fics.errors import NotProved
+from gateway.fics.exchange import Exchange, Outcome, Proof
+from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
+from gateway.fics.power import Power
+from gateway.fics.questions import UNIT
+from gateway.fics.selection import Selection
+from gateway.fics.system_errors import SystemErrors
+from protocols.fics.link import Refusal
+from protocols.fics.row import FicsCommand
+
+
+class Accepted(NamedTuple):
+    """A motion command that was written: its exchange, and its outcome to come."""
+
+    exchange: Exchange
+    outcome: "asyncio.Future[Outcome]"
+    """Ver.2: only a refusal ever comes here."""
+
+    def was_refused(self) -> bool:
+        """Whether nothing moved because of it."""
+        return self.outcome.done() and isinstance(self.outcome.result(), Refusal)
+
+
+@dataclass(eq=False)
+class Motions:
+    """The motion commands of one robot."""
+
+    _units: Sequence[UnitAxes]
+    commander: Commander
+    state: MotionState
+    selection: Selection
+    power: Power
+    errors: SystemErrors
+    poll_interval_s: float
+    """How often what moves is looked at."""
+
+    def __post_init__(self) -> None:
+        self.line = self.commander.line
+
+    def require_fit(self, command: FicsCommand[Any]) -> None:
+        """Refuse motion that somebody has to look after first.
+
+        :raises NotSent: power was lost, or an error stands.
+        :raises RobotBusy: something moves, or a stop is not confirmed.
+        """
+        name = command.wire_name()
+        self.power.require_known(name)
+        self.errors.require_none(name)
+        self.state.require_still(command)
+
+    async def begin(
+        self,
+        command: FicsCommand[Any],
+        unit: int,
+        *,
+        epoch: int,
+        expires_at: float,
+        on_written: Callable[[float], None],
+    ) -> Accepted:
+        """Write a motion command at most once, and give its outcome to come; it ends with `end`.
+
+        :raises NotSent: it was not written; the error says why.
+        :raises ControllerRefused: the mode, the speeds or the unit could not be made sure of.
+        """
+        axes = unit_of(self._units, unit)
+
+        def note(now: float) -> None:
+            self.state.begin(command, unit)
+            if isinstance(command, MOVES_ALL_UNITS):
+                self.power.forget_origins()
+            on_written(now)
+
+        async with self.line.floor.held(Lane.COMMAND, expires_at):
+            doubt: NotProved | None = None
+            while True:
+                try:
+                    async with in_time(expires_at):
+                        proof = await self._prove(command, axes, epoch)
+                    written = await self.commander.start(
+                        command, epoch=epoch, expires_at=expires_at, proof=proof, on_written=note
+                    )
+                except NotProved as error:
+                    doubt = error  # all is asked again
+                except Expired as late:
+                    raise (doubt or late) from None
+                else:
+                    return Accepted(*written)
+
+    async def _prove(self, command: FicsCommand[Any], unit: UnitAxes, epoch: int) -> Proof:
+        """See to everything a motion depends on: the speeds, the unit, and last that the power is not lost.
+
+        :raises NotSent: nobody knows, or something forbids the motion.
+        :raises ControllerRefused: as of `begin`.
+        """
+        if self.line.stop_epoch != epoch:
+            raise self.line.overtaken()
+        self.require_fit(command)
+        joining = self.state.command is not None
+        proof = self.line.begin_proof(command, UNIT, *self.power.signs(command, unit, joining=joining))
+        await self.commander.see_error()
+        self.require_fit(command)
+        if self.state.command is not None:
+            await self.power.see_jogging(unit, proof)
+        else:
+            await self.power.restore(self._select)
+            await self._select(unit.number)
+            await self.power.verify(unit, unit.coordinates_of(command), proof)
+            await self.power.see(proof)
+        self.require_fit(command)
+        return proof
+
+    async def _select(self, number: int) -> None:
+        await self.selection.make(number, afresh=True)
+
+    def end(self, accepted: Accepted | None = None) -> None:
+        """The motion command that was begun is over; an answer it still owes is no longer waited for."""
+        self.state.end(refused=accepted is not None and accepted.was_refused())
+        if accepted is not None and not accepted.outcome.done():
+            self.line.give_up(accepted.exchange)
+
+    async def leave_refusal(self, lane: Lane) -> int | None:
+        """Leave a refusal that nobody reads; gives what `Commander.leave_refusal` gives, None in trouble."""
+        try:
+            async with self.line.floor.held(lane):
+                return await self.commander.leave_refusal()
+        except GatewayError:
+            return None
+
+    async def see_power(self) -> None:
+        """See that the robot has not been switched off.
+
+        :raises PowerCycled: it has.
+        :raises GatewayError: it did not tell.
+        """
+        async with self.line.floor.held(Lane.COMMAND):
+            await self.power.see()
+
+    async def restore_speeds(self) -> None:
+        """Set the speeds again that were lost with the power; errors as of `Power.restore`."""
+        async with self.line.floor.held(Lane.COMMAND):
+            await self.power.restore(self._select)

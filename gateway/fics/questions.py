@@ -1,0 +1,18 @@
+"""The questions that are put again and again: built once, so that each is written out once."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from gateway.fics.axes import Coordinates
+from protocols.fics.motor_axes import GetMotorPosition
+from protocols.fics.row import FicsCommand
+from protocols.fics.status import GetAxisStatus, GetUserPosition
+from protocols.fics.system import GetCommunicationMode, GetUnit
+
+MODE: Final = GetCommunicationMode()
+UNIT: Final = GetUnit()
+STATUS: Final = GetAxisStatus()
+POSITIONS: Final[Mapping[Coordinates, FicsCommand[Any]]] = {
+    "user": GetUserPosition(),
+    "motor": GetMotorPosition(),
+}
