@@ -46,7 +46,9 @@ class Plant:
         self.families = {name: family(site) for name, family in FAMILIES.items()}
         self._ports: dict[str, ServedLine] = {}
         self._watches: list[asyncio.Task[None]] = []
-        self._end = WindDown(self)
+        self._end = WindDown(
+            site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
+        )
         for line in config.lines:
             port = self._open_port(line, open_transport)
             self._ports[line.id] = built = self.families[line.protocol].add(line, port)

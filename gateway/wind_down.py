@@ -2,13 +2,13 @@
 
 import asyncio
 import logging
+from collections.abc import Collection
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
+from gateway.core.admission import Admission
 from gateway.core.errors import ShuttingDown
-
-if TYPE_CHECKING:
-    from gateway.plant import Plant
+from gateway.core.family import Family, ServedLine, Site
 
 log = logging.getLogger(__name__)
 
@@ -23,8 +23,17 @@ SUBJECT = "/gateway"
 class WindDown:
     """Done once, before the streams end and the lines are closed."""
 
-    def __init__(self, plant: "Plant") -> None:
-        self._plant = plant
+    def __init__(
+        self,
+        site: Site,
+        admission: Admission,
+        families: Collection[Family],
+        lines: Collection[ServedLine],
+        on_exit: Literal["leave", "stop"],
+    ) -> None:
+        self._events, self._admission = site.events, admission
+        self._families, self._lines = families, lines
+        self._on_exit = on_exit
         self._task: asyncio.Task[None] | None = None
         self._limit: asyncio.Timeout | None = None
         self._patience_s = WIND_DOWN_S
@@ -43,25 +52,23 @@ class WindDown:
             self._limit.reschedule(asyncio.get_running_loop().time() + HURRY_S)
 
     async def _wind_down(self) -> None:
-        plant, families = self._plant, self._plant.families.values()
-        plant.admission.end()
-        on_exit = plant.config.server.on_exit
-        plant.events.publish("gateway.shutting_down", SUBJECT, {"on_exit": on_exit})
-        for port in plant.ports().values():
-            port.revoke(ShuttingDown)
-        for family in families:
-            self._stops += family.end_motion(everything=on_exit == "stop")
+        self._admission.end()
+        self._events.publish("gateway.shutting_down", SUBJECT, {"on_exit": self._on_exit})
+        for line in self._lines:
+            line.revoke(ShuttingDown)
+        for family in self._families:
+            self._stops += family.end_motion(everything=self._on_exit == "stop")
         with suppress(TimeoutError):
             async with asyncio.timeout(self._patience_s) as self._limit:
-                await asyncio.gather(*(family.at_rest() for family in families))
+                await asyncio.gather(*(family.at_rest() for family in self._families))
         self._limit = None
         self._name_what_moves()
-        for family in families:
+        for family in self._families:
             await family.let_go()
 
     def _name_what_moves(self) -> None:
-        for family in self._plant.families.values():
+        for family in self._families:
             for what, subject, why, move in family.left_moving():
                 log.warning("%s is left moving, as far as is known: %s", subject.rpartition("/")[2], why)
                 data = {"move_id": move, "detail": why}
-                self._plant.events.publish(f"{what}.left_moving", subject, data, move)
+                self._events.publish(f"{what}.left_moving", subject, data, move)
