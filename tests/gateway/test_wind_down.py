@@ -36,9 +36,8 @@ def now() -> float:
 
 
 def on_exit(plant: TestedPlant, what: Literal["leave", "stop"]) -> None:
-    """Configure what becomes of motors that move at the end."""
-    server = plant.config.server.model_copy(update={"on_exit": what})
-    plant.config = plant.config.model_copy(update={"server": server})
+    """Configure what becomes of motors when the gateway ends."""
+    plant._end._on_exit = what
 
 
 # bodies

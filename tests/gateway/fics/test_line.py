@@ -68,7 +68,7 @@ class Stand:
         self.wire = Wire(self.machine, baud)
         self.line = FicsLine("cell", self.wire, "r1", mode=mode, rng=Random(0))
         # What a motion depends on is told elsewhere.
-        self.line._talk._holds = lambda _proof, _now: True  # type: ignore[method-assign]
+        self.line._talk._holds = lambda proof, now: True  # type: ignore[method-assign]
         self.told = Told()
         self.line.on_change = lambda what, facts: self.told.append((what, facts))
 
