@@ -2,6 +2,8 @@
 
 from enum import IntEnum
 
+from gateway.core.errors import QueueFull
+
 
 class Lane(IntEnum):
     """Who goes first: the lower number."""
@@ -22,3 +24,14 @@ IMPATIENT = (Lane.COMMAND, Lane.READ)
 
 QUEUE_LIMIT = 64
 """Exchanges that may wait for one body, or robot, in one lane."""
+
+
+def require_room(waiting: int, waits_for: str) -> None:
+    """Turn away what would wait too long.
+
+    :raises QueueFull: as many as may wait do so already.
+    """
+    if waiting >= QUEUE_LIMIT:
+        raise QueueFull(
+            f"{QUEUE_LIMIT} requests wait for this {waits_for} already; nothing was sent.", "Try again later."
+        )

@@ -1,4 +1,4 @@
-"""Who is behind what goes over a line: a caller with a request, or the gateway itself."""
+"""Who asked, and by which request: every exchange carries it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,29 +6,31 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Origin:
-    """Who acts, and because of which request."""
+    """The caller that an exchange is made for, and the request that made it."""
 
     caller: str
-    """The interface and the address of a client, such as `http 127.0.0.1`; or `gateway: fence`."""
     request_id: str | None = None
 
 
-_GATEWAY = Origin("gateway")
-_current: ContextVar[Origin] = ContextVar("origin", default=_GATEWAY)
+GATEWAY = Origin("gateway")
+FENCE = Origin("gateway: fence")
+PROBE = Origin("gateway: probe")
+POLL = Origin("gateway: poll")
+SET_UP = Origin("gateway: set-up")
 
+_ORIGIN: ContextVar[Origin] = ContextVar("origin", default=GATEWAY)
 
-def current() -> Origin:
-    """Tell on whose behalf the running code acts; tasks inherit it from those that begin them."""
-    return _current.get()
+current = _ORIGIN.get
+"""The origin of what is asked here and now; a task keeps that of its beginning."""
 
 
 @contextmanager
 def acting(origin: Origin) -> Iterator[None]:
-    """Act on behalf of somebody."""
-    token = _current.set(origin)
+    """Give all exchanges that are made within this origin."""
+    before = _ORIGIN.set(origin)
     try:
         yield
     finally:
-        _current.reset(token)
+        _ORIGIN.reset(before)

@@ -173,7 +173,7 @@ class Asking:
         line, lane = self.line, Lane.COMMAND
         line.admission.require()
         epoch = line.stop_epoch
-        async with line.floor.held(lane, deadline_of(lane)):
+        async with line.sequence_lock.held(lane, deadline_of(lane)):
             if line.stop_epoch != epoch:
                 raise line.overtaken()
             if number is not None:
@@ -236,7 +236,7 @@ class Asking:
         begun: Callable[[], object] = lambda: None,
     ) -> Told:
         line = self.line
-        async with line.floor.held(lane, expires_at):
+        async with line.sequence_lock.held(lane, expires_at):
             begun()
             line.admission.revise()  # after a suspension no unit is trusted
             if number is not None:

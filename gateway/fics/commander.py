@@ -8,7 +8,7 @@ from typing import Any
 from gateway.core.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.core.lanes import Lane
 from gateway.fics.errors import NotProved, RobotFailed, refused
-from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
+from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof
 from gateway.fics.line import FicsLine
 from protocols.fics.alarms import (
     CurrentError,
@@ -81,7 +81,7 @@ class Commander:
             await self._heed(outcome.error)
         return outcome
 
-    async def _submit(self, exchange: Exchange) -> Outcome:
+    async def _submit(self, exchange: FicsExchange) -> Outcome:
         """Give what becomes of an exchange; it is taken back if nobody waits for that any more."""
         try:
             return await self.line.submit(exchange)
@@ -116,7 +116,7 @@ class Commander:
         expires_at: float,
         proof: Proof,
         on_written: Callable[[float], None],
-    ) -> "tuple[Exchange, asyncio.Future[Outcome]]":
+    ) -> "tuple[FicsExchange, asyncio.Future[Outcome]]":
         """Write a motion command at most once, and give what will become of it.
 
         It is withdrawn if it cannot be written in time, or if nobody waits for that any more. In Ver.2 only a
@@ -228,7 +228,7 @@ class Commander:
             raise outcome
         return outcome
 
-    async def _verdict(self, exchange: Exchange) -> Outcome:
+    async def _verdict(self, exchange: FicsExchange) -> Outcome:
         """Ask for the error, in Ver.2 the only way to hear of a refusal (C-HOST manual 1-1-1, 2-12).
 
         That none is told confirms nothing: the command may have been lost.
@@ -254,7 +254,7 @@ class Commander:
             return Failure(command.wire_name(), error)
         return _nobody_knows(command)  # the error stands whatever was said, and hides a refusal
 
-    async def _why_unanswered(self, query: Exchange, unanswered: NoReply) -> Outcome:
+    async def _why_unanswered(self, query: FicsExchange, unanswered: NoReply) -> Outcome:
         """In Ver.2 a question is refused by silence, and ERR tells why (C-HOST manual 1-7)."""
         with suppress(GatewayError):
             error = await self.take_error()
@@ -267,7 +267,7 @@ class Commander:
         if isinstance(outcome, Refusal) and outcome.error == ALARM_STANDS:
             self.on_alarm()
 
-    async def _silent_outcome(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
+    async def _silent_outcome(self, exchange: FicsExchange) -> "asyncio.Future[Outcome]":
         future: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
         verdict = await self._verdict(exchange)
         if not isinstance(verdict, Answered):

@@ -1,106 +1,78 @@
-"""One C-HOST command on its way to a robot and back."""
+"""One C-HOST command on its way to a robot, and what its answers mean."""
 
-import asyncio
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from gateway.core.errors import GatewayError, NoReply
+from gateway.core.errors import GatewayError
+from gateway.core.exchange import Exchange, More
+from gateway.core.exchange import Proof as Proof
 from gateway.core.lanes import Lane
-from protocols.fics.link import Completion, Failure, Frame, Refusal, credit
+from protocols.fics.alarms import TakeCurrentError
+from protocols.fics.link import Answer, Completion, Failure, Refusal, credit
 from protocols.fics.row import FicsCommand
 from protocols.table import Reply
+
+ROBOT, SET_UP = 0, 1
+"""The targets of a robot's line: itself, and its own set-up, which no stop takes back."""
+
+ReplyFrame = Answer | Completion | Refusal | Failure
 
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """The replies to a query, several for a download; none for a deed that is done, or was only sent."""
+    """The replies to a query, several for a download; none for an action that is done, or was only sent."""
 
     replies: tuple[Reply, ...] = ()
     confirmed: bool = True
     """False where the mode is silent: the command has left, and nothing more is known."""
 
 
-@dataclass(eq=False, slots=True)
-class Proof:
-    """That a motion may be written: all it depends on was told, and nothing has raised a doubt since.
-
-    What tells of a loss of power is asked last, and the motion follows at once.
-    """
-
-    doubts: int
-    """What `Conversation.doubts` was before the first question."""
-    last: int = 0
-    """The number of the frame that asked the last question."""
-    holds_until: float = 0.0
-    """When the answer to it would have been overdue."""
-
-    def note_asked(self, number: int, deadline: float) -> None:
-        """The last question has been put, as far as is known."""
-        self.last, self.holds_until = number, deadline
-
-
 Outcome = Answered | Refusal | Failure | GatewayError
 
 
 @dataclass(eq=False, slots=True)
-class Exchange:
-    """A command with its frame, and who waits for what becomes of it."""
+class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | Failure]):
+    """A command for a robot."""
 
-    command: FicsCommand[Any]
-    frame: bytes
-    lane: Lane
-    epoch: int = 0
-    """The robot's stop epoch at admission: a later stop forbids the write."""
-    expires_at: float | None = None
-    """Not written by then, it is not written at all."""
-    timeout_s: float = 0.5
-    """From the frame's last bit to the reply's deadline; motion has none."""
-    repeats: int = 0
-    """How often it may still be repeated by itself after a passed fence."""
-    needs: Proof | None = None
-    """Without this, which has to hold, it is not written."""
-    proves: Proof | None = None
-    """It tells of a loss of power, so no copy of an earlier answer may be taken for its own."""
-    fresh: bool = False
-    """No copy of an earlier answer may be taken for its own."""
-    on_written: Callable[[float], None] | None = None
-    future: "asyncio.Future[Outcome] | None" = None
-    joined: "list[Exchange]" = field(default_factory=list)
-    """Equal stops that were asked for before this one was written: it serves them all."""
-    number: int = 0
-    """The place of its frame among all that were written."""
     unheard: int = 0
     """What `FicsLine.unheard` was when it had been written."""
-    deadline: float | None = None
-    doubt: NoReply | None = None
-    """Why there is no usable reply, until a fence has shown whether one still comes."""
-    late_answer: Outcome | None = None
     _replies: list[Reply] = field(default_factory=list)
 
-    def take(self, frame: Frame) -> Outcome | Reply | None:
-        """Credit a frame: the outcome, a reply before the last, or None if it is not for this command."""
+    @property
+    def sent(self) -> str:
+        """The name."""
+        return f"{self.command.wire_name()} was sent"
+
+    @property
+    def remedy(self) -> str:
+        """An error that was taken is not told again."""
+        if isinstance(self.command, TakeCurrentError):
+            return "What it would have told is gone: read the details of the latest error (ERD)."
+        return Exchange.remedy.fget(self)  # type: ignore[attr-defined,no-any-return]
+
+    @property
+    def speaker(self) -> int:
+        """The robot, whatever is asked for."""
+        return ROBOT
+
+    def shares(self, other: Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | Failure]) -> bool:
+        """Equal stops are written once; reads are shared before they are put."""
+        return self.lane is other.lane is Lane.STOP and self.frame == other.frame
+
+    def credit(self, frame: ReplyFrame, _: float = 0.0) -> Answered | Refusal | Failure | More | None:
+        """Read a frame as an answer to this command; None if it is for another."""
         found = credit(self.command, frame)
-        if isinstance(found, Completion):
-            return Answered(tuple(self._replies))
+        if found is None or isinstance(found, Refusal | Failure):
+            return found
         if isinstance(found, Reply):
             self._replies.append(found)
-            return found if self.command.ends_with else Answered(tuple(self._replies))
-        return found
-
-    def tell_written(self, now: float) -> None:
-        """Tell whoever wants to know when it was written."""
-        for exchange in (self, *self.joined):
-            if exchange.on_written is not None:
-                exchange.on_written(now)
-
-    def settle(self, outcome: Outcome) -> None:
-        """Tell whoever waits."""
-        for exchange in (self, *self.joined):
-            if exchange.future is not None and not exchange.future.done():
-                exchange.future.set_result(outcome)
-
-    def start_over(self) -> None:
-        """Forget the replies of an attempt that was not completed."""
+            if self.command.ends_with:
+                return More.MORE
+        replies = tuple(self._replies)
         self._replies.clear()
-        self.doubt = None
+        return Answered(replies)
+
+    def begin(self, number: int, deadline: float | None) -> None:
+        """Its frame has been handed to the port; the answers to an earlier attempt are forgotten."""
+        self._replies.clear()
+        Exchange.begin(self, number, deadline)

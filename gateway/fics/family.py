@@ -14,6 +14,7 @@ from gateway.core.targets import Replies, Target
 from gateway.fics import config
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
 from gateway.fics.axes import UnitAxes
+from gateway.fics.guards import motion_without_proof
 from gateway.fics.jogs import JogSession
 from gateway.fics.line import FicsLine
 from gateway.fics.move_record import RobotMove
@@ -74,6 +75,7 @@ class Fics(Family):
             UnitAxes(it.id, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.systems)
             for unit in it.units
         ]
+        line.gate.add(motion_without_proof)
         self._robots[it.id] = Robot(
             it.id, it.name or "", line, units, self._publish, poll_interval_s=table.poll_interval_s
         )
@@ -182,7 +184,7 @@ class Fics(Family):
         await self.moves.begun()
         for robot in self.robots():
             if robot.line.uploading:
-                async with robot.line.floor.held(Lane.STOP):
+                async with robot.line.sequence_lock.held(Lane.STOP):
                     pass
 
     def left_moving(self) -> Iterator[LeftMoving]:

@@ -226,7 +226,7 @@ class Jogs:
         if self._motions.selection.unit == unit:
             outcome = await line.submit(line.exchange(command, Lane.STOP))
         else:
-            async with line.floor.held(Lane.STOP):
+            async with line.sequence_lock.held(Lane.STOP):
                 await self._select(unit, axis)
                 outcome = await line.submit(line.exchange(command, Lane.STOP))
         self._motions.commander.answered(command, outcome)

@@ -1,4 +1,4 @@
-"""One port with its Fics: keeps it open and in its mode, and carries the conversation over it in time."""
+"""One port with its Fics: keeps it open and in its mode, and carries the session over it in time."""
 
 import asyncio
 import logging
@@ -6,24 +6,17 @@ import random
 from collections.abc import Callable
 from typing import Any
 
-from gateway.core.carrier import Carrier
-from gateway.core.errors import (
-    Cancelled,
-    Expired,
-    GarbledReply,
-    GatewayError,
-    InvalidRequest,
-    NoReply,
-    NotSent,
-    QueueFull,
-)
+from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, NotSent, QueueFull
+from gateway.core.exchange import Proof
 from gateway.core.lanes import Lane
+from gateway.core.line import SessionLine
+from gateway.core.origin import SET_UP as SET_UP_ORIGIN
+from gateway.core.origin import acting
 from gateway.core.port import LineState
-from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
-from gateway.fics.sequence_lock import Floor
-from gateway.fics.session import Conversation, offline_error
+from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, Outcome, ReplyFrame
+from gateway.fics.session import FicsSession, offline_error
 from protocols.fics.alarms import TakeCurrentError
-from protocols.fics.link import Frame, Refusal, Terminator, Ver2Reader, Ver3Reader
+from protocols.fics.link import Frame, Garbage, Refusal, Terminator, Ver2Reader, Ver3Reader
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand
 from protocols.fics.system import (
     CommunicationMode,
@@ -33,7 +26,6 @@ from protocols.fics.system import (
     SetCommunicationMode,
     SystemVersion,
 )
-from protocols.table import Effect
 from transports.base import Transport
 
 log = logging.getLogger(__name__)
@@ -55,10 +47,10 @@ Whether that was heard is seen by the question for the mode, which no robot in a
 """
 
 
-class FicsLine(Carrier[Exchange, Frame]):
+class FicsLine(SessionLine[FicsExchange, Frame, ReplyFrame]):
     """One port with its robot."""
 
-    _talk: Conversation
+    _session: FicsSession
 
     def __init__(
         self,
@@ -72,23 +64,22 @@ class FicsLine(Carrier[Exchange, Frame]):
         late_reply_s: float = 2.0,
         rng: random.Random | None = None,
     ) -> None:
-        talk = Conversation(
+        session = FicsSession(
             robot_id,
             terminator=terminator,
             reply_timeout_s=reply_timeout_s,
             late_reply_s=late_reply_s,
             rng=rng,
         )
-        super().__init__(line_id, transport, talk, Ver3Reader())
+        super().__init__(line_id, transport, session, Ver3Reader)
         self.mode = mode
         """The mode the robot is to be in: 3, or 2, in which most commands are silent."""
-        self.reply_timeout_s, self.late_reply_s = reply_timeout_s, late_reply_s
-        self.floor = Floor()
+        self.sequence_lock = self.lock_of(ROBOT)
         """Held from the selection of a unit to the last command that depends on it."""
-        talk.on_silence = self._robot_is_silent
-        self.on_stray: Callable[[Frame], None] = lambda _: None
+        session.on_silence = self._robot_is_silent
+        self.on_stray: Callable[[ReplyFrame], None] = lambda _: None
         """Told an answer that nobody has asked for."""
-        talk.on_stray = lambda frame: self.on_stray(frame)
+        session.on_stray = lambda frame: self.on_stray(frame)
         self._known = False
         """Whether the robot has been set up in this life of the gateway."""
         self._was_away = False
@@ -103,44 +94,42 @@ class FicsLine(Carrier[Exchange, Frame]):
     @property
     def online(self) -> bool:
         """Whether the robot can be asked now, as far as is known."""
-        return self._open and self._talk.online
+        return self._open and self._session.online
 
     @property
     def uploading(self) -> bool:
         """Whether an upload of positions is open."""
-        return self._talk.upload.is_open
+        return self._session.upload.is_open
 
     @property
     def stops(self) -> int:
         """How many stops there have been."""
-        return self._talk.stops
+        return self.gate.stops(ROBOT)
 
     @property
     def stop_epoch(self) -> int:
         """Another with each stop, and with whatever else forbids what was admitted before."""
-        return self._talk.stop_epoch
+        return self.gate.epoch(ROBOT)
 
     @property
     def unheard(self) -> int:
         """How often something was said that may have been refused without a word."""
-        return self._talk.unheard
+        return self._session.unheard
 
     def waiting(self) -> dict[str, int]:
         """How many wait in each lane: for the robot to be free, or for the line."""
-        return {lane.name.lower(): self.floor.waiting(lane) + self._talk.waiting(lane) for lane in Lane}
+        return {
+            lane.name.lower(): self.sequence_lock.waiting(lane) + self._session.waiting(lane) for lane in Lane
+        }
 
     def frame_of(self, command: FicsCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its terminator escaped."""
-        frame = self._talk.exchange(command, Lane.COMMAND).frame
+        frame = self._session.exchange(command, Lane.COMMAND).frame
         return frame.decode("ascii").replace("\r", "\\r").replace("\n", "\\n")
 
     def _break_off(self, reason: str) -> None:
-        self._reader = Ver3Reader()
         self._was_away = True
-        self._talk.break_off(
-            NoReply(f"Line {self.id} was lost before the answer came: {reason}.", REMEDY),
-            Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later."),
-        )
+        self._break_off_all(reason, REMEDY)
 
     # set-up
 
@@ -193,7 +182,7 @@ class FicsLine(Carrier[Exchange, Frame]):
             found = await self._find_mode()
         if found == HostMode.VER_2:
             self._reader = Ver2Reader()
-        self._talk.mode = found or self.mode
+        self._session.mode = found or self.mode
         return found == self.mode
 
     async def _find_mode(self) -> int | None:
@@ -222,7 +211,7 @@ class FicsLine(Carrier[Exchange, Frame]):
     def _lost_power(self, *, certain: bool) -> None:
         """The robot is in the mode of power-on; where that is its own mode, having been away must do."""
         self._was_away = False
-        self._talk.lose_motion(
+        self._session.lose_motion(
             NoReply("The robot has lost its power in the middle of the motion.", "Home it again."),
             Cancelled("The robot has lost its power; nothing was sent.", "Home it again."),
         )
@@ -239,61 +228,51 @@ class FicsLine(Carrier[Exchange, Frame]):
         """Send a command of the set-up ahead of everything but stops and fences."""
         if not self._open:
             return self._down()
-        exchange = self._talk.exchange(command, Lane.COMMAND)
-        future = exchange.future = self._loop.create_future()
-        self._talk.put_first(exchange)
-        self._pump()
-        outcome: Outcome = await future
+        with acting(SET_UP_ORIGIN):
+            exchange = self._session.exchange(command, Lane.COMMAND, SET_UP)
+        outcome: Outcome = await self._say_first(exchange)
         return outcome
 
     # asking
 
-    def submit(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
+    def submit(self, exchange: FicsExchange) -> "asyncio.Future[Outcome]":
         """Queue an exchange; the future gives what became of it and never raises.
 
-        :raises InvalidRequest: it is a motion, and nothing is proved of what that depends on.
         :raises LineDown: the port is not open; nothing was queued.
         :raises RobotOffline: the robot does not answer (stops are sent nevertheless).
         :raises NotSent: the robot is being set up, and that takes long (stops are sent nevertheless).
         """
-        if exchange.command.effect is Effect.MOTION and exchange.needs is None:
-            name = exchange.command.wire_name()
-            raise InvalidRequest(f"{name} starts a move; nothing was sent.", "Start a move.")
         if not self._open:
             raise self._down()
-        if not self._talk.online and exchange.lane is not Lane.STOP:
-            raise offline_error(self._talk.robot_id)
+        if not self._session.online and exchange.lane is not Lane.STOP:
+            raise offline_error(self._session.robot_id)
         if not self._ready and exchange.lane is not Lane.STOP:
             self._wait_for_set_up(exchange)
-        future = exchange.future = self._loop.create_future()
-        self._talk.submit(exchange)
-        if exchange.expires_at is not None:
-            late = Expired()
-            self._loop.call_at(exchange.expires_at, self.withdraw, exchange, late)
-        self._pump()
-        return future
+        return self._queue(exchange)
 
-    def _wait_for_set_up(self, exchange: Exchange) -> None:
+    def _wait_for_set_up(self, exchange: FicsExchange) -> None:
         """Let an exchange wait for the robot to be set up, but not for long.
 
         :raises NotSent: it has waited long enough.
         """
-        late = NotSent(f"Robot {self._talk.robot_id} is being set up; nothing was sent.", "Try again later.")
+        late = NotSent(
+            f"Robot {self._session.robot_id} is being set up; nothing was sent.", "Try again later."
+        )
         if self._loop.time() >= self._patient_until:
             raise late
         self._loop.call_at(self._patient_until, self._give_up_waiting, exchange, late)
 
-    def _give_up_waiting(self, exchange: Exchange, reason: NotSent) -> None:
+    def _give_up_waiting(self, exchange: FicsExchange, reason: NotSent) -> None:
         if not self._ready:
             self.withdraw(exchange, reason)
 
-    def withdraw(self, exchange: Exchange, reason: GatewayError) -> None:
+    def withdraw(self, exchange: FicsExchange, reason: GatewayError) -> None:
         """Take back an exchange that is not written yet; one that is stays as it is."""
-        self._talk.withdraw(exchange, reason)
+        self.cancel(lambda it: it is exchange, reason)
 
-    def exchange(self, command: FicsCommand[Any], lane: Lane) -> Exchange:
+    def exchange(self, command: FicsCommand[Any], lane: Lane) -> FicsExchange:
         """Build an exchange of this line, admitted now."""
-        return self._talk.exchange(command, lane)
+        return self._session.exchange(command, lane)
 
     def shows_silence(self, error: GatewayError) -> bool:
         """Whether an error shows that the robot does not answer, on a port that is open."""
@@ -306,32 +285,31 @@ class FicsLine(Carrier[Exchange, Frame]):
 
         A fence goes first where a copy of an earlier answer could be taken for the answer to one of these.
         """
-        self._talk.rule_out_copies(commands, self._loop.time())
+        self._session.rule_out_copies(commands, self._loop.time())
         self._pump()
-        return Proof(self._talk.doubts)
+        return Proof(self._session.doubts)
 
     def begin_stop(self) -> None:
         """Forbid everything that was admitted before now and is not written yet."""
-        self._talk.begin_stop()
+        self._session.begin_stop()
 
     def overtaken(self) -> GatewayError:
         """Why what was admitted in an earlier epoch is not sent."""
-        return self._talk.overtaken()
+        return self.gate.overtaken(ROBOT)
 
     def doubt_upload(self) -> None:
         """A stop was refused as it is in an upload: the end of one goes before the next stop, to be sure."""
-        self._talk.upload.doubt()
+        self._session.upload.doubt()
 
-    def give_up(self, motion: Exchange) -> None:
+    def give_up(self, motion: FicsExchange) -> None:
         """A motion is seen to have ended without its answer."""
-        self._talk.give_up(motion)
+        self._session.give_up(motion)
         self._pump()
 
     # reading
 
     def _take(self, frame: Frame) -> None:
-        """Hear a frame; the next one goes out before anybody is told what the answer was."""
-        tell = self._talk.heard(frame, self._last_rx_at)
-        self._pump()
-        if tell is not None:
-            tell()
+        if isinstance(frame, Garbage):
+            self._hear_noise(frame.why)
+        else:
+            self._hear(frame)

@@ -10,7 +10,7 @@ from gateway.core.lanes import Lane
 from gateway.fics.axes import UnitAxes, unit_of
 from gateway.fics.commander import Commander, in_time
 from gateway.fics.errors import NotProved
-from gateway.fics.exchange import Exchange, Outcome, Proof
+from gateway.fics.exchange import FicsExchange, Outcome, Proof
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
 from gateway.fics.power import Power
 from gateway.fics.questions import UNIT
@@ -23,7 +23,7 @@ from protocols.fics.row import FicsCommand
 class Accepted(NamedTuple):
     """A motion command that was written: its exchange, and its outcome to come."""
 
-    exchange: Exchange
+    exchange: FicsExchange
     outcome: "asyncio.Future[Outcome]"
     """Ver.2: only a refusal ever comes here."""
 
@@ -81,7 +81,7 @@ class Motions:
                 self.power.forget_origins()
             on_written(now)
 
-        async with self.line.floor.held(Lane.COMMAND, expires_at):
+        async with self.line.sequence_lock.held(Lane.COMMAND, expires_at):
             doubt: NotProved | None = None
             while True:
                 try:
@@ -132,7 +132,7 @@ class Motions:
     async def leave_refusal(self, lane: Lane) -> int | None:
         """Leave a refusal that nobody reads; gives what `Commander.leave_refusal` gives, None in trouble."""
         try:
-            async with self.line.floor.held(lane):
+            async with self.line.sequence_lock.held(lane):
                 return await self.commander.leave_refusal()
         except GatewayError:
             return None
@@ -143,10 +143,10 @@ class Motions:
         :raises PowerCycled: it has.
         :raises GatewayError: it did not tell.
         """
-        async with self.line.floor.held(Lane.COMMAND):
+        async with self.line.sequence_lock.held(Lane.COMMAND):
             await self.power.see()
 
     async def restore_speeds(self) -> None:
         """Set the speeds again that were lost with the power; errors as of `Power.restore`."""
-        async with self.line.floor.held(Lane.COMMAND):
+        async with self.line.sequence_lock.held(Lane.COMMAND):
             await self.power.restore(self._select)

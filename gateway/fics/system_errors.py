@@ -57,7 +57,7 @@ class SystemErrors:
 
         :raises GatewayError: it was not told.
         """
-        async with self._line.floor.held(lane, expires_at):
+        async with self._line.sequence_lock.held(lane, expires_at):
             error = await self._commander.take_error()
             if self.latched is not None and lookup(error).kind is not ErrorKind.FICS:
                 self.forget()
@@ -73,7 +73,7 @@ class SystemErrors:
             return await self.take()
         except NoReply:
             with suppress(GatewayError):
-                async with self._line.floor.held(Lane.COMMAND):
+                async with self._line.sequence_lock.held(Lane.COMMAND):
                     await self._keep(None)
         except GatewayError:
             return None

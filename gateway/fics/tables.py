@@ -56,7 +56,7 @@ class Tables:
         self._motion.require_free(UPLOAD)
         epoch = line.stop_epoch
         async with self._motion.tables_change:
-            async with line.floor.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
+            async with line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
                 await self._selection.make(unit.number, afresh=True)
                 await upload(self._commander, runs, epoch)
             await self._verify(unit, runs)

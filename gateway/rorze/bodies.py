@@ -11,7 +11,7 @@ from gateway.core.lanes import Lane
 from gateway.core.move_record import Move
 from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
-from gateway.rorze.exchange import Answered, Exchange, Outcome
+from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.mark import Mark
 from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
@@ -236,7 +236,7 @@ class Body:
         await self.mark.ensure(Lane.PROOF)
         self.power.acknowledge("request")
 
-    def drop(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
+    def drop(self, unwanted: Callable[[RorzeExchange], bool], reason: GatewayError) -> None:
         """Take commands out of its queue."""
         self.line.cancel(lambda it: it.body == self.number and unwanted(it), reason)
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, InvalidRequest
 from gateway.rorze.bodies import Body
-from gateway.rorze.exchange import Exchange
+from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.line import Line
 from gateway.rorze.power import needs_place
 from protocols.table import Effect
@@ -26,11 +26,11 @@ class Guards:
         ):
             line.gate.add(guard)
 
-    def _reached_by(self, exchange: Exchange) -> Iterator[Body]:
+    def _reached_by(self, exchange: RorzeExchange) -> Iterator[Body]:
         numbers = self._line.groups.get(exchange.body, [exchange.body])
         return (body for body in self._bodies if body.number in numbers)
 
-    def _flash_while_moving(self, exchange: Exchange, _: float) -> GatewayError | None:
+    def _flash_while_moving(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
         """A flash command holds up the line for 1.5 s: not while anything moves there, or may move."""
         if not exchange.command.takes_s:
             return None
@@ -46,7 +46,7 @@ class Guards:
             )
         return None
 
-    def _motion_while_stopping(self, exchange: Exchange, _: float) -> GatewayError | None:
+    def _motion_while_stopping(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
         """Until a stop is confirmed nothing is sent that could move the motor again."""
         if exchange.command.effect is not Effect.MOTION:
             return None
@@ -58,7 +58,7 @@ class Guards:
             "Wait for standstill.",
         )
 
-    def _motion_to_a_lost_place(self, exchange: Exchange, now: float) -> GatewayError | None:
+    def _motion_to_a_lost_place(self, exchange: RorzeExchange, now: float) -> GatewayError | None:
         """A motion to a place is written only where the place is what it was when it was asked for."""
         if not needs_place(exchange.command):
             return None
@@ -68,7 +68,7 @@ class Guards:
                 return refusal
         return None
 
-    def _motion_without_a_move(self, exchange: Exchange, _: float) -> GatewayError | None:
+    def _motion_without_a_move(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
         """Whatever way it came here: a motion that nobody would follow to its end is not begun."""
         command = exchange.command
         if not command.starts_motion():

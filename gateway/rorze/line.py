@@ -6,15 +6,15 @@ import random
 from collections.abc import Callable, Coroutine, Iterable, Mapping
 from typing import Any
 
-from gateway.core.carrier import Carrier
-from gateway.core.errors import BodyOffline, Cancelled, GarbledReply, GatewayError, NoReply
+from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
 from gateway.core.lanes import IMPATIENT, STOPS, Lane
+from gateway.core.line import SessionLine
+from gateway.core.origin import PROBE, SET_UP, acting
 from gateway.core.port import LineState as LineState
 from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
-from gateway.rorze.exchange import Answered, Exchange, Outcome
-from gateway.rorze.gate import Gate
-from gateway.rorze.session import Conversation, offline_error
+from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
+from gateway.rorze.session import RorzeSession, offline_error
 from protocols.rorze.link import (
     POISON,
     Answer,
@@ -34,12 +34,8 @@ from transports.base import Transport
 
 log = logging.getLogger(__name__)
 
-REPLIES = Answer, Refusal, GroupAnswer
-
 WRITTEN_WITHIN_S = 5.0
 """A command or read that could not be written for so long is not sent any more, as a move is not."""
-EXPIRY_STEP_S = 0.05
-"""What has expired is looked for at most this often: a crowd that waits must not cost the line its time."""
 ALL_SILENT = (
     "nobody on it answers; check the cable, the power of the RC-400 and of its bodies, and whether the baud "
     "rate is that of the RC-400's rotary switch (position 2: 9600)"
@@ -62,10 +58,10 @@ PROBE_SHARE = 0.1
 """Share of the line's time that probes may take while anybody else answers."""
 
 
-class Line(Carrier[Exchange, Frame]):
+class Line(SessionLine[RorzeExchange, Frame, ReplyFrame]):
     """One port with its RC-400 and bodies."""
 
-    _talk: Conversation
+    _session: RorzeSession
 
     def __init__(
         self,
@@ -80,7 +76,7 @@ class Line(Carrier[Exchange, Frame]):
         interject_stops: bool = True,
         rng: random.Random | None = None,
     ) -> None:
-        talk = Conversation(
+        session = RorzeSession(
             bodies,
             groups,
             introducer=introducer,
@@ -89,17 +85,15 @@ class Line(Carrier[Exchange, Frame]):
             interject_stops=interject_stops,
             rng=rng,
         )
-        super().__init__(line_id, transport, talk, LinkReader())
+        super().__init__(line_id, transport, session, LinkReader)
         self._garbage_before = 0
         self.controllers = ""
         """What the link master answered to XID."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
         self._nobody_answers = False
-        self._expiry: asyncio.TimerHandle | None = None
-        self._expiry_at = 0.0
-        talk.on_online, talk.on_offline = self._came_back, self._fell_silent
-        talk.on_given_up, talk.on_strict = self._gave_up, self._grew_strict
+        session.on_online, session.on_offline = self._came_back, self._fell_silent
+        session.on_given_up, session.on_strict = self._gave_up, self._grew_strict
 
     def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
         return (self._probe_offline(),)
@@ -109,47 +103,32 @@ class Line(Carrier[Exchange, Frame]):
     @property
     def bodies(self) -> list[int]:
         """The numbers of its bodies."""
-        return self._talk.bodies
+        return self._session.bodies
 
     @property
     def groups(self) -> dict[int, list[int]]:
         """What its link master is told of its groups: their numbers, and those of their members."""
-        return self._talk.groups
+        return self._session.groups
 
     @property
     def offline(self) -> set[int]:
         """The bodies that do not answer."""
-        return self._talk.offline
+        return self._session.offline
 
     @property
     def silent(self) -> set[int]:
         """Those, and one that seems to be silent while that is still being found out."""
-        return self._talk.silent
-
-    @property
-    def gate(self) -> Gate:
-        """What every frame has to pass."""
-        return self._talk.gate
-
-    @property
-    def reply_timeout_s(self) -> float:
-        """How long a reply is waited for, if its command does not take long by itself."""
-        return self._talk.reply_timeout_s
-
-    @property
-    def late_reply_s(self) -> float:
-        """How long after its deadline a reply may still arrive."""
-        return self._talk.late_reply_s
+        return self._session.silent
 
     @property
     def interject_stops(self) -> bool:
         """Whether a stop goes out before the reply under way."""
-        return self._talk.interject_stops
+        return self._session.interject_stops
 
     @property
     def strict(self) -> bool:
         """Whether a reply came twice here lately, so that every acknowledgement is bracketed by fences."""
-        return self._talk.strict
+        return self._session.strict
 
     @property
     def last_error_at(self) -> float | None:
@@ -157,19 +136,15 @@ class Line(Carrier[Exchange, Frame]):
 
         The silence of those who are known not to answer does not count.
         """
-        return self._talk.last_error_at
+        return self._session.last_error_at
 
     def heard_at(self, body: int) -> float | None:
         """When a body last answered, in the event loop's time; not as a member of a group."""
-        return self._talk.heard_at(body)
-
-    def waiting(self) -> dict[str, int]:
-        """How many exchanges wait in each lane."""
-        return {lane.name.lower(): self._talk.scheduler.waiting(lane) for lane in Lane}
+        return self._session.heard_at(body)
 
     def frame_of(self, body: int, command: RorzeCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its CR escaped."""
-        return self._talk.frame_of(body, command).decode("ascii").replace("\r", "\\r")
+        return self._session.frame_of(body, command).decode("ascii").replace("\r", "\\r")
 
     def shows_silence(self, error: GatewayError) -> bool:
         """Whether an error shows that a body does not answer, on a line that works."""
@@ -181,16 +156,12 @@ class Line(Carrier[Exchange, Frame]):
 
     def can_address(self, body: int) -> bool:
         """Whether the line's way of addressing reaches this body number."""
-        return self._talk.introducer == "&" or body <= 0xF
+        return self._session.introducer == "&" or body <= 0xF
 
     def _break_off(self, reason: str) -> None:
-        self._reader = LinkReader()
-        if self._talk.awaits_replies():
-            self._talk.last_error_at = self._loop.time()
-        self._talk.break_off(
-            NoReply(f"Line {self.id} was lost before the reply came: {reason}.", "Read status and position."),
-            Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later."),
-        )
+        if self._session.awaits_replies():
+            self._session.last_error_at = self._loop.time()
+        self._break_off_all(reason, "Read status and position.")
 
     # set-up
 
@@ -198,7 +169,7 @@ class Line(Carrier[Exchange, Frame]):
         """Tell the link master what it forgets at power-off: XID, XRSM1, the groups (RC-420 manual 17.2)."""
         self._ready = False
         if fresh:
-            await self._clear_with(POISON, self._talk.late_reply_s)
+            await self._clear_with(POISON, self._session.late_reply_s)
             self._garbage_before = self.counters["garbage"]
         identified = await self._tell(IdentifyControllers())
         if isinstance(identified, Answered):
@@ -234,11 +205,10 @@ class Line(Carrier[Exchange, Frame]):
         """Send the link master a command ahead of everything but stops and fences."""
         if not self._open:
             return self._down()
-        exchange = self._talk.exchange(LINK_MASTER, command, Lane.COMMAND)
-        future = self._promise(exchange)
-        self._talk.put_first(exchange)
-        self._pump()
-        return await future
+        with acting(SET_UP):
+            exchange = self._session.exchange(LINK_MASTER, command, Lane.COMMAND)
+        outcome: Outcome = await self._say_first(exchange)
+        return outcome
 
     async def define_group(self, group: int, members: list[int]) -> None:
         """Define a virtual body at the link master, now and after every restart of it.
@@ -283,67 +253,29 @@ class Line(Carrier[Exchange, Frame]):
             raise self._down()
         if body in self.offline and lane not in STOPS:
             raise offline_error(body)
-        exchange = self._talk.exchange(body, command, lane)
+        exchange = self._session.exchange(body, command, lane)
         if expires_at is None and lane in IMPATIENT:
             expires_at = self._loop.time() + WRITTEN_WITHIN_S
         exchange.expires_at, exchange.on_written = expires_at, on_written
-        future = self._promise(exchange)
-        self._talk.scheduler.submit(exchange)
-        self._pump()
-        if expires_at is not None:
-            self._expire_at(expires_at)
-        return future
+        return self._queue(exchange)
 
     def probe(self, body: int, timeout_s: float) -> "asyncio.Future[Outcome]":
         """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""
-        exchange = self._talk.self_identifying_read(body)
+        exchange = self._session.self_identifying_read(body)
         exchange.timeout_s = timeout_s
-        future = self._promise(exchange)
         if self._open:
-            self._talk.scheduler.submit(exchange)
-            self._pump()
-        else:
-            exchange.settle(self._down())
+            return self._queue(exchange)
+        future = self._promise(exchange)
+        exchange.settle(self._down())
         return future
-
-    def cancel(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
-        """Take out of the queue what is not wanted any more."""
-        self._talk.cancel(unwanted, reason)
-
-    def _promise(self, exchange: Exchange) -> "asyncio.Future[Outcome]":
-        future: asyncio.Future[Outcome] = self._loop.create_future()
-        exchange.wait_for(future)
-        return future
-
-    def _expire_at(self, at: float) -> None:
-        """Keep one timer for all that waits, at the earliest moment at which any of it is too late."""
-        if self._expiry is not None:
-            if self._expiry_at <= at:
-                return
-            self._expiry.cancel()
-        self._expiry, self._expiry_at = self._loop.call_at(at, self._expire), at
-
-    def _expire(self) -> None:
-        self._expiry = None
-        now = max(self._loop.time(), self._expiry_at)  # timers may fire a little early
-        next_at = self._talk.scheduler.expire(now)
-        if next_at is not None:
-            self._expire_at(max(next_at, now + EXPIRY_STEP_S))
 
     # reading
 
     def _take(self, frame: Frame) -> None:
-        """Hear a frame; the next one goes out before anybody is told what the reply was."""
-        if isinstance(frame, REPLIES):
-            tell = self._talk.heard(frame, self._last_rx_at)
-            self._heard_out = tell is not None and not self._talk.awaits_replies()
-            self._pump()
-            if tell is not None:
-                tell()
+        if isinstance(frame, Answer | Refusal | GroupAnswer):
+            self._hear(frame)
         elif isinstance(frame, Garbage):
-            self.counters["garbage"] += 1
-            self._talk.noise(frame.why, self._last_rx_at)
-            self._pump()
+            self._hear_noise(frame.why)
         else:
             self.counters["messages"] += 1
             self.on_message(frame)
@@ -383,7 +315,8 @@ class Line(Carrier[Exchange, Frame]):
                 continue
             if self._silence is not None and not self.bodies:
                 self.set_up_again("there is only the link master to ask")
-            somebody_came_back = await self._probe_each()
+            with acting(PROBE):
+                somebody_came_back = await self._probe_each()
             nobody_is_disturbed = len(self.offline) in (0, len(self.bodies))
             often = somebody_came_back or nobody_is_disturbed
             pause_s = PROBE_S[0] if often else min(2 * pause_s, PROBE_S[1])
@@ -395,9 +328,9 @@ class Line(Carrier[Exchange, Frame]):
         absent for good.
         """
         somebody_came_back = False
-        for body in self._talk.heard_last_first(self.offline):
+        for body in self._session.heard_last_first(self.offline):
             began_at = self._loop.time()
-            outcome = await self.probe(body, self._talk.reply_timeout_s)
+            outcome = await self.probe(body, self._session.reply_timeout_s)
             if isinstance(outcome, Answered):
                 somebody_came_back = True
             elif len(self.offline) < len(self.bodies):

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from gateway.core.errors import Cancelled, ControllerRefused, GatewayError, NotSent
 from gateway.core.lanes import Lane
-from gateway.rorze.exchange import Answered, Exchange
+from gateway.rorze.exchange import Answered, RorzeExchange
 from gateway.rorze.power import Power, is_mark, new_mark
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetInformation, SetUserComment
@@ -33,7 +33,7 @@ class Marked(Protocol):
     async def ask(self, command: RorzeCommand[Any], *, lane: Lane | None = None) -> tuple[Any, Answered]:
         """Send a command and give its reply."""
 
-    def drop(self, unwanted: Callable[[Exchange], bool], reason: GatewayError) -> None:
+    def drop(self, unwanted: Callable[[RorzeExchange], bool], reason: GatewayError) -> None:
         """Take commands out of its queue."""
 
 
@@ -109,7 +109,7 @@ class Mark:
             # A copy that still waits would hide a loss of power.
             body.drop(self._is_a_copy, Cancelled("The mark stands already; nothing was sent."))
 
-    def _is_a_copy(self, exchange: Exchange) -> bool:
+    def _is_a_copy(self, exchange: RorzeExchange) -> bool:
         row = exchange.command
         if not isinstance(row, SetUserComment) or row.comment_number != self._body.power.comment:
             return False

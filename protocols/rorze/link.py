@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import chain
 from types import MappingProxyType
@@ -59,7 +59,7 @@ class GroupAnswer:
 
     body: int
     code: str
-    members: Mapping[int, Answer | Refusal]
+    members: Mapping[int, Answer | Refusal] = field(hash=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,11 +14,12 @@ from typing import Any
 
 import pytest
 
+from gateway.core.copies import Copies
 from gateway.core.errors import NotSent
-from gateway.rorze.copies import Copies, ReplyFrame
-from gateway.rorze.exchange import Answered, Exchange, Outcome
+from gateway.core.lanes import STOPS
+from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.line import Line, LineState, lane_of
-from gateway.rorze.session import Conversation
+from gateway.rorze.session import RorzeSession
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import POISON, Refusal
 from protocols.rorze.moves import MoveClockwiseSlowly, MoveCounterclockwiseSlowly
@@ -187,15 +188,16 @@ class Simulation:
         monkeypatch.setattr(self._machine._wire, "_put_out", numbered)
 
     def _watch_credits(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        note = Copies.note
+        note = RorzeSession.note_reply
 
-        def judged(copies: Copies, exchange: Exchange, frame: ReplyFrame, now: float) -> None:
-            self._judge(exchange, frame)
-            note(copies, exchange, frame, now)
+        def judged(session: RorzeSession, exchange: RorzeExchange, frame: ReplyFrame, now: float) -> None:
+            if exchange.lane not in STOPS:
+                self._judge(exchange, frame)
+            note(session, exchange, frame, now)
 
-        monkeypatch.setattr(Copies, "note", judged)
+        monkeypatch.setattr(RorzeSession, "note_reply", judged)
 
-    def _judge(self, exchange: Exchange, frame: object) -> None:
+    def _judge(self, exchange: RorzeExchange, frame: object) -> None:
         number, _ = self._wire.number_of[id(exchange.frame)]
         answered = self._wire.delivering
         if answered is None or not (
@@ -203,7 +205,7 @@ class Simulation:
         ):
             self._report.miscredited.append(f"{frame} answers {answered}, credited to {number}")
 
-    def _asks_the_same(self, exchange: Exchange, answered: int) -> bool:
+    def _asks_the_same(self, exchange: RorzeExchange, answered: int) -> bool:
         """A copy of a reading may answer the next equal question, with what was true a moment before."""
         asked = self._wire.sent[answered - 1].frame
         return exchange.command.may_repeat() and exchange.frame.decode().rstrip("\r") == asked
@@ -288,7 +290,7 @@ def believe(report: Report, commands: int) -> None:
 
 
 def never_be_strict(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Conversation, "_be_strict", lambda _talk, _now: None)
+    monkeypatch.setattr(RorzeSession, "_be_strict", lambda _session, _now: None)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -320,7 +322,7 @@ def test_the_wire_is_as_bad_as_it_should_be(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_without_the_fence_replies_are_credited_to_the_wrong_command(monkeypatch: pytest.MonkeyPatch) -> None:
     never_be_strict(monkeypatch)
-    monkeypatch.setattr(Conversation, "_lose_step", lambda talk, _body: talk._regain_step())
+    monkeypatch.setattr(RorzeSession, "_lose_step", lambda session, _target, **_: session._settle_suspect())
     monkeypatch.setattr(Copies, "could_answer", lambda _copies, _exchange, _now: False)
     report = run_virtual(Simulation(0, COMMANDS_PER_SEED // 2, monkeypatch).run())
     assert len(report.miscredited) > 2

@@ -12,28 +12,30 @@ from typing import Any
 
 import pytest
 
+from gateway.core.copies import Copies
 from gateway.core.errors import GatewayError
+from gateway.core.exchange import More
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.port import LineState
-from gateway.fics.copies import Copies
-from gateway.fics.exchange import Exchange, Outcome
+from gateway.fics.exchange import Answered, FicsExchange, ReplyFrame
 from gateway.fics.move_record import RobotMove
-from gateway.fics.session import Conversation
+from gateway.fics.session import FicsSession
 from gateway.fics.units import RobotUnit
 from protocols.fics.homing import HomeRobot
-from protocols.fics.link import Frame, Refusal
+from protocols.fics.link import Failure, Refusal
 from protocols.fics.moves import MoveRelative
 from protocols.fics.positions import LAST_POSITION
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
 from protocols.fics.variables import GetVariable, SetVariable
-from protocols.table import Reply
 from simulator.faults import Direction, Fault, Switch
 from simulator.fics.line import SimulatedFics
 from simulator.wire import Wire
 from tests.fics_plants import Cable, FicsRig, fics_rig
 from tests.simulation.test_faulty_line import InOrder
 from tests.virtual_time import run_virtual
+
+Credited = Answered | Refusal | Failure | More | None
 
 SEEDS = range(8)
 MOVES_PER_UNIT = 60
@@ -128,8 +130,8 @@ class Simulation:
             await rig.move(HomeRobot())
             for unit in (1, 2):
                 await rig.robot.ask(SetSpeedPercent(percents=[90.0 - unit] * 3), unit)
-            self._patch.setattr(Exchange, "take", self._judged(Exchange.take))
-            self._patch.setattr(Conversation, "written", self._watched(Conversation.written))
+            self._patch.setattr(FicsExchange, "credit", self._judged(FicsExchange.credit))
+            self._patch.setattr(FicsSession, "written", self._watched(FicsSession.written))
             for switch in (*BAD_WIRE, *([GARBLED_REPLIES] if self._mode == 3 else [])):
                 self._faults.set(switch)
             async with asyncio.timeout(LONGEST_S):
@@ -158,23 +160,23 @@ class Simulation:
 
         return noted
 
-    def _judged(self, take: Any) -> Any:
-        def judged(exchange: Exchange, frame: Frame) -> Outcome | Reply | None:
-            outcome: Outcome | Reply | None = take(exchange, frame)
+    def _judged(self, credit: Any) -> Any:
+        def judged(exchange: FicsExchange, frame: ReplyFrame, now: float) -> Credited:
+            outcome: Credited = credit(exchange, frame, now)
             if outcome is not None:
                 self._judge(exchange, frame)
             return outcome
 
         return judged
 
-    def _judge(self, exchange: Exchange, frame: Frame) -> None:
+    def _judge(self, exchange: FicsExchange, frame: ReplyFrame) -> None:
         number, _ = self._cable.number_of[id(exchange.frame)]
         answered = self._cable.delivering
         if answered is not None and number in self._faults.parts[answered] | {answered}:
             return
         if exchange.lane is Lane.STOP:
             return  # whichever of its repetitions a stop is acknowledged for
-        if isinstance(frame, Refusal) and exchange is self._rig.robot.line._talk._fence:
+        if isinstance(frame, Refusal) and exchange is self._rig.robot.line._session._fence_query:
             return  # it only makes a fence fail
         if answered is not None and self._same_question(answered, number):
             self.report.stale += 1
@@ -195,12 +197,12 @@ class Simulation:
         return [part for data in self._cable.written for part in data.decode().split("\r")[:-1]]
 
     def _watched(self, written: Any) -> Any:
-        def watched(talk: Conversation, exchange: Exchange, now: float, deadline: float) -> None:
+        def watched(session: FicsSession, exchange: FicsExchange, now: float, deadline: float) -> None:
             text = exchange.frame.decode().rstrip("\r")
             for errand in self.report.errands:
                 if errand.frame == text and errand.stops_before != self._stops:
                     self.report.written_too_late.append(text)
-            written(talk, exchange, now, deadline)
+            written(session, exchange, now, deadline)
 
         return watched
 
@@ -310,8 +312,8 @@ def test_what_is_believed_of_a_robot_on_a_bad_wire_is_true(
 
 
 def test_without_the_fence_answers_are_credited_to_the_wrong_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Conversation, "_lose_step", lambda talk: talk._regain_step())
-    monkeypatch.setattr(Copies, "may_answer", lambda *_, **__: False)
+    monkeypatch.setattr(FicsSession, "_lose_step", lambda session, _target, **_: session._settle_suspect())
+    monkeypatch.setattr(Copies, "could_answer", lambda *_: False)
     miscredited = 0
     for seed in range(3):
         with monkeypatch.context() as patch:

@@ -117,6 +117,7 @@ class Toy(Target):
         return task
 
     def stop(self, mode: StopMode) -> Awaitable[Stopped]:
+        self.line.begin_stop()
         report = ToyStop(toy_id=self.address)
         stopping = ToyStopping(self, mode, report)
         stopping.submit()
@@ -159,7 +160,7 @@ class ToyStopping(Stopping):
             return False
 
     def replies_heard(self) -> int:
-        return self._toy.line.counters["fences"]
+        return int(self._toy.line.counters["replies"])
 
     def why_not(self) -> Sequence[str]:
         return ["The axis has not come to rest."]

@@ -166,7 +166,7 @@ SWITCH = SwitchOutput(channel=1, bit=0, on=True)
 async def test_reads_and_commands_wait_for_a_robot_that_is_busy_but_not_for_ever() -> None:
     async with fics_rig() as rig:
         loop, robot = asyncio.get_running_loop(), rig.robot
-        async with robot.line.floor.held(Lane.STOP):
+        async with robot.line.sequence_lock.held(Lane.STOP):
             sent, began = len(rig.cable.written), loop.time()
             asking = [
                 robot.unit(1).position(),
@@ -207,7 +207,7 @@ async def test_what_waits_for_the_line_is_sent_in_time_or_not_at_all() -> None:
 async def test_who_shares_a_question_is_not_told_of_the_deadline_of_another() -> None:
     async with fics_rig() as rig:
         unit = rig.robot.unit(1)
-        async with rig.robot.line.floor.held(Lane.STOP):
+        async with rig.robot.line.sequence_lock.held(Lane.STOP):
             early = asyncio.create_task(unit.position())
             await asyncio.sleep(TURN_WITHIN_S - 1)
             late = asyncio.create_task(unit.position())
@@ -220,7 +220,7 @@ async def test_who_shares_a_question_is_not_told_of_the_deadline_of_another() ->
 async def test_what_proves_the_end_of_a_move_or_a_stop_is_never_too_late() -> None:
     async with fics_rig() as rig:
         unit = rig.robot.unit(1)
-        async with rig.robot.line.floor.held(Lane.STOP):
+        async with rig.robot.line.sequence_lock.held(Lane.STOP):
             asking = [asyncio.create_task(unit.status(lane)) for lane in (Lane.STOP, Lane.PROOF)]
             await asyncio.sleep(10 * TURN_WITHIN_S)
         assert all(await asyncio.gather(*asking))

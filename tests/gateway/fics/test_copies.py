@@ -3,12 +3,15 @@
 import pytest
 
 from gateway.core.errors import NoReply
-from gateway.fics.copies import MOST_OF_A_NAME, Copies
+from gateway.core.lanes import Lane
+from gateway.fics.copies import FicsReplies
+from gateway.fics.exchange import ROBOT, FicsExchange, ReplyFrame
+from gateway.fics.session import FicsSession
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.commands import ROWS
 from protocols.fics.inputs_outputs import GetInputChannel, GetOutputChannel, SwitchOutput
 from protocols.fics.jog import StartJog, StopJog
-from protocols.fics.link import Answer, Completion, Failure, Frame, Refusal
+from protocols.fics.link import Answer, Completion, Failure, Refusal
 from protocols.fics.positions import DownloadPositions, UploadPosition
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetAccelerationTimes, GetSpeedPercent, SetAccelerationTimes, SetSpeedPercent
@@ -26,11 +29,28 @@ AT_REST = Answer("ACD", "0300")
 Command = FicsCommand[Reply]
 
 
-def told(command: Command, frame: Frame, at: float = 0.0) -> Copies:
-    copies = Copies(LATE_S)
-    copies.note_written(command, 1, at, silent=False)
-    copies.note(command, 1, frame, at)
-    return copies
+class Wire:
+    """A session in Ver.3, or a silent one, to which things are written and answered by hand."""
+
+    def __init__(self, mode: int = 3) -> None:
+        self.session = FicsSession("r1", late_reply_s=LATE_S)
+        self.session.mode = mode
+
+    def write(self, command: Command, at: float = 0.0) -> FicsExchange:
+        exchange = self.session.exchange(command, Lane.COMMAND)
+        self.session.written(exchange, at, at)
+        return exchange
+
+    def may_answer(self, command: Command, at: float, *, fresh: bool = False) -> bool:
+        exchange = self.session.exchange(command, Lane.READ)
+        exchange.fresh = fresh
+        return self.session._copies.could_answer(exchange, at)
+
+
+def told(command: Command, frame: ReplyFrame, at: float = 0.0) -> Wire:
+    wire = Wire()
+    wire.session.note_reply(wire.write(command, at), frame, at)
+    return wire
 
 
 @pytest.mark.parametrize(
@@ -54,7 +74,7 @@ def told(command: Command, frame: Frame, at: float = 0.0) -> Copies:
         (GetAccelerationTimes(), Answer("VST", "100"), SetAccelerationTimes(times_ms=[200])),
     ],
 )
-def test_what_a_copy_could_answer_is_kept_apart(before: Command, frame: Frame, after: Command) -> None:
+def test_what_a_copy_could_answer_is_kept_apart(before: Command, frame: ReplyFrame, after: Command) -> None:
     assert told(before, frame).may_answer(after, LATE_S - 0.1)
 
 
@@ -70,7 +90,7 @@ def test_what_a_copy_could_answer_is_kept_apart(before: Command, frame: Frame, a
         (UploadPosition(coordinates=[1.0]), Completion("POS"), DownloadPositions(first=1, count=1)),
     ],
 )
-def test_what_no_copy_could_answer_needs_no_fence(before: Command, frame: Frame, after: Command) -> None:
+def test_what_no_copy_could_answer_needs_no_fence(before: Command, frame: ReplyFrame, after: Command) -> None:
     assert not told(before, frame).may_answer(after, 0.0)
 
 
@@ -80,21 +100,20 @@ def test_no_copy_comes_after_a_fence_or_later_than_any_reply() -> None:
     assert copies.may_answer(other, LATE_S - 0.001)
     assert not copies.may_answer(other, LATE_S)
     copies = told(GetInputChannel(channel=1), BITS)
-    copies.rule_out()
+    copies.session._copies.forget(ROBOT)
     assert not copies.may_answer(other, 0.0)
 
 
 def test_every_name_is_remembered_not_just_the_last() -> None:
     copies = told(SwitchOutput(channel=1, bit=0, on=True), Completion("IOT"))
-    between = SetSpeedPercent(percents=[1.0])
-    copies.note_written(between, 2, 0.1, silent=False)
-    copies.note(between, 2, Completion("VAO"), 0.1)
+    between = copies.write(SetSpeedPercent(percents=[1.0]), 0.1)
+    copies.session.note_reply(between, Completion("VAO"), 0.1)
     assert copies.may_answer(SwitchOutput(channel=1, bit=1, on=True), 0.2)
 
 
 def test_an_answer_that_has_not_come_may_come_at_any_time() -> None:
-    copies = Copies(LATE_S)
-    copies.note_written(StopJog(axis="X"), 1, 0.0, silent=False)
+    copies = Wire()
+    copies.write(StopJog(axis="X"))
     assert copies.may_answer(StartJog(axis="Y", direction="+"), 1000.0)
 
 
@@ -102,23 +121,26 @@ def test_a_reading_is_outdated_by_a_deed_and_copies_of_what_has_to_be_fresh_are_
     copies = told(GetAxisStatus(), AT_REST)
     assert not copies.may_answer(GetAxisStatus(), 0.0)
     assert copies.may_answer(GetAxisStatus(), 0.0, fresh=True)
-    copies.note_written(SwitchOutput(channel=1, bit=0, on=True), 2, 0.0, silent=True)
+    copies.session.mode = 2
+    copies.write(SwitchOutput(channel=1, bit=0, on=True))
     assert copies.may_answer(GetAxisStatus(), 0.0)
 
 
 def test_a_reading_that_was_asked_for_before_a_deed_is_outdated_though_it_came_after_it() -> None:
-    copies = Copies(LATE_S)
-    copies.note_written(GetAxisStatus(), 1, 0.0, silent=False)
-    copies.note_written(StopAllImmediately(), 2, 0.1, silent=False)
-    copies.note(GetAxisStatus(), 1, AT_REST, 0.2)
+    copies = Wire()
+    asked = copies.write(GetAxisStatus())
+    copies.write(StopAllImmediately(), 0.1)
+    copies.session.note_reply(asked, AT_REST, 0.2)
     assert copies.may_answer(GetAxisStatus(), 0.3)
 
 
 def test_answers_that_can_come_no_more_take_no_room() -> None:
-    copies = Copies(LATE_S)
-    for number in range(10 * MOST_OF_A_NAME):
-        copies.note(UploadPosition(coordinates=[float(number)]), number, Completion("POS"), 0.01 * number)
-    assert len(copies._told["POS"]) <= MOST_OF_A_NAME
+    copies = Wire()
+    most = FicsReplies.remembered
+    for number in range(2 * most):
+        position = copies.session.exchange(UploadPosition(coordinates=[float(number)]), Lane.COMMAND)
+        copies.session.note_reply(position, Completion("POS"), 0.01 * number)
+    assert len(copies.session._copies._said[ROBOT]["POS"]) <= most
 
 
 def test_the_questions_whose_answers_do_not_tell_which_was_asked() -> None:

@@ -5,9 +5,10 @@ import asyncio
 import pytest
 
 from gateway.core.errors import NoReply
+from gateway.core.exchange import More
 from gateway.core.lanes import Lane
-from gateway.fics.exchange import Answered, Exchange
-from protocols.fics.link import Answer, Completion, Failure, Frame, Garbage, Refusal, encode
+from gateway.fics.exchange import Answered, FicsExchange
+from protocols.fics.link import Answer, Completion, Failure, Frame, Refusal, encode
 from protocols.fics.moves import MoveRelative
 from protocols.fics.positions import DownloadPositions, StoredPosition
 from protocols.fics.row import FicsCommand
@@ -20,8 +21,8 @@ QUERY = GetVariable(number=5)
 DOWNLOAD = DownloadPositions(first=1, count=2)
 
 
-def exchange(command: FicsCommand[Reply]) -> Exchange:
-    return Exchange(command, encode(command), Lane.COMMAND)
+def exchange(command: FicsCommand[Reply]) -> FicsExchange:
+    return FicsExchange(command, encode(command), Lane.COMMAND)
 
 
 def stored(place: float) -> StoredPosition:
@@ -29,54 +30,56 @@ def stored(place: float) -> StoredPosition:
 
 
 def test_a_query_is_over_with_its_one_reply() -> None:
-    outcome = exchange(QUERY).take(Answer("VAR", "V05=+1"))
+    outcome = exchange(QUERY).credit(Answer("VAR", "V05=+1"))
     assert outcome == Answered((VariableValue(number=5, value=1.0),))
 
 
 def test_a_deed_is_over_with_its_bare_name() -> None:
-    assert exchange(MOVE).take(Completion("LMI")) == Answered()
+    assert exchange(MOVE).credit(Completion("LMI")) == Answered()
 
 
 @pytest.mark.parametrize("frame", [Refusal("LMI", "E07"), Failure("LMI", "183")])
 def test_a_refusal_and_a_failure_are_told_as_they_are(frame: Frame) -> None:
-    assert exchange(MOVE).take(frame) is frame
+    assert exchange(MOVE).credit(frame) is frame
 
 
 @pytest.mark.parametrize(
     "frame",
-    [Completion("LMA"), Refusal("LMA", "E07"), Answer("LMI", "1"), Garbage(b"\xff", "not an answer")],
+    [Completion("LMA"), Refusal("LMA", "E07"), Answer("LMI", "1")],
     ids=repr,
 )
 def test_what_is_for_another_command_is_not_taken(frame: Frame) -> None:
-    assert exchange(MOVE).take(frame) is None
+    assert exchange(MOVE).credit(frame) is None
 
 
 def test_a_download_is_over_when_its_end_is_heard_and_not_with_its_first_position() -> None:
     download = exchange(DOWNLOAD)
-    assert download.take(Answer("POS", "1,")) == stored(1.0)
-    assert download.take(Answer("POS", "2,")) == stored(2.0)
-    assert download.take(Completion("POR")) is None
-    assert download.take(Completion("POE")) == Answered((stored(1.0), stored(2.0)))
+    assert download.credit(Answer("POS", "1,")) is More.MORE
+    assert download.credit(Answer("POS", "2,")) is More.MORE
+    assert download.credit(Completion("POR")) is None
+    assert download.credit(Completion("POE")) == Answered((stored(1.0), stored(2.0)))
 
 
 def test_an_attempt_that_was_not_completed_leaves_nothing_behind() -> None:
     download = exchange(DOWNLOAD)
-    download.take(Answer("POS", "1,"))
+    download.credit(Answer("POS", "1,"))
     download.doubt = NoReply("POR was sent, and no answer came.")
-    download.start_over()
+    download.begin(2, None)
     assert download.doubt is None
-    download.take(Answer("POS", "1,"))
-    assert download.take(Completion("POE")) == Answered((stored(1.0),))
+    download.credit(Answer("POS", "1,"))
+    assert download.credit(Completion("POE")) == Answered((stored(1.0),))
 
 
 @virtual
 async def test_whoever_waits_is_told_once_and_whoever_has_gone_is_not() -> None:
     patient, gone, alone = exchange(MOVE), exchange(MOVE), exchange(MOVE)
     loop = asyncio.get_running_loop()
-    patient.future, gone.future = loop.create_future(), loop.create_future()
-    gone.future.cancel()
+    told, cancelled = (loop.create_future() for _ in range(2))
+    patient.wait_for(told)
+    gone.wait_for(cancelled)
+    cancelled.cancel()
     for one in (patient, gone, alone):
         one.settle(Answered())
         one.settle(Answered(confirmed=False))
-    assert await patient.future == Answered(confirmed=True)
-    assert gone.future.cancelled()
+    assert await told == Answered(confirmed=True)
+    assert cancelled.cancelled()

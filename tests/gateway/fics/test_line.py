@@ -13,7 +13,7 @@ from gateway.core.errors import Cancelled, Expired, InvalidRequest, LineDown, No
 from gateway.core.lanes import Lane
 from gateway.core.port import SILENCE_S, LineState
 from gateway.fics.errors import RobotOffline
-from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
+from gateway.fics.exchange import Answered, Exchange, Outcome
 from gateway.fics.line import ASK_AGAIN_S, CLEARING, READY_WITHIN_S, FicsLine
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.moves import MoveRelative
@@ -67,8 +67,6 @@ class Stand:
         prepare(self.machine)
         self.wire = Wire(self.machine, baud)
         self.line = FicsLine("cell", self.wire, "r1", mode=mode, rng=Random(0))
-        # What a motion depends on is told elsewhere.
-        self.line._talk._holds = lambda proof, now: True  # type: ignore[method-assign]
         self.told = Told()
         self.line.on_change = lambda what, facts: self.told.append((what, facts))
 
@@ -82,7 +80,6 @@ class Stand:
 
     def exchange(self, command: FicsCommand[Reply], lane: Lane = Lane.COMMAND, **more: Any) -> Exchange:
         exchange = self.line.exchange(command, lane)
-        exchange.needs = Proof(0)
         for name, value in more.items():
             setattr(exchange, name, value)
         return exchange

@@ -1,15 +1,17 @@
 """What goes next on a robot's line, and which answer belongs to what."""
 
 import asyncio
+from collections.abc import Iterator
 from random import Random
+from typing import ClassVar
 
 import pytest
 
 from gateway.core.errors import Cancelled, Expired, HeldUp, NoReply, StoppedFirst
 from gateway.core.lanes import Lane
 from gateway.fics.errors import NotProved
-from gateway.fics.exchange import Answered, Exchange, Outcome, Proof
-from gateway.fics.session import Conversation
+from gateway.fics.exchange import ROBOT, Answered, FicsExchange, Outcome, Proof
+from gateway.fics.session import FicsSession
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.jog import StartJog, StopJog
@@ -27,31 +29,47 @@ from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetCommunicationMode, GetSystemVersion
 from protocols.fics.variables import GetVariable
 from protocols.table import Reply
+from tests.virtual_time import VirtualLoop
 
 AT_REST = Answer("ACD", "0300")
 
 
-class Talk:
-    """A conversation, and the pen that writes for it."""
+@pytest.fixture(autouse=True)
+def _loop() -> Iterator[None]:
+    Bench.loop = VirtualLoop()
+    yield
+    Bench.loop.close()
+
+
+class Bench:
+    """A session, and the pen that writes for it."""
+
+    loop: ClassVar[VirtualLoop]
 
     def __init__(self, mode: int = 3) -> None:
-        self.talk = Conversation("r1", rng=Random(0))
-        self.talk.mode = mode
+        self.session = FicsSession("r1", rng=Random(0))
+        self.session.mode = mode
 
-    def submit(self, command: FicsCommand[Reply], lane: Lane = Lane.COMMAND) -> Exchange:
-        exchange = self.talk.exchange(command, lane)
-        self.talk.submit(exchange)
+    def submit(self, command: FicsCommand[Reply], lane: Lane = Lane.COMMAND) -> FicsExchange:
+        exchange = self.session.exchange(command, lane)
+        self.wait_for(exchange)
+        self.session.submit(exchange)
         return exchange
 
+    def wait_for(self, exchange: FicsExchange) -> "asyncio.Future[Outcome]":
+        future: asyncio.Future[Outcome] = self.loop.create_future()
+        exchange.wait_for(future)
+        return future
+
     def write(self, now: float = 0.0) -> str:
-        exchange = self.talk.next(0.0, ready=True)
+        exchange = self.session.next(0.0, ready=True)
         assert exchange is not None
-        self.talk.written(exchange, now, now + exchange.timeout_s)
+        self.session.written(exchange, now, now + exchange.timeout_s)
         return exchange.frame.decode().rstrip("\r")
 
     def hear(self, *frames: Answer | Completion | Refusal) -> None:
         for frame in frames:
-            tell = self.talk.heard(frame, 0.0)
+            tell = self.session.heard(frame, 0.0)
             if tell is not None:
                 tell()
 
@@ -67,49 +85,43 @@ class Talk:
 
 
 def test_equal_names_are_answered_in_the_order_they_were_written() -> None:
-    it = Talk()
+    it = Bench()
     for axis in "XZ":
         it.submit(StopJog(axis=axis), Lane.STOP)
         assert it.write() == f"JOG {axis}"
     it.hear(Completion("JOG"))
-    assert [one.command for one in it.talk._under_way()] == [StopJog(axis="Z")]
+    assert [one.command for one in it.session._sent] == [StopJog(axis="Z")]
     it.hear(Refusal("JOG", "E07"))
-    assert it.talk._under_way() == []
+    assert it.session._sent == []
 
 
 def test_no_answer_after_a_fence_is_credited_to_a_stop_before_it() -> None:
-    it = Talk()
+    it = Bench()
 
-    async def story() -> tuple[Outcome, Outcome]:
-        stop, start = it.talk.exchange(StopJog(axis="X"), Lane.STOP), StartJog(axis="Z", direction="+")
-        stop.future = asyncio.get_running_loop().create_future()
-        it.talk.submit(stop)
-        begun = it.submit(start)
-        begun.future = asyncio.get_running_loop().create_future()
-        assert it.write() == "JOG X"  # its answer is lost
-        it.pass_fence()
-        assert it.write() == "JOG Z+"
-        it.hear(Refusal("JOG", "E07"))
-        return stop.future.result(), begun.future.result()
-
-    stopped, started = asyncio.run(story())
-    assert isinstance(stopped, NoReply)
-    assert started == Refusal("JOG", "E07")
+    stop, start = it.submit(StopJog(axis="X"), Lane.STOP), StartJog(axis="Z", direction="+")
+    stopped = it.wait_for(stop)
+    started = it.wait_for(it.submit(start))
+    assert it.write() == "JOG X"  # its answer is lost
+    it.pass_fence()
+    assert it.write() == "JOG Z+"
+    it.hear(Refusal("JOG", "E07"))
+    assert isinstance(stopped.result(), NoReply)
+    assert started.result() == Refusal("JOG", "E07")
 
 
 def test_a_decelerating_stop_is_answered_at_standstill_however_many_fences_pass() -> None:
-    it = Talk()
+    it = Bench()
     it.submit(StopAllDecelerating(), Lane.STOP)
     it.write()
     it.submit(GetSystemVersion(), Lane.READ)
     it.write()
-    it.talk.pass_deadlines(1.0, None)
+    it.session.pass_deadlines(1.0, None)
     it.pass_fence()
-    assert [type(one.command) for one in it.talk._under_way()] == [StopAllDecelerating]
+    assert [type(one.command) for one in it.session._sent] == [StopAllDecelerating]
 
 
 def test_between_equal_deeds_goes_a_fence_and_between_others_none() -> None:
-    it = Talk()
+    it = Bench()
     for bit in (0, 1):
         it.submit(SwitchOutput(channel=1, bit=bit, on=True))
     assert it.write() == "IOT 1-0:+"
@@ -122,7 +134,7 @@ def test_between_equal_deeds_goes_a_fence_and_between_others_none() -> None:
 
 
 def test_a_question_asked_again_after_a_deed_gets_no_old_answer() -> None:
-    it = Talk()
+    it = Bench()
     for _ in range(2):
         it.submit(GetAxisStatus(), Lane.READ)
         assert it.write() == "ACD"
@@ -130,56 +142,56 @@ def test_a_question_asked_again_after_a_deed_gets_no_old_answer() -> None:
     it.submit(MoveRelative(coordinates=[1.0]))
     assert it.write() == "LMI 1"
     it.submit(GetAxisStatus(), Lane.READ)
-    assert it.talk.next(0.0, ready=True) is not None
-    assert it.talk.counters["fences"] == 1
+    assert it.session.next(0.0, ready=True) is not None
+    assert it.session.counters["fences"] == 1
 
 
 def test_a_fence_is_passed_by_its_own_number_only() -> None:
-    it = Talk()
+    it = Bench()
     it.submit(GetVariable(number=5), Lane.READ)
     it.write()
-    it.talk.pass_deadlines(1.0, None)
+    it.session.pass_deadlines(1.0, None)
     fence = it.write(1.0)
     it.hear(Refusal("VAR", "E06"), Answer("VAR", "V05=+1"))
-    assert not it.talk.in_step
+    assert not it.session.in_step
     assert it.write(1.0) not in (fence, "VAR V05")
 
 
 def test_a_fence_never_asks_for_what_somebody_has_asked_for() -> None:
-    it = Talk()
-    numbers = {it.talk._fresh_variable() for _ in range(100)}
+    it = Bench()
+    numbers = {it.session._fresh_variable() for _ in range(100)}
     assert numbers == set(range(100))
     for number in range(0, 100, 2):
         it.submit(GetVariable(number=number), Lane.READ)
         it.write()
         it.hear(Answer("VAR", f"V{number:02d}=+1"))
-    assert {it.talk._fresh_variable() for _ in range(50)} == set(range(1, 100, 2))
+    assert {it.session._fresh_variable() for _ in range(50)} == set(range(1, 100, 2))
 
 
 @pytest.mark.parametrize(("error", "may_be_open"), [("E01", False), ("E05", False), ("E03", True)])
 def test_an_upload_that_is_refused_is_none_unless_one_may_be_open(error: str, may_be_open: bool) -> None:
-    it = Talk()
+    it = Bench()
     it.submit(BeginPositionUpload(first=1))
     it.write()
-    assert it.talk.upload.is_open
+    assert it.session.upload.is_open
     it.hear(Refusal("POF", error))
-    assert it.talk.upload.is_open is may_be_open
+    assert it.session.upload.is_open is may_be_open
 
 
 @pytest.mark.parametrize(("error", "may_be_open"), [("E08", False), ("E03", True), ("E06", True)])
 def test_the_end_of_an_upload_that_is_refused_ends_it_only_if_none_was_open(
     error: str, may_be_open: bool
 ) -> None:
-    it = Talk()
+    it = Bench()
     it.begin_upload()
     it.submit(EndPositionUpload())
     it.write()
     it.hear(Refusal("POF", error))
-    assert it.talk.upload.is_open is may_be_open
+    assert it.session.upload.is_open is may_be_open
 
 
 def test_an_upload_whose_end_was_refused_is_ended_before_anything_else_is_said() -> None:
-    it = Talk()
+    it = Bench()
     it.begin_upload()
     it.submit(EndPositionUpload())
     it.write()
@@ -190,91 +202,91 @@ def test_an_upload_whose_end_was_refused_is_ended_before_anything_else_is_said()
     it.submit(GetAxisStatus(), Lane.READ)
     assert it.write() == "POF 2"
     it.hear(Completion("POF"))
-    assert not it.talk.upload.is_open
+    assert not it.session.upload.is_open
     it.pass_fence()
     assert it.write() == "ACD"
 
 
 def test_what_no_upload_lets_through_proves_that_none_is_open() -> None:
-    it = Talk()
-    it.talk.upload.doubt()
+    it = Bench()
+    it.session.upload.doubt()
     it.submit(StopAllImmediately(), Lane.STOP)
     assert [it.write(), it.write()] == ["POF 2", "AES"]
     it.hear(Completion("AES"))
-    assert not it.talk.upload.is_open
+    assert not it.session.upload.is_open
 
 
 def test_an_answer_to_what_was_said_before_an_upload_does_not_end_it() -> None:
-    it = Talk()
+    it = Bench()
     it.submit(MoveRelative(coordinates=[1.0]))
     assert it.write() == "LMI 1"
     it.begin_upload()
     it.hear(Completion("LMI"))
-    assert it.talk.upload.is_open
+    assert it.session.upload.is_open
 
 
 @pytest.mark.parametrize("question", [GetAxisStatus(), GetSystemVersion(), GetCommunicationMode()])
 def test_a_refusal_that_only_an_upload_explains_is_followed_by_its_end(question: FicsCommand[Reply]) -> None:
-    it = Talk()
+    it = Bench()
     it.submit(question, Lane.READ)
     name = it.write()
     it.hear(Refusal(name, "E03"))
     assert it.write() == "POF 2"
     it.hear(Completion("POF"))
     it.pass_fence()
-    assert it.talk.in_step
+    assert it.session.in_step
 
 
 def test_a_fence_that_is_refused_as_in_an_upload_ends_it() -> None:
-    it = Talk()
+    it = Bench()
     it.submit(GetAxisStatus(), Lane.READ)
     it.write()
-    it.talk.pass_deadlines(1.0, None)
+    it.session.pass_deadlines(1.0, None)
     assert it.write().startswith("VAR V")
     it.hear(Refusal("VAR", "E03"))
     assert it.write() == "POF 2"
 
 
 def test_a_refusal_that_the_teaching_terminal_explains_is_no_upload() -> None:
-    it = Talk()
+    it = Bench()
     it.submit(MoveRelative(coordinates=[1.0]))
     it.write()
     it.hear(Refusal("LMI", "E03"))
-    assert not it.talk.upload.is_open
-    assert it.talk.in_step
+    assert not it.session.upload.is_open
+    assert it.session.in_step
 
 
 def test_in_mode_2_the_end_of_an_upload_is_proved_by_a_fence_or_sent_again() -> None:
-    it = Talk(mode=2)
+    it = Bench(mode=2)
     it.submit(BeginPositionUpload(first=1))
     it.submit(EndPositionUpload())
     assert [it.write(), it.write()] == ["POF 1,1", "POF 2"]
     it.submit(GetAxisStatus(), Lane.READ)
     assert it.write().startswith("VAR V")
-    it.talk.pass_deadlines(1.0, None)
+    it.session.pass_deadlines(1.0, None)
     assert it.write() == "POF 2"
     it.pass_fence()
     assert it.write() == "ACD"
 
 
 def test_in_mode_2_silence_may_be_that_of_an_upload_nobody_knows_of() -> None:
-    it = Talk(mode=2)
+    it = Bench(mode=2)
     it.submit(GetAxisStatus(), Lane.READ)
     it.write()
-    it.talk.pass_deadlines(1.0, None)
+    it.session.pass_deadlines(1.0, None)
     assert it.write() == "POF 2"
     it.pass_fence()
 
 
 def test_the_end_of_an_upload_that_nobody_has_heard_goes_before_the_next_stop() -> None:
-    it = Talk()
+    it = Bench()
     it.begin_upload()
     it.submit(UploadPosition(coordinates=[1.0]))
     it.write()
     for _ in range(2):
         it.submit(StopAllImmediately(), Lane.STOP)
         assert [it.write(), it.write()] == ["POF 2", "AES"]
-        it.talk.pass_deadlines(1.0, None)
+        it.session.pass_deadlines(1.0, None)
     it.submit(StopAllImmediately(), Lane.STOP)
     assert it.write() == "POF 2"
     it.hear(Completion("POF"))
@@ -284,63 +296,58 @@ def test_the_end_of_an_upload_that_nobody_has_heard_goes_before_the_next_stop() 
 
 
 def test_the_end_of_an_upload_goes_before_a_stop_that_waited_already() -> None:
-    it = Talk()
+    it = Bench()
     it.submit(StopAllDecelerating(), Lane.STOP)
-    it.talk.upload.doubt()
+    it.session.upload.doubt()
     it.submit(StopAllImmediately(), Lane.STOP)
     assert [it.write() for _ in range(3)] == ["POF 2", "AES", "ASS"]
 
 
 def test_what_waits_can_be_taken_back_and_what_is_written_cannot() -> None:
-    it = Talk()
+    it = Bench()
     first = it.submit(MoveRelative(coordinates=[1.0]))
     it.write()
     second = it.submit(MoveRelative(coordinates=[2.0]))
-    assert {lane for lane in Lane if it.talk.waiting(lane)} == {Lane.COMMAND}
-    it.talk.withdraw(first, Expired(""))
-    it.talk.withdraw(second, Expired(""))
-    assert [type(one.command) for one in it.talk._under_way()] == [MoveRelative]
-    assert it.talk.next(0.0, ready=True) is None
+    assert {lane for lane in Lane if it.session.waiting(lane)} == {Lane.COMMAND}
+    it.session.cancel(lambda it: it in (first, second), Expired(""))
+    assert [type(one.command) for one in it.session._sent] == [MoveRelative]
+    assert it.session.next(0.0, ready=True) is None
 
 
 @pytest.mark.parametrize("ready", [True, False])
 def test_after_a_loss_of_power_nothing_that_waited_is_written(ready: bool) -> None:
-    it = Talk()
+    it = Bench()
     it.submit(MoveRelative(coordinates=[1.0]))
-    it.talk.lose_motion(NoReply(""), Cancelled(""))
-    assert it.talk.next(0.0, ready=ready) is None
+    it.session.lose_motion(NoReply(""), Cancelled(""))
+    assert it.session.next(0.0, ready=ready) is None
 
 
 def test_equal_stops_that_wait_are_written_once_and_answered_all() -> None:
-    it = Talk()
+    it = Bench()
     written: list[float] = []
 
-    async def story() -> list[Outcome]:
-        futures = []
-        for _ in range(50):
-            stop = it.talk.exchange(StopAllImmediately(), Lane.STOP)
-            stop.on_written = written.append
-            stop.future = asyncio.get_running_loop().create_future()
-            futures.append(stop.future)
-            it.talk.submit(stop)
-        assert it.talk.waiting(Lane.STOP) == 1
-        assert it.write() == "AES"
-        it.hear(Completion("AES"))
-        return [future.result() for future in futures]
-
-    assert asyncio.run(story()) == [Answered()] * 50
+    futures = []
+    for _ in range(50):
+        stop = it.session.exchange(StopAllImmediately(), Lane.STOP)
+        stop.on_written = written.append
+        futures.append(it.wait_for(stop))
+        it.session.submit(stop)
+    assert it.session.waiting(Lane.STOP) == 1
+    assert it.write() == "AES"
+    it.hear(Completion("AES"))
+    assert [future.result() for future in futures] == [Answered()] * 50
     assert len(written) == 50
 
 
 def test_an_immediate_stop_goes_before_a_decelerating_one_that_waits() -> None:
-    it = Talk()
+    it = Bench()
     it.submit(StopAllDecelerating(), Lane.STOP)
     it.submit(StopAllImmediately(), Lane.STOP)
     assert [it.write(), it.write()] == ["AES", "ASS"]
 
 
 def test_what_has_become_too_late_or_was_stopped_is_not_written_however_late_the_clock_is_looked_at() -> None:
-    it = Talk()
+    it = Bench()
     late, stopped, read = [
         it.submit(MoveRelative(coordinates=[1.0])),
         it.submit(MoveRelative(coordinates=[2.0])),
@@ -348,19 +355,20 @@ def test_what_has_become_too_late_or_was_stopped_is_not_written_however_late_the
     ]
     late.expires_at = 10.0
     stopped.epoch -= 1
-    assert it.talk.next(10.0, ready=True) is read
+    assert it.session.next(10.0, ready=True) is read
 
 
-class Proved(Talk):
+class Proved(Bench):
     """A motion that waits, and the question that goes before it."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.proof = Proof(self.talk.doubts)
+        self.proof = Proof(self.session.doubts)
         self.asked_at = 10.0
-        question = self.talk.exchange(GetCommunicationMode(), Lane.READ)
+        question = self.session.exchange(GetCommunicationMode(), Lane.READ)
         question.proves, question.fresh = self.proof, True
-        self.talk.submit(question)
+        self.wait_for(question)
+        self.session.submit(question)
         assert self.write(self.asked_at) == "MOD"
 
     def answer(self) -> None:
@@ -369,14 +377,11 @@ class Proved(Talk):
     def what_becomes_of_a_motion(self, now: float) -> "str | Outcome":
         """Its frame, or why it is not written."""
 
-        async def story() -> "str | Outcome":
-            motion = self.talk.exchange(MoveRelative(coordinates=[1.0]), Lane.COMMAND)
-            motion.needs, motion.future = self.proof, asyncio.get_running_loop().create_future()
-            self.talk.submit(motion)
-            found = self.talk.next(now, ready=True)
-            return motion.future.result() if found is None else found.frame.decode().rstrip("\r")
-
-        return asyncio.run(story())
+        motion = self.session.exchange(MoveRelative(coordinates=[1.0]), Lane.COMMAND)
+        motion.needs, outcome = self.proof, self.wait_for(motion)
+        self.session.submit(motion)
+        found = self.session.next(now, ready=True)
+        return outcome.result() if found is None else found.frame.decode().rstrip("\r")
 
 
 def test_a_motion_is_written_right_after_the_last_question_of_its_proof() -> None:
@@ -394,7 +399,7 @@ def test_a_motion_is_not_written_when_something_came_that_nobody_has_asked_for()
 
 def test_a_motion_is_not_written_when_its_last_question_had_to_be_repeated() -> None:
     it = Proved()
-    it.talk.pass_deadlines(it.asked_at + 1.0, None)
+    it.session.pass_deadlines(it.asked_at + 1.0, None)
     it.pass_fence()
     assert it.write(it.asked_at + 1.0) == "MOD"
     it.answer()
@@ -403,7 +408,7 @@ def test_a_motion_is_not_written_when_its_last_question_had_to_be_repeated() -> 
 
 def test_a_late_answer_proves_nothing() -> None:
     it = Proved()
-    it.talk.pass_deadlines(it.asked_at + 1.0, None)
+    it.session.pass_deadlines(it.asked_at + 1.0, None)
     text = it.write(it.asked_at + 1.0)
     it.answer()
     it.hear(Answer("VAR", f"{text[4:]}=+1"))
@@ -427,74 +432,74 @@ def test_a_motion_is_not_written_when_the_gateway_was_held_up_since() -> None:
 def test_a_motion_is_not_written_when_the_port_was_lost_since() -> None:
     it = Proved()
     it.answer()
-    it.talk.break_off(NoReply("The port has gone."), Cancelled("The port has gone."))
+    it.session.break_off(NoReply("The port has gone."), Cancelled("The port has gone."))
     assert isinstance(it.what_becomes_of_a_motion(it.asked_at + 0.1), NotProved)
 
 
 def test_a_proof_is_asked_for_anew_and_gets_no_copy_of_an_earlier_answer() -> None:
     it = Proved()
     it.answer()
-    again = it.talk.exchange(GetCommunicationMode(), Lane.READ)
+    again = it.session.exchange(GetCommunicationMode(), Lane.READ)
     again.fresh = True
-    it.talk.submit(again)
+    it.wait_for(again)
+    it.session.submit(again)
     it.pass_fence()
     assert it.write() == "MOD"
 
 
 def test_what_moves_nothing_is_not_said_to_have_moved_when_the_port_goes() -> None:
-    async def told(command: FicsCommand[Reply]) -> tuple[str, bool]:
-        it = Talk()
-        exchange = it.submit(command)
-        exchange.future = asyncio.get_running_loop().create_future()
+    def told(command: FicsCommand[Reply]) -> tuple[str, bool]:
+        it = Bench()
+        outcome = it.wait_for(it.submit(command))
         it.write()
-        it.talk.break_off(NoReply("The port has gone."), Cancelled("The port has gone."))
-        lost = exchange.future.result()
+        it.session.break_off(NoReply("The port has gone."), Cancelled("The port has gone."))
+        lost = outcome.result()
         assert isinstance(lost, NoReply)
         return lost.moved, lost.retryable
 
-    assert asyncio.run(told(GetAxisStatus())) == ("no", True)
-    assert asyncio.run(told(SetSmoothAcceleration(enabled=1))) == ("no", False)
-    assert asyncio.run(told(MoveRelative(coordinates=[1.0]))) == ("unknown", False)
+    assert told(GetAxisStatus()) == ("no", True)
+    assert told(SetSmoothAcceleration(enabled=1)) == ("no", False)
+    assert told(MoveRelative(coordinates=[1.0])) == ("unknown", False)
 
 
 def test_what_was_admitted_before_everything_was_revoked_is_not_written_and_stops_are_not_counted() -> None:
-    it = Talk()
+    it = Bench()
     it.submit(GetAxisStatus(), Lane.READ)
     it.write()
     waiting = it.submit(SwitchOutput(channel=1, bit=1, on=True))
-    epoch = it.talk.stop_epoch
-    it.talk.revoke(HeldUp)
-    assert waiting not in it.talk._queue
+    epoch = it.session.gate.epoch(ROBOT)
+    it.session.revoke(HeldUp)
+    assert waiting not in it.session.scheduler.exchanges(Lane.COMMAND)
     it.hear(AT_REST)
-    assert it.talk.next(0.0, ready=True) is None
-    late = it.talk.exchange(SwitchOutput(channel=1, bit=1, on=True), Lane.COMMAND)
+    assert it.session.next(0.0, ready=True) is None
+    late = it.session.exchange(SwitchOutput(channel=1, bit=1, on=True), Lane.COMMAND)
     late.epoch = epoch
-    it.talk.submit(late)
-    assert it.talk.next(0.0, ready=True) is None
-    assert isinstance(it.talk.overtaken(), HeldUp)
-    assert it.talk.stops == 0
-    it.talk.begin_stop()
-    assert isinstance(it.talk.overtaken(), StoppedFirst)
-    assert it.talk.stops == 1
+    it.session.submit(late)
+    assert it.session.next(0.0, ready=True) is None
+    assert isinstance(it.session.gate.overtaken(ROBOT), HeldUp)
+    assert it.session.gate.stops(ROBOT) == 0
+    it.session.begin_stop()
+    assert isinstance(it.session.gate.overtaken(ROBOT), StoppedFirst)
+    assert it.session.gate.stops(ROBOT) == 1
 
 
 def test_a_fence_that_is_wanted_goes_first() -> None:
-    it = Talk()
+    it = Bench()
     it.submit(GetAxisStatus(), Lane.READ)
-    it.talk.fence()
+    it.session.fence()
     it.pass_fence()
     assert it.write() == "ACD"
 
 
 def test_a_late_refusal_of_a_fence_is_not_credited_to_the_query_in_doubt() -> None:
-    it = Talk()
+    it = Bench()
     asked = it.submit(GetVariable(number=16), Lane.READ)
     assert it.write() == "VAR V16"
-    it.talk.pass_deadlines(1.0, None)
+    it.session.pass_deadlines(1.0, None)
     assert it.write(1.0).startswith("VAR V")
-    it.talk.pass_deadlines(2.0, None)
+    it.session.pass_deadlines(2.0, None)
     assert it.write(2.0).startswith("VAR V")
-    it.talk.pass_deadlines(3.0, None)
+    it.session.pass_deadlines(3.0, None)
     assert it.write(3.0) == "VER"
     it.hear(Refusal("VAR", "E06"))  # to one of three
     assert asked.late_answer is None

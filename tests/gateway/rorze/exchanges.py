@@ -4,19 +4,21 @@ import asyncio
 from typing import Any
 
 from gateway.core.lanes import Lane
-from gateway.rorze.exchange import Exchange, Outcome
+from gateway.rorze.exchange import Outcome, RorzeExchange
 from gateway.rorze.line import lane_of
 from protocols.rorze.link import encode
 from protocols.rorze.row import RorzeCommand
 
 
-def exchange(command: RorzeCommand[Any], body: int = 2, lane: Lane | None = None, **more: Any) -> Exchange:
+def exchange(
+    command: RorzeCommand[Any], body: int = 2, lane: Lane | None = None, **more: Any
+) -> RorzeExchange:
     """A command for a body, in the lane of its nature."""
     lane = lane_of(command) if lane is None else lane
-    return Exchange(body, command, encode(body, command), lane, **more)
+    return RorzeExchange(command, encode(body, command), lane, target=body, **more)
 
 
-def waiting(one: Exchange, loop: asyncio.AbstractEventLoop) -> "asyncio.Future[Outcome]":
+def waiting(one: RorzeExchange, loop: asyncio.AbstractEventLoop) -> "asyncio.Future[Outcome]":
     """Somebody who waits for it."""
     future: asyncio.Future[Outcome] = loop.create_future()
     one.wait_for(future)

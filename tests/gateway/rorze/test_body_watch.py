@@ -37,7 +37,7 @@ async def test_an_idle_body_without_power_is_told_offline_within_two_seconds(mom
 @in_virtual_time
 async def test_two_lost_frames_on_a_bad_line_do_not_make_a_body_offline() -> None:
     async with rig() as it:
-        it.plant.line("line1")._talk.last_error_at = now()
+        it.plant.line("line1")._session.last_error_at = now()
         lose(it, Direction.REPLIES, frames=2)
         await it.body().ask(GetPosition())
         await asyncio.sleep(3.0)

@@ -171,7 +171,7 @@ async def test_a_reading_before_a_cut_and_one_after_it_make_a_pair(monkeypatch: 
         await asyncio.sleep(0.1)
         body, looks = it.body(), 0
         look = body.look
-        it.plant.line("line1")._talk.last_error_at = now() + LOST_AFTER_S
+        it.plant.line("line1")._session.last_error_at = now() + LOST_AFTER_S
 
         async def every_second_look(lane: Lane = Lane.READ) -> MotorState:
             nonlocal looks

@@ -18,12 +18,13 @@ from gateway.core.errors import (
     NoReply,
     QueueFull,
 )
+from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import QUEUE_LIMIT, Lane
 from gateway.core.port import REOPEN_S, SILENCE_S
+from gateway.core.scheduler import TURN_S, Scheduler
 from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.line import WRITTEN_WITHIN_S, Line, LineState, lane_of
-from gateway.rorze.scheduler import Scheduler
-from gateway.rorze.session import FENCE_TRIES, READ_REPEATS, STRICT_S, TURN_S
+from gateway.rorze.session import READ_REPEATS, STRICT_S
 from protocols.rorze.link import Frame, MoveEnded, Refusal, StatusChanged, UnknownMessage
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.moves import MoveClockwise, MoveCounterclockwise, MoveTo
@@ -1077,7 +1078,7 @@ async def test_what_a_motor_waits_for_is_never_too_late() -> None:
     async with running_line(far, interject_stops=False) as line:
         far.once("&036PD", (WRITTEN_WITHIN_S + 1.0, ">&036PD+000000001"))
         long = line.submit(3, READ, Lane.PROOF)
-        line._talk._awaiting.deadline = None  # type: ignore[union-attr]  # as long as it takes
+        line._session._awaiting.deadline = None  # type: ignore[union-attr]  # as long as it takes
         waiting = [ask(line, StopImmediately()), line.submit(2, READ, Lane.PROOF)]
         assert all(isinstance(it, Answered) for it in await asyncio.gather(long, *waiting))
 

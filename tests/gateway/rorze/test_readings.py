@@ -28,7 +28,7 @@ def readings(of: Iterable[int]) -> Callable[[], Awaitable[int]]:
 async def test_a_single_reading_is_believed_on_a_clean_line() -> None:
     async with running_line(FarEnd()) as line:
         assert await believed(line, readings([7])) == 7
-        line._talk.last_error_at = asyncio.get_running_loop().time()
+        line._session.last_error_at = asyncio.get_running_loop().time()
         await asyncio.sleep(10.0)
         assert await believed(line, readings([7])) == 7
 
@@ -36,7 +36,7 @@ async def test_a_single_reading_is_believed_on_a_clean_line() -> None:
 @virtual
 async def test_two_equal_readings_in_a_row_are_believed_on_a_line_that_errs() -> None:
     async with running_line(FarEnd()) as line:
-        line._talk.last_error_at = asyncio.get_running_loop().time()
+        line._session.last_error_at = asyncio.get_running_loop().time()
         assert await believed(line, readings([5, 7, 7])) == 7
         assert await believed(line, readings([5, 6]), agree=lambda one, other: abs(one - other) < 2) == 6
         with pytest.raises(NotSent, match="no two readings agree"):
@@ -71,7 +71,7 @@ async def test_start_and_target_of_a_move_are_read_twice_while_the_line_garbles(
     async with rig() as it:
         await it.body().ask(SetPositionEntry(entry=ENTRY, pulses=700))
         await finished(it, MoveTo(position=500))
-        it.plant.line("line1")._talk.last_error_at = asyncio.get_running_loop().time()
+        it.plant.line("line1")._session.last_error_at = asyncio.get_running_loop().time()
         garbled = garble_once(it, monkeypatch, question, answer)
         move = await finished(it, MoveTo(position=ENTRY))
         assert garbled

@@ -15,11 +15,12 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from pydantic import ValidationError
 
 from gateway.core.errors import BodyOffline, Cancelled, Expired, GarbledReply, HeldUp, NoReply
+from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import Lane
-from gateway.rorze.copies import REMEMBERED, ReplyFrame
-from gateway.rorze.exchange import Answered, Exchange, Outcome
+from gateway.rorze.copies import RorzeReplies
+from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.line import lane_of
-from gateway.rorze.session import CLEAN_AFTER_S, FENCE_TRIES, NONCES, READ_REPEATS, STRICT_S, Conversation
+from gateway.rorze.session import CLEAN_AFTER_S, NONCES, READ_REPEATS, STRICT_S, RorzeSession
 from protocols.rorze import commands as table
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
@@ -49,7 +50,7 @@ def entry(position: int) -> GetPositionEntry:
     return GetPositionEntry(entry=PositionReference(position=position))
 
 
-def answer_to(exchange: Exchange, pulses: int = 0) -> Answer:
+def answer_to(exchange: RorzeExchange, pulses: int = 0) -> Answer:
     """What a controller without a fault says."""
     command = exchange.command
     payload = ""
@@ -61,10 +62,10 @@ def answer_to(exchange: Exchange, pulses: int = 0) -> Answer:
 
 
 @dataclass
-class Talk:
-    """A conversation, whoever waits for it, and a clock turned by hand."""
+class Bench:
+    """A session, those who wait for it, and a clock turned by hand."""
 
-    talk: Conversation
+    session: RorzeSession
     loop: asyncio.AbstractEventLoop
     now: float = 0.0
 
@@ -75,31 +76,31 @@ class Talk:
         expires_at: float | None = None,
         lane: Lane | None = None,
     ) -> Future:
-        exchange = self.talk.exchange(body, command, lane_of(command) if lane is None else lane)
+        exchange = self.session.exchange(body, command, lane_of(command) if lane is None else lane)
         exchange.expires_at = expires_at
         future = waiting(exchange, self.loop)
-        self.talk.scheduler.submit(exchange)
+        self.session.scheduler.submit(exchange)
         return future
 
     def set_up(self, command: RorzeCommand[Any]) -> Future:
-        exchange = self.talk.exchange(LINK_MASTER, command, Lane.COMMAND)
+        exchange = self.session.exchange(LINK_MASTER, command, Lane.COMMAND)
         future = waiting(exchange, self.loop)
-        self.talk.put_first(exchange)
+        self.session.put_first(exchange)
         return future
 
     def next(self, *, ready: bool = True) -> str:
         """Write what may go: its body and code, or nothing."""
-        exchange = self.talk.next(self.now, ready=ready)
+        exchange = self.session.next(self.now, ready=ready)
         if exchange is None:
             return ""
-        self.talk.written(exchange, self.now, self.now + exchange.timeout_s)
+        self.session.written(exchange, self.now, self.now + exchange.timeout_s)
         self.last = exchange
         fence = "fence " if exchange.self_identifying else ""
         return f"{fence}{exchange.body:02X} {exchange.command.code}"
 
     def hear(self, frame: ReplyFrame) -> bool:
         """Take a reply; whether it was somebody's."""
-        tell = self.talk.heard(frame, self.now)
+        tell = self.session.heard(frame, self.now)
         if tell is not None:
             tell()
         return tell is not None
@@ -111,20 +112,20 @@ class Talk:
     def fall_silent(self) -> None:
         """Let the reply to what was written last stay away."""
         self.now += self.last.timeout_s
-        self.talk.pass_deadlines(self.now, None)
+        self.session.pass_deadlines(self.now, None)
 
 
 @pytest.fixture
-def it() -> Iterator[Talk]:
+def it() -> Iterator[Bench]:
     loop = VirtualLoop()
-    yield Talk(Conversation([2, 3, 4, 5], rng=Random(1)), loop)
+    yield Bench(RorzeSession([2, 3, 4, 5], rng=Random(1)), loop)
     loop.close()
 
 
 # what goes next
 
 
-def test_before_the_line_is_ready_only_its_own_set_up_and_stops_go(it: Talk) -> None:
+def test_before_the_line_is_ready_only_its_own_set_up_and_stops_go(it: Bench) -> None:
     it.ask(READ)
     it.set_up(IdentifyControllers())
     it.ask(STOP)
@@ -136,22 +137,22 @@ def test_before_the_line_is_ready_only_its_own_set_up_and_stops_go(it: Talk) -> 
     assert it.next(ready=True) == "02 6PD"
 
 
-def test_while_something_waits_for_its_reply_nothing_is_there_to_do_but_stops(it: Talk) -> None:
+def test_while_something_waits_for_its_reply_nothing_is_there_to_do_but_stops(it: Bench) -> None:
     it.ask(MOVE)
     it.next()
     it.ask(READ, 3)
-    assert not it.talk.has_something()
+    assert not it.session.has_something()
     it.ask(STOP, 3)
-    assert it.talk.has_something()
+    assert it.session.has_something()
     assert it.next() == "03 5IS"
     assert it.next() == ""
 
 
-def test_the_next_frame_can_be_written_before_anybody_is_told(it: Talk) -> None:
+def test_the_next_frame_can_be_written_before_anybody_is_told(it: Bench) -> None:
     first = it.ask(READ)
     it.ask(READ, 3)
     it.next()
-    tell = it.talk.heard(answer_to(it.last, 7), it.now)
+    tell = it.session.heard(answer_to(it.last, 7), it.now)
     assert tell is not None
     assert it.next() == "03 6PD"
     assert not first.done()
@@ -159,7 +160,7 @@ def test_the_next_frame_can_be_written_before_anybody_is_told(it: Talk) -> None:
     assert first.result() == Answered({2: SignedPulses(pulses=7)}, it.now)
 
 
-def test_what_is_refused_at_the_gate_makes_way_for_the_next(it: Talk) -> None:
+def test_what_is_refused_at_the_gate_makes_way_for_the_next(it: Bench) -> None:
     late = it.ask(MoveTo(position=1), expires_at=1.0)
     it.ask(MoveTo(position=2))
     it.now = 1.0
@@ -168,7 +169,7 @@ def test_what_is_refused_at_the_gate_makes_way_for_the_next(it: Talk) -> None:
     assert it.last.command == MoveTo(position=2)
 
 
-def test_no_fence_is_spent_on_an_equal_command_that_is_too_late(it: Talk) -> None:
+def test_no_fence_is_spent_on_an_equal_command_that_is_too_late(it: Bench) -> None:
     it.ask(MOVE)
     it.next()
     it.answer()
@@ -176,17 +177,17 @@ def test_no_fence_is_spent_on_an_equal_command_that_is_too_late(it: Talk) -> Non
     it.now = 1.0
     assert it.next() == ""
     assert isinstance(late.result(), Expired)
-    assert it.talk.in_step
+    assert it.session.in_step
 
 
-def test_a_command_that_takes_time_gets_twice_as_much(it: Talk) -> None:
+def test_a_command_that_takes_time_gets_twice_as_much(it: Bench) -> None:
     it.ask(SaveSettings())
     it.next()
-    assert it.last.timeout_s == it.talk.reply_timeout_s + 2 * SaveSettings.takes_s
+    assert it.last.timeout_s == it.session.reply_timeout_s + 2 * SaveSettings.takes_s
 
 
-def test_the_numbers_of_fences_take_turns_through_all_there_are(it: Talk) -> None:
-    numbers = [it.talk.self_identifying_read(2).frame for _ in range(NONCES + 1)]
+def test_the_numbers_of_fences_take_turns_through_all_there_are(it: Bench) -> None:
+    numbers = [it.session.self_identifying_read(2).frame for _ in range(NONCES + 1)]
     assert len(set(numbers)) == NONCES
     assert numbers[-1] == numbers[0]
 
@@ -194,42 +195,42 @@ def test_the_numbers_of_fences_take_turns_through_all_there_are(it: Talk) -> Non
 # overdue
 
 
-def test_a_reply_that_has_begun_is_waited_for_but_no_longer_than_a_late_one(it: Talk) -> None:
+def test_a_reply_that_has_begun_is_waited_for_but_no_longer_than_a_late_one(it: Bench) -> None:
     future = it.ask(MOVE)
     it.now = 1.0
     it.next()
-    given_up_at = it.now + it.talk.reply_timeout_s + it.talk.late_reply_s
-    it.talk.pass_deadlines(1.5, 1.6)
-    assert it.talk.deadline() == 1.6
-    it.talk.pass_deadlines(1.6, 100.0)
-    assert it.talk.deadline() == given_up_at
-    it.talk.pass_deadlines(given_up_at, 100.0)
-    assert it.talk.deadline() is None
-    assert not it.talk.in_step
+    given_up_at = it.now + it.session.reply_timeout_s + it.session.late_reply_s
+    it.session.pass_deadlines(1.5, 1.6)
+    assert it.session.deadline() == 1.6
+    it.session.pass_deadlines(1.6, 100.0)
+    assert it.session.deadline() == given_up_at
+    it.session.pass_deadlines(given_up_at, 100.0)
+    assert it.session.deadline() is None
+    assert not it.session.in_step
     assert not future.done()  # the fence may bring it yet
 
 
-def test_only_what_is_overdue_is_given_up(it: Talk) -> None:
+def test_only_what_is_overdue_is_given_up(it: Bench) -> None:
     it.ask(MOVE)
     it.next()
     it.now = 0.3
     stop = it.ask(STOP, 3)
     it.next()
     it.now = 0.5
-    it.talk.pass_deadlines(it.now, None)
-    assert not it.talk.in_step
+    it.session.pass_deadlines(it.now, None)
+    assert not it.session.in_step
     assert not stop.done()
-    assert it.talk.deadline() == pytest.approx(0.8)
+    assert it.session.deadline() == pytest.approx(0.8)
 
 
-def test_a_fence_waits_until_the_stops_are_answered(it: Talk) -> None:
+def test_a_fence_waits_until_the_stops_are_answered(it: Bench) -> None:
     it.ask(MOVE)
     it.next()
     it.now = 0.3
     it.ask(STOP, 3)
     it.next()
     it.now = 0.5
-    it.talk.pass_deadlines(it.now, None)
+    it.session.pass_deadlines(it.now, None)
     assert it.next() == ""
     it.answer()
     assert it.next() == "fence 02 3ND"
@@ -238,25 +239,25 @@ def test_a_fence_waits_until_the_stops_are_answered(it: Talk) -> None:
 # fences
 
 
-def test_a_fence_is_passed_by_its_own_number_only(it: Talk) -> None:
+def test_a_fence_is_passed_by_its_own_number_only(it: Bench) -> None:
     move = it.ask(MOVE)
     it.next()
     it.fall_silent()
     it.next()
-    other = it.talk.self_identifying_read(2)
+    other = it.session.self_identifying_read(2)
     assert not it.hear(answer_to(other))
-    assert not it.talk.in_step
+    assert not it.session.in_step
     it.answer()
-    assert it.talk.in_step
+    assert it.session.in_step
     assert isinstance(move.result(), NoReply)
 
 
-def test_the_witness_for_a_silent_body_is_the_one_heard_last(it: Talk) -> None:
+def test_the_witness_for_a_silent_body_is_the_one_heard_last(it: Bench) -> None:
     for body in (5, 4, 3):
         it.ask(READ, body)
         it.next()
         it.answer()
-    it.talk.offline.add(3)
+    it.session.offline.add(3)
     it.ask(READ, 2)
     it.next()
     it.fall_silent()
@@ -265,11 +266,11 @@ def test_the_witness_for_a_silent_body_is_the_one_heard_last(it: Talk) -> None:
         it.fall_silent()
     assert it.next() == "fence 04 3ND"
     it.answer()
-    assert it.talk.offline == {2, 3}
-    assert it.talk.in_step
+    assert it.session.offline == {2, 3}
+    assert it.session.in_step
 
 
-def test_a_witness_from_the_same_fuse_is_followed_by_another(it: Talk) -> None:
+def test_a_witness_from_the_same_fuse_is_followed_by_another(it: Bench) -> None:
     for body in (4, 5, 3):
         it.ask(READ, body)
         it.next()
@@ -280,22 +281,22 @@ def test_a_witness_from_the_same_fuse_is_followed_by_another(it: Talk) -> None:
         it.fall_silent()
         it.next()
     it.answer()
-    assert it.talk.offline == {2, 3}
+    assert it.session.offline == {2, 3}
 
 
 @pytest.mark.parametrize(("offline", "proof"), [((), 3), ((3,), 4), ((3, 4), 3)])
 def test_a_group_is_stood_for_by_the_first_member_that_answers(
-    it: Talk, offline: tuple[int, ...], proof: int
+    it: Bench, offline: tuple[int, ...], proof: int
 ) -> None:
-    it.talk.groups[0x80] = [3, 4]
-    it.talk.offline.update(offline)
+    it.session.groups[0x80] = [3, 4]
+    it.session.offline.update(offline)
     it.ask(GetControllerStatus(), 0x80)
     it.next()
     it.fall_silent()
     assert it.next() == f"fence {proof:02X} 3ND"
 
 
-def test_a_read_nobody_waits_for_any_more_is_not_repeated(it: Talk) -> None:
+def test_a_read_nobody_waits_for_any_more_is_not_repeated(it: Bench) -> None:
     read = it.ask(READ)
     it.next()
     it.fall_silent()
@@ -303,10 +304,10 @@ def test_a_read_nobody_waits_for_any_more_is_not_repeated(it: Talk) -> None:
     it.next()
     it.answer()
     assert it.next() == ""
-    assert it.talk.counters["repeats"] == 0
+    assert it.session.counters["repeats"] == 0
 
 
-def test_a_repeated_read_goes_before_its_bodys_others(it: Talk) -> None:
+def test_a_repeated_read_goes_before_its_bodys_others(it: Bench) -> None:
     first, second = it.ask(READ), it.ask(GetControllerStatus())
     it.next()
     it.fall_silent()
@@ -318,7 +319,7 @@ def test_a_repeated_read_goes_before_its_bodys_others(it: Talk) -> None:
     assert not second.done()
 
 
-def test_the_set_up_is_repeated_as_often_as_a_read_and_ahead_of_the_rest_of_it(it: Talk) -> None:
+def test_the_set_up_is_repeated_as_often_as_a_read_and_ahead_of_the_rest_of_it(it: Bench) -> None:
     told = it.set_up(IdentifyControllers())
     it.set_up(SetReplyFormat(end_of_move=1))
     for _ in range(1 + READ_REPEATS):
@@ -330,25 +331,25 @@ def test_the_set_up_is_repeated_as_often_as_a_read_and_ahead_of_the_rest_of_it(i
     assert it.next() == "7F XRS"
 
 
-def test_a_read_with_a_number_of_its_own_leaves_the_line_in_step(it: Talk) -> None:
-    probe = it.talk.self_identifying_read(2)
+def test_a_read_with_a_number_of_its_own_leaves_the_line_in_step(it: Bench) -> None:
+    probe = it.session.self_identifying_read(2)
     future = waiting(probe, it.loop)
-    it.talk.scheduler.submit(probe)
+    it.session.scheduler.submit(probe)
     it.next()
-    it.talk.noise("noise", it.now)
+    it.session.noise("noise", it.now)
     assert not future.done()
     it.fall_silent()
     assert isinstance(future.result(), NoReply)
-    assert it.talk.in_step
+    assert it.session.in_step
 
 
 # silence
 
 
-def test_after_three_silent_bodies_nobody_else_is_asked_and_the_others_are_not_blamed(it: Talk) -> None:
+def test_after_three_silent_bodies_nobody_else_is_asked_and_the_others_are_not_blamed(it: Bench) -> None:
     offline: list[tuple[int, bool]] = []
-    it.talk.on_offline = lambda body, asked: offline.append((body, asked))
-    asked = [it.ask(READ, body) for body in it.talk.bodies]
+    it.session.on_offline = lambda body, asked: offline.append((body, asked))
+    asked = [it.ask(READ, body) for body in it.session.bodies]
     it.next()
     fences = []
     it.fall_silent()
@@ -361,14 +362,14 @@ def test_after_three_silent_bodies_nobody_else_is_asked_and_the_others_are_not_b
     assert {type(future.result()) for future in asked[1:]} == {BodyOffline}
 
 
-def told_silent(it: Talk) -> list[int]:
+def told_silent(it: Bench) -> list[int]:
     """The bodies that are told to be silent, from now on."""
     told: list[int] = []
-    it.talk.on_offline = lambda body, _asked: told.append(body)
+    it.session.on_offline = lambda body, _asked: told.append(body)
     return told
 
 
-def test_on_a_clean_line_a_question_and_a_fence_without_an_answer_tell_of_a_silent_body(it: Talk) -> None:
+def test_on_a_clean_line_a_question_and_a_fence_without_an_answer_tell_of_a_silent_body(it: Bench) -> None:
     told = told_silent(it)
     it.ask(READ)
     it.next()
@@ -376,17 +377,17 @@ def test_on_a_clean_line_a_question_and_a_fence_without_an_answer_tell_of_a_sile
     assert it.next() == "fence 02 3ND"
     assert told == []
     it.fall_silent()
-    assert (told, it.talk.silent, it.talk.offline) == ([2], {2}, set())
+    assert (told, it.session.silent, it.session.offline) == ([2], {2}, set())
     for _ in range(FENCE_TRIES - 1):
         assert it.next() == "fence 02 3ND"
         it.fall_silent()
-    assert (told, it.talk.offline) == ([2], {2})
+    assert (told, it.session.offline) == ([2], {2})
 
 
 @pytest.mark.parametrize("answers", [True, False])
-def test_a_body_that_was_told_silent_is_told_back_or_probed(it: Talk, answers: bool) -> None:
+def test_a_body_that_was_told_silent_is_told_back_or_probed(it: Bench, answers: bool) -> None:
     back: list[int] = []
-    it.talk.on_online = back.append
+    it.session.on_online = back.append
     it.ask(READ)
     for _ in range(2):
         it.next()
@@ -394,18 +395,18 @@ def test_a_body_that_was_told_silent_is_told_back_or_probed(it: Talk, answers: b
     assert it.next() == "fence 02 3ND"
     if answers:
         it.answer()
-        assert (back, it.talk.silent) == ([2], set())
+        assert (back, it.session.silent) == ([2], set())
     else:  # the port goes, and nobody finds out
-        it.talk.break_off(LOST, UNSENT)
-        assert (back, it.talk.offline) == ([], {2})
+        it.session.break_off(LOST, UNSENT)
+        assert (back, it.session.offline) == ([], {2})
 
 
 @pytest.mark.parametrize(("pause_s", "early"), [(CLEAN_AFTER_S - 3.0, False), (CLEAN_AFTER_S + 1.0, True)])
 def test_on_a_line_that_erred_lately_three_fences_tell_of_a_silent_body(
-    it: Talk, pause_s: float, early: bool
+    it: Bench, pause_s: float, early: bool
 ) -> None:
     told = told_silent(it)
-    it.talk.noise("noise", it.now)
+    it.session.noise("noise", it.now)
     it.now += pause_s
     it.ask(READ)
     for _ in range(2):
@@ -414,7 +415,7 @@ def test_on_a_line_that_erred_lately_three_fences_tell_of_a_silent_body(
     assert (told == [2]) is early
 
 
-def test_a_witness_for_others_is_not_told_silent_by_a_single_question(it: Talk) -> None:
+def test_a_witness_for_others_is_not_told_silent_by_a_single_question(it: Bench) -> None:
     told = told_silent(it)
     it.set_up(IdentifyControllers())
     for _ in range(2):
@@ -423,20 +424,20 @@ def test_a_witness_for_others_is_not_told_silent_by_a_single_question(it: Talk) 
     assert told == []
 
 
-def test_whoever_makes_a_noise_is_not_silent(it: Talk) -> None:
+def test_whoever_makes_a_noise_is_not_silent(it: Bench) -> None:
     it.ask(MOVE)
     it.next()
     it.fall_silent()
     fenced = []
     while written := it.next():
         fenced.append(written)
-        it.talk.noise("noise", it.now)
+        it.session.noise("noise", it.now)
         it.fall_silent()
     assert list(dict.fromkeys(fenced)) == [f"fence {body:02X} 3ND" for body in (2, 3, 4, 5)]
 
 
-def test_nobody_waits_for_what_a_silent_body_answers_to_a_stop(it: Talk) -> None:
-    it.talk.offline.add(2)
+def test_nobody_waits_for_what_a_silent_body_answers_to_a_stop(it: Bench) -> None:
+    it.session.offline.add(2)
     stop = it.ask(STOP)
     it.ask(READ, 3)
     assert it.next() == "02 5IS"
@@ -444,12 +445,12 @@ def test_nobody_waits_for_what_a_silent_body_answers_to_a_stop(it: Talk) -> None
     it.answer()
     assert it.hear(Answer(2, "5IS", ""))
     assert isinstance(stop.result(), Answered)
-    assert not it.talk.offline
+    assert not it.session.offline
 
 
-def test_a_link_that_takes_one_frame_at_a_time_waits_for_a_silent_body_too(it: Talk) -> None:
-    it.talk.interject_stops = False
-    it.talk.offline.add(2)
+def test_a_link_that_takes_one_frame_at_a_time_waits_for_a_silent_body_too(it: Bench) -> None:
+    it.session.interject_stops = False
+    it.session.offline.add(2)
     it.ask(STOP)
     it.ask(READ, 3)
     assert it.next() == "02 5IS"
@@ -458,8 +459,8 @@ def test_a_link_that_takes_one_frame_at_a_time_waits_for_a_silent_body_too(it: T
     assert it.next() == "03 6PD"
 
 
-def test_equal_stops_of_a_silent_body_are_not_under_way_twice(it: Talk) -> None:
-    it.talk.offline.add(2)
+def test_equal_stops_of_a_silent_body_are_not_under_way_twice(it: Bench) -> None:
+    it.session.offline.add(2)
     it.ask(STOP)
     it.next()
     it.ask(STOP)
@@ -468,7 +469,7 @@ def test_equal_stops_of_a_silent_body_are_not_under_way_twice(it: Talk) -> None:
     assert it.next() == "02 5IS"
 
 
-def test_stops_of_bodies_that_may_be_dead_leave_fences_their_turn(it: Talk) -> None:
+def test_stops_of_bodies_that_may_be_dead_leave_fences_their_turn(it: Bench) -> None:
     read = it.ask(READ, 5)
     it.next()
     it.ask(STOP, 2, lane=Lane.AGAIN)
@@ -477,13 +478,13 @@ def test_stops_of_bodies_that_may_be_dead_leave_fences_their_turn(it: Talk) -> N
     it.now += 0.1
     it.hear(Answer(2, "5IS", ""))
     it.now += 0.4
-    it.talk.pass_deadlines(it.now, None)
+    it.session.pass_deadlines(it.now, None)
     assert it.next() == "fence 05 3ND"
     assert it.next() == "03 5IS"
     assert not read.done()
 
 
-def test_a_stop_that_may_be_in_vain_does_not_follow_another_at_once(it: Talk) -> None:
+def test_a_stop_that_may_be_in_vain_does_not_follow_another_at_once(it: Bench) -> None:
     it.ask(STOP, 2, lane=Lane.AGAIN)
     assert it.next() == "02 5IS"
     it.ask(STOP, 3, lane=Lane.AGAIN)
@@ -492,17 +493,17 @@ def test_a_stop_that_may_be_in_vain_does_not_follow_another_at_once(it: Talk) ->
     assert it.next() == "04 5IS", "a new one does"
 
 
-def test_stops_and_probes_for_a_silent_body_stay_in_the_queue(it: Talk) -> None:
+def test_stops_and_probes_for_a_silent_body_stay_in_the_queue(it: Bench) -> None:
     it.ask(MOVE)
     it.next()
     it.fall_silent()
-    probe = it.talk.self_identifying_read(2)
+    probe = it.session.self_identifying_read(2)
     waiting(probe, it.loop)
-    it.talk.scheduler.submit(probe)
+    it.session.scheduler.submit(probe)
     for _ in range(FENCE_TRIES):
         it.next()
         it.fall_silent()
-    assert it.talk.offline == {2}
+    assert it.session.offline == {2}
     it.next()  # the fence of the next body
     it.answer()
     assert it.next() == "fence 02 3ND"
@@ -512,7 +513,7 @@ def test_stops_and_probes_for_a_silent_body_stay_in_the_queue(it: Talk) -> None:
 # strays
 
 
-def test_a_copy_of_a_reply_ends_no_equal_command(it: Talk) -> None:
+def test_a_copy_of_a_reply_ends_no_equal_command(it: Bench) -> None:
     it.ask(MOVE)
     it.next()
     it.answer()
@@ -528,17 +529,17 @@ def test_a_copy_of_a_reply_ends_no_equal_command(it: Talk) -> None:
     assert isinstance(second.result(), Answered)
 
 
-def test_a_copy_is_told_from_a_reply_to_nothing(it: Talk) -> None:
+def test_a_copy_is_told_from_a_reply_to_nothing(it: Bench) -> None:
     it.ask(MOVE)
     it.next()
     it.answer()
     assert not it.hear(answer_to(it.last))
     assert not it.hear(Answer(3, "1+M", ""))
-    assert (it.talk.counters["duplicates"], it.talk.counters["strays"]) == (1, 1)
-    assert it.talk.in_step
+    assert (it.session.counters["duplicates"], it.session.counters["strays"]) == (1, 1)
+    assert it.session.in_step
 
 
-def test_late_replies_that_contradict_each_other_leave_a_doubt(it: Talk) -> None:
+def test_late_replies_that_contradict_each_other_leave_a_doubt(it: Bench) -> None:
     move = it.ask(MOVE)
     it.next()
     it.fall_silent()
@@ -551,10 +552,10 @@ def test_late_replies_that_contradict_each_other_leave_a_doubt(it: Talk) -> None
     assert isinstance(outcome, GarbledReply)
     assert outcome.detail == "1+M was sent to body 02, and replies that contradict each other came back."
     assert outcome.moved == "unknown"
-    assert (it.talk.counters["late_replies"], it.talk.counters["strays"]) == (1, 1)
+    assert (it.session.counters["late_replies"], it.session.counters["strays"]) == (1, 1)
 
 
-def test_of_late_replies_of_one_kind_the_last_counts(it: Talk) -> None:
+def test_of_late_replies_of_one_kind_the_last_counts(it: Bench) -> None:
     read = it.ask(READ)
     it.next()
     it.fall_silent()
@@ -590,7 +591,7 @@ def understands(command: RorzeCommand[Any], payload: str) -> bool:
 
 @pytest.mark.parametrize("row", table.COMMANDS.values(), ids=lambda row: row.code)
 def test_no_copy_of_a_reply_answers_another_command_of_its_code(
-    row: type[RorzeCommand[Any]], it: Talk
+    row: type[RorzeCommand[Any]], it: Bench
 ) -> None:
     if lane_of(row.read(row.example[0][3:].removeprefix(row.code))) is Lane.STOP:
         return  # a stop waits for no fence, and is repeated until standstill is proved
@@ -598,7 +599,7 @@ def test_no_copy_of_a_reply_answers_another_command_of_its_code(
     asked, *others = commands_of(row).values()
     for other in (asked, *others):
         harmless = other == asked and asked.may_repeat()
-        it.talk = Conversation([2, 3, 4, 5], rng=Random(1))
+        it.session = RorzeSession([2, 3, 4, 5], rng=Random(1))
         it.ask(asked)
         it.next()
         copy = Answer(2, row.code, payload)
@@ -615,7 +616,7 @@ def test_no_copy_of_a_reply_answers_another_command_of_its_code(
         assert it.next() == f"02 {row.code}", "a fence costs time"
 
 
-def test_a_copy_of_a_refusal_answers_no_other_question(it: Talk) -> None:
+def test_a_copy_of_a_refusal_answers_no_other_question(it: Bench) -> None:
     it.ask(entry(1))
     it.next()
     refusal = Refusal(2, "3PD", 0x4A)
@@ -627,7 +628,7 @@ def test_a_copy_of_a_refusal_answers_no_other_question(it: Talk) -> None:
     assert it.next() == "fence 02 3ND"
 
 
-def test_what_another_body_or_another_code_has_answered_needs_no_fence(it: Talk) -> None:
+def test_what_another_body_or_another_code_has_answered_needs_no_fence(it: Bench) -> None:
     for command, body in (
         (entry(1), 2),
         (entry(2), 3),
@@ -640,7 +641,7 @@ def test_what_another_body_or_another_code_has_answered_needs_no_fence(it: Talk)
         it.hear(Answer(body, command.code, {"3PD": "+000001000", "9CD": "0"}.get(command.code, "")))
 
 
-def test_earlier_answers_are_remembered_as_well_as_the_last(it: Talk) -> None:
+def test_earlier_answers_are_remembered_as_well_as_the_last(it: Bench) -> None:
     for bit, said in ((0, "0"), (None, "H00")):
         it.ask(GetControllerStatus(bit=bit))
         assert it.next() == "02 9CD"
@@ -649,7 +650,7 @@ def test_earlier_answers_are_remembered_as_well_as_the_last(it: Talk) -> None:
     assert it.next() == "fence 02 3ND"
 
 
-def test_a_fence_rules_out_the_copies_of_all_codes_of_its_body(it: Talk) -> None:
+def test_a_fence_rules_out_the_copies_of_all_codes_of_its_body(it: Bench) -> None:
     for command in (entry(1), GetControllerStatus(bit=0)):
         it.ask(command)
         it.next()
@@ -663,21 +664,19 @@ def test_a_fence_rules_out_the_copies_of_all_codes_of_its_body(it: Talk) -> None
     assert it.next() == "02 9CD"
 
 
-def test_a_copy_that_would_be_later_than_any_reply_is_not_reckoned_with(it: Talk) -> None:
-    it.ask(MOVE)
-    it.next()
-    it.answer()
+def test_a_copy_that_would_be_later_than_any_reply_is_not_reckoned_with(it: Bench) -> None:
     for seconds, expected in ((-0.01, "fence 02 3ND"), (0.0, "02 1+M")):
-        it.now = it.talk.reply_timeout_s + it.talk.late_reply_s + seconds
-        it.talk.in_step = True
+        it.session, it.now = RorzeSession([2, 3, 4, 5], rng=Random(1)), 0.0
+        it.ask(MOVE)
+        it.next()
+        it.answer()
+        it.now = it.session.reply_timeout_s + it.session.late_reply_s + seconds
         it.ask(MOVE)
         assert it.next() == expected
-        it.hear(answer_to(it.last))
-        it.talk.cancel(lambda _: True, UNSENT)
 
 
-def test_a_group_is_kept_from_copies_like_a_body(it: Talk) -> None:
-    it.talk.groups[0x80] = [3, 4]
+def test_a_group_is_kept_from_copies_like_a_body(it: Bench) -> None:
+    it.session.groups[0x80] = [3, 4]
     members = {3: Answer(3, "9CD", "0"), 4: Answer(4, "9CD", "0")}
     copy = GroupAnswer(0x80, "9CD", members)
     it.ask(GetControllerStatus(bit=0), 0x80)
@@ -691,7 +690,7 @@ def test_a_group_is_kept_from_copies_like_a_body(it: Talk) -> None:
     assert not running.done()
 
 
-def test_what_a_fence_has_gone_ahead_of_is_not_overtaken_but_by_stops(it: Talk) -> None:
+def test_what_a_fence_has_gone_ahead_of_is_not_overtaken_but_by_stops(it: Bench) -> None:
     def wonder() -> None:
         it.ask(GetControllerStatus(bit=0), lane=Lane.PROOF)
         it.ask(GetControllerStatus(bit=0), 3, lane=Lane.PROOF)
@@ -711,7 +710,7 @@ def test_what_a_fence_has_gone_ahead_of_is_not_overtaken_but_by_stops(it: Talk) 
     assert it.last.command == GetControllerStatus(bit=1)
 
 
-def test_two_groups_are_defined_with_a_fence_between(it: Talk) -> None:
+def test_two_groups_are_defined_with_a_fence_between(it: Bench) -> None:
     first, second = (it.set_up(SetGroup(group=group, members=["02", "03"])) for group in ("80", "81"))
     assert it.next(ready=False) == "7F XVS"
     acknowledgement = Answer(LINK_MASTER, "XVS", "")
@@ -725,11 +724,11 @@ def test_two_groups_are_defined_with_a_fence_between(it: Talk) -> None:
 
 
 def test_what_changes_with_every_question_is_fenced_now_and_then_so_that_little_is_remembered(
-    it: Talk,
+    it: Bench,
 ) -> None:
     memory = GetProgramMemory(memory="T0")
     fences = 0
-    for value in range(10 * REMEMBERED):
+    for value in range(10 * RorzeReplies.remembered):
         it.ask(memory)
         if it.next() == "fence 02 3ND":
             fences += 1
@@ -743,39 +742,39 @@ def test_what_changes_with_every_question_is_fenced_now_and_then_so_that_little_
 
 
 @pytest.fixture
-def strict(it: Talk) -> Talk:
+def strict(it: Bench) -> Bench:
     """A line on which a reply has come twice."""
     it.ask(MOVE, 5)
     it.next()
     it.answer()
     assert not it.hear(answer_to(it.last))
-    assert it.talk.strict
+    assert it.session.strict
     return it
 
 
-def test_a_second_reply_makes_strict_and_that_is_told_once(it: Talk) -> None:
+def test_a_second_reply_makes_strict_and_that_is_told_once(it: Bench) -> None:
     told: list[bool] = []
-    it.talk.on_strict = told.append
+    it.session.on_strict = told.append
     it.ask(READ)
     it.next()
     it.answer(7)
-    assert not it.talk.strict
+    assert not it.session.strict
     for _ in range(2):
         assert not it.hear(Answer(2, "6PD", "+000000007"))
-    assert it.talk.strict
+    assert it.session.strict
     assert told == [True]
 
 
-def test_what_only_looks_like_a_copy_does_not_make_strict(it: Talk) -> None:
+def test_what_only_looks_like_a_copy_does_not_make_strict(it: Bench) -> None:
     it.ask(STOP)
     it.next()
     it.answer()
     assert not it.hear(Answer(2, "5IS", "")), "the reply to a stop that was given up"
     assert not it.hear(Answer(3, "6PD", "+000000007"))
-    assert not it.talk.strict
+    assert not it.session.strict
 
 
-def test_where_replies_come_twice_an_acknowledgement_is_told_between_two_fences(strict: Talk) -> None:
+def test_where_replies_come_twice_an_acknowledgement_is_told_between_two_fences(strict: Bench) -> None:
     it = strict
     move = it.ask(MOVE)
     assert it.next() == "fence 02 3ND"
@@ -790,7 +789,7 @@ def test_where_replies_come_twice_an_acknowledgement_is_told_between_two_fences(
     assert it.next() == "02 1+M", "the fence behind is one before, too"
 
 
-def test_a_fence_before_is_old_when_its_body_has_spoken_since(strict: Talk) -> None:
+def test_a_fence_before_is_old_when_its_body_has_spoken_since(strict: Bench) -> None:
     it = strict
     it.ask(MOVE)
     it.next()
@@ -806,7 +805,7 @@ def test_a_fence_before_is_old_when_its_body_has_spoken_since(strict: Talk) -> N
     assert it.next() == "fence 02 3ND"
 
 
-def test_reads_need_no_brackets(strict: Talk) -> None:
+def test_reads_need_no_brackets(strict: Bench) -> None:
     it = strict
     read = it.ask(READ)
     assert it.next() == "02 6PD"
@@ -815,7 +814,7 @@ def test_reads_need_no_brackets(strict: Talk) -> None:
 
 
 def test_before_the_second_fence_the_last_reply_counts_and_a_contradiction_leaves_a_doubt(
-    strict: Talk,
+    strict: Bench,
 ) -> None:
     it = strict
     for said, kind in (([0x4A, 0x50], Refusal), ([None, 0x50], GarbledReply), ([0x50, None], GarbledReply)):
@@ -828,10 +827,10 @@ def test_before_the_second_fence_the_last_reply_counts_and_a_contradiction_leave
         assert it.next() == "fence 02 3ND"
         it.answer()
         assert isinstance(move.result(), kind)
-    assert it.talk.counters["late_replies"] == 0
+    assert it.session.counters["late_replies"] == 0
 
 
-def test_a_stop_goes_before_the_fences_of_a_bracket(strict: Talk) -> None:
+def test_a_stop_goes_before_the_fences_of_a_bracket(strict: Bench) -> None:
     it = strict
     it.ask(MOVE)
     it.next()
@@ -842,17 +841,17 @@ def test_a_stop_goes_before_the_fences_of_a_bracket(strict: Talk) -> None:
     assert it.next() == "02 5IS"
 
 
-def test_a_bracketed_reply_is_told_though_the_body_dies_behind_it_or_the_port_goes(strict: Talk) -> None:
+def test_a_bracketed_reply_is_told_though_the_body_dies_behind_it_or_the_port_goes(strict: Bench) -> None:
     it = strict
     for end in ("dies", "goes"):
-        it.talk.offline.clear()
+        it.session.offline.clear()
         move = it.ask(MOVE)
         assert it.next() == "fence 02 3ND"
         it.answer()
         it.next()
         it.answer()
         if end == "goes":
-            it.talk.break_off(LOST, UNSENT)
+            it.session.break_off(LOST, UNSENT)
         else:
             for _ in range(FENCE_TRIES):
                 assert it.next() == "fence 02 3ND"
@@ -862,7 +861,7 @@ def test_a_bracketed_reply_is_told_though_the_body_dies_behind_it_or_the_port_go
         assert isinstance(move.result(), Answered)
 
 
-def test_where_nobody_is_left_for_a_fence_the_link_master_is_told_nevertheless(strict: Talk) -> None:
+def test_where_nobody_is_left_for_a_fence_the_link_master_is_told_nevertheless(strict: Bench) -> None:
     it = strict
     told = it.set_up(SetReplyFormat(end_of_move=1))
     written = [it.next(ready=False)]
@@ -873,31 +872,31 @@ def test_where_nobody_is_left_for_a_fence_the_link_master_is_told_nevertheless(s
     assert not told.done()
 
 
-def test_strictness_ends_when_no_reply_has_come_twice_for_long(strict: Talk) -> None:
+def test_strictness_ends_when_no_reply_has_come_twice_for_long(strict: Bench) -> None:
     it, told = strict, list[bool]()
-    it.talk.on_strict = told.append
-    assert it.talk.deadline() == STRICT_S
+    it.session.on_strict = told.append
+    assert it.session.deadline() == STRICT_S
     it.now = STRICT_S / 2
     assert not it.hear(answer_to(it.last))
     for it.now in (STRICT_S, 1.5 * STRICT_S - 1):
-        it.talk.pass_deadlines(it.now, None)
-        assert it.talk.strict
+        it.session.pass_deadlines(it.now, None)
+        assert it.session.strict
     it.now += 1
-    it.talk.pass_deadlines(it.now, None)
-    assert not it.talk.strict
+    it.session.pass_deadlines(it.now, None)
+    assert not it.session.strict
     assert told == [False]
-    assert it.talk.deadline() is None
+    assert it.session.deadline() is None
 
 
-def test_a_port_that_is_opened_anew_is_not_strict(strict: Talk) -> None:
-    strict.talk.break_off(LOST, UNSENT)
-    assert not strict.talk.strict
+def test_a_port_that_is_opened_anew_is_not_strict(strict: Bench) -> None:
+    strict.session.break_off(LOST, UNSENT)
+    assert not strict.session.strict
 
 
 # the end
 
 
-def test_after_the_port_has_gone_nothing_is_left_and_the_next_opening_starts_in_step(it: Talk) -> None:
+def test_after_the_port_has_gone_nothing_is_left_and_the_next_opening_starts_in_step(it: Bench) -> None:
     suspect = it.ask(MOVE)
     it.next()
     it.fall_silent()
@@ -905,22 +904,22 @@ def test_after_the_port_has_gone_nothing_is_left_and_the_next_opening_starts_in_
     stop = it.ask(STOP, 3)
     it.next()
     set_up, waiting_read = it.set_up(IdentifyControllers()), it.ask(READ, 4)
-    it.talk.break_off(LOST, UNSENT)
+    it.session.break_off(LOST, UNSENT)
     for one in (suspect, stop):
         lost = one.result()
         assert isinstance(lost, NoReply)
         assert (lost.detail, lost.moved) == (LOST.detail, "unknown")
     assert [one.result() for one in (set_up, waiting_read)] == [UNSENT, UNSENT]
-    assert it.talk.in_step
-    assert not it.talk.has_something()
-    assert not it.talk.awaits_replies()
-    assert it.talk.deadline() is None
+    assert it.session.in_step
+    assert not it.session.has_something()
+    assert not it.session.awaits_replies()
+    assert it.session.deadline() is None
 
 
-def test_a_read_that_the_port_has_taken_along_moved_nothing_and_may_be_asked_again(it: Talk) -> None:
+def test_a_read_that_the_port_has_taken_along_moved_nothing_and_may_be_asked_again(it: Bench) -> None:
     read = it.ask(READ)
     it.next()
-    it.talk.break_off(LOST, UNSENT)
+    it.session.break_off(LOST, UNSENT)
     lost = read.result()
     assert isinstance(lost, NoReply)
     assert (lost.detail, lost.moved, lost.retryable) == (LOST.detail, "no", True)
@@ -934,7 +933,7 @@ class Said(NamedTuple):
     """A reply on its way, what it answers, and when that was written."""
 
     frame: ReplyFrame
-    cause: Exchange
+    cause: RorzeExchange
     written_at: float
 
 
@@ -945,42 +944,42 @@ FATES = st.sampled_from(["answered", "doubled", "doubled", "lost"])
 """What becomes of frames that are written next."""
 
 
-def test_a_frame_written_at_time_zero_is_given_up_in_time(it: Talk) -> None:
+def test_a_frame_written_at_time_zero_is_given_up_in_time(it: Bench) -> None:
     it.ask(MOVE)
     it.next()
-    it.talk.pass_deadlines(0.5, 0.6)
-    it.talk.pass_deadlines(0.6, 100.0)
-    assert it.talk.deadline() == it.talk.reply_timeout_s + it.talk.late_reply_s
+    it.session.pass_deadlines(0.5, 0.6)
+    it.session.pass_deadlines(0.6, 100.0)
+    assert it.session.deadline() == it.session.reply_timeout_s + it.session.late_reply_s
 
 
-class AnyTalk(RuleBasedStateMachine):
+class AnySession(RuleBasedStateMachine):
     """Every reply but a stop's has a number of its own, so that all can see what it was credited to."""
 
     @initialize(seed=st.integers(0, 3), interject=st.booleans())
     def begin(self, seed: int, interject: bool) -> None:
         self.loop = VirtualLoop()
-        self.talk = Conversation([1, 2], interject_stops=interject, rng=Random(seed))
+        self.session = RorzeSession([1, 2], interject_stops=interject, rng=Random(seed))
         self.now = 0.0
         self.wire: deque[Said] = deque()
         self.futures: list[Future] = []
         self.owners: list[list[Future]] = []
         """Who waited for each written frame, by its number."""
-        self.moves_written: set[Exchange] = set()
-        self.awaited: Exchange | None = None
+        self.moves_written: set[RorzeExchange] = set()
+        self.awaited: RorzeExchange | None = None
 
     # what can happen
 
     @rule(body=st.sampled_from([1, 1, 1, 2]), command=st.sampled_from(COMMANDS), fate=FATES)
     def ask(self, body: int, command: RorzeCommand[Any], fate: str) -> None:
         sets_up = isinstance(command, SetReplyFormat)
-        if body in self.talk.offline and not sets_up and command is not STOP:
+        if body in self.session.offline and not sets_up and command is not STOP:
             return
-        exchange = self.talk.exchange(LINK_MASTER if sets_up else body, command, lane_of(command))
+        exchange = self.session.exchange(LINK_MASTER if sets_up else body, command, lane_of(command))
         self.futures.append(waiting(exchange, self.loop))
         if sets_up:
-            self.talk.put_first(exchange)
+            self.session.put_first(exchange)
         else:
-            self.talk.scheduler.submit(exchange)
+            self.session.scheduler.submit(exchange)
         self._pump(fate)
 
     @precondition(lambda self: self.wire)
@@ -992,17 +991,17 @@ class AnyTalk(RuleBasedStateMachine):
     @precondition(lambda self: self.awaited)
     @rule(fate=FATES)
     def make_noise(self, fate: str) -> None:
-        self.talk.noise("noise", self.now)
+        self.session.noise("noise", self.now)
         self._doubt()
         self._pump(fate)
 
-    @precondition(lambda self: self.talk.awaits_replies() or self.wire)
+    @precondition(lambda self: self.session.awaits_replies() or self.wire)
     @rule(seconds=st.sampled_from([0.1, 0.5, 0.7]), fate=FATES)
     def let_time_pass(self, seconds: float, fate: str) -> None:
         self.now += seconds
         while self.wire and self.wire[0].written_at + LATEST_S <= self.now:
             self._deliver()
-        self.talk.pass_deadlines(self.now, None)
+        self.session.pass_deadlines(self.now, None)
         if self.awaited is not None and (self.awaited.deadline or 0.0) <= self.now:
             self.awaited = None
         self._pump(fate)
@@ -1010,11 +1009,11 @@ class AnyTalk(RuleBasedStateMachine):
     @precondition(lambda self: len(self.owners) > 9)
     @rule()
     def lose_the_port(self) -> None:
-        self.talk.break_off(LOST, UNSENT)
+        self.session.break_off(LOST, UNSENT)
         self.wire.clear()
         self.awaited = None
         assert all(future.done() for future in self.futures)
-        assert not self.talk.has_something()
+        assert not self.session.has_something()
 
     def teardown(self) -> None:
         try:
@@ -1032,20 +1031,20 @@ class AnyTalk(RuleBasedStateMachine):
 
     def _pump(self, fate: str) -> None:
         """Write whatever may go now."""
-        while (exchange := self.talk.next(self.now, ready=True)) is not None:
+        while (exchange := self.session.next(self.now, ready=True)) is not None:
             if exchange.lane is not Lane.STOP:
                 assert self.awaited is None, "two exchanges await their replies"
-                assert self.talk.in_step or exchange.self_identifying, "sent before the fence has passed"
+                assert self.session.in_step or exchange.self_identifying, "sent before the fence has passed"
                 self.awaited = exchange
             if exchange.command is MOVE:
                 assert exchange not in self.moves_written, "a move is written twice"
                 self.moves_written.add(exchange)
-            self.talk.written(exchange, self.now, self.now + exchange.timeout_s)
+            self.session.written(exchange, self.now, self.now + exchange.timeout_s)
             copies = {"lost": 0, "doubled": 2 if exchange.command is MOVE else 1}.get(fate, 1)
             self.wire.extend([Said(self._reply(exchange), exchange, self.now)] * copies)
             self.owners.append(list(exchange.waiters))
 
-    def _reply(self, exchange: Exchange) -> ReplyFrame:
+    def _reply(self, exchange: RorzeExchange) -> ReplyFrame:
         number = len(self.owners)
         if exchange.lane is Lane.STOP or isinstance(exchange.command, GetNumberedPositionEntry | GetPosition):
             return answer_to(exchange, number)
@@ -1053,7 +1052,7 @@ class AnyTalk(RuleBasedStateMachine):
 
     def _deliver(self) -> None:
         said = self.wire.popleft()
-        tell = self.talk.heard(said.frame, self.now)
+        tell = self.session.heard(said.frame, self.now)
         if tell is not None:
             tell()
         if said.cause is self.awaited:
@@ -1078,18 +1077,18 @@ def _number(outcome: Outcome) -> int | None:
     return None
 
 
-TestAnyTalk = AnyTalk.TestCase
-TestAnyTalk.settings = settings(max_examples=200, stateful_step_count=40, deadline=None)
+TestAnySession = AnySession.TestCase
+TestAnySession.settings = settings(max_examples=200, stateful_step_count=40, deadline=None)
 
 
 # what is revoked
 
 
-def test_what_waits_is_revoked_with_its_reason_and_reads_go_on(it: Talk) -> None:
+def test_what_waits_is_revoked_with_its_reason_and_reads_go_on(it: Bench) -> None:
     first = it.ask(READ, 3)
     assert it.next() == "03 6PD"
     move, read = it.ask(MOVE), it.ask(READ)
-    it.talk.revoke(HeldUp)
+    it.session.revoke(HeldUp)
     assert isinstance(move.result(), HeldUp)
     it.answer()
     assert first.done()
@@ -1098,23 +1097,23 @@ def test_what_waits_is_revoked_with_its_reason_and_reads_go_on(it: Talk) -> None
     assert isinstance(read.result(), Answered)
 
 
-def test_a_setting_that_was_sent_and_is_not_repeated_is_not_called_not_sent(it: Talk) -> None:
+def test_a_setting_that_was_sent_and_is_not_repeated_is_not_called_not_sent(it: Bench) -> None:
     setting = it.ask(SetStartSpeed(speed_set=1, speed=1000))
     it.next()
     it.fall_silent()
     assert it.next() == "fence 02 3ND"
-    it.talk.revoke(HeldUp)
+    it.session.revoke(HeldUp)
     it.answer()
     assert it.next() == ""
     assert type(setting.result()) is NoReply
 
 
-def test_a_fence_that_is_wanted_goes_before_everything_but_stops(it: Talk) -> None:
+def test_a_fence_that_is_wanted_goes_before_everything_but_stops(it: Bench) -> None:
     it.ask(READ, 3)
     it.next()
     it.answer()
     it.ask(READ)
-    it.talk.fence()
+    it.session.fence()
     it.ask(STOP)
     assert it.next() == "02 5IS"
     it.answer()
@@ -1123,17 +1122,17 @@ def test_a_fence_that_is_wanted_goes_before_everything_but_stops(it: Talk) -> No
     assert it.next() == "02 6PD"
 
 
-def test_a_fence_that_is_wanted_waits_for_the_reply_under_way(it: Talk) -> None:
+def test_a_fence_that_is_wanted_waits_for_the_reply_under_way(it: Bench) -> None:
     move = it.ask(MOVE)
     it.next()
-    it.talk.fence()
+    it.session.fence()
     assert it.next() == ""
     it.answer()
     assert isinstance(move.result(), Answered)
     assert it.next() == "fence 02 3ND"
 
 
-def test_a_late_refusal_with_the_fences_code_is_not_credited_to_the_read_in_doubt(it: Talk) -> None:
+def test_a_late_refusal_with_the_fences_code_is_not_credited_to_the_read_in_doubt(it: Bench) -> None:
     asked = it.ask(GetNumberedPositionEntry(entry=PositionReference(position=5)))
     assert it.next() == "02 3ND"
     it.fall_silent()

@@ -28,7 +28,7 @@ def test_only_a_body_that_does_not_answer_is_silent(error: GatewayError, silent:
 
 
 async def _is_silence_with(line: Line, offline: set[int]) -> bool:
-    line._talk.offline = offline
+    line._session.offline = offline
     return line.shows_silence(BodyOffline("it does not answer"))
 
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from gateway.core.errors import Expired, NoReply, QueueFull
 from gateway.core.lanes import QUEUE_LIMIT, STOPS, Lane
-from gateway.rorze.exchange import Exchange
-from gateway.rorze.scheduler import Scheduler
+from gateway.core.scheduler import Scheduler
+from gateway.rorze.exchange import RorzeExchange
 from protocols.rorze.moves import MoveTo
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position import GetPosition
@@ -20,11 +20,11 @@ from tests.gateway.rorze.far_end import virtual
 ALL = tuple(Lane)
 
 
-def move(body: int, position: int = 0) -> Exchange:
+def move(body: int, position: int = 0) -> RorzeExchange:
     return exchange(MoveTo(position=position), body)
 
 
-def taken(scheduler: Scheduler) -> list[Exchange]:
+def taken(scheduler: Scheduler[RorzeExchange]) -> list[RorzeExchange]:
     out = []
     while (one := scheduler.next(ALL)) is not None:
         out.append(one)
@@ -32,7 +32,7 @@ def taken(scheduler: Scheduler) -> list[Exchange]:
 
 
 def test_stops_go_first_then_their_proofs_then_commands_then_stops_of_the_dead_then_reads() -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     in_order = [
         exchange(StopImmediately(), 3),
         exchange(GetPosition(), 3, Lane.PROOF),
@@ -49,20 +49,20 @@ def test_stops_go_first_then_their_proofs_then_commands_then_stops_of_the_dead_t
 
 @pytest.mark.parametrize(("lane", "is_stop"), [(lane, lane in STOPS) for lane in Lane])
 def test_stops_of_both_lanes_are_known_to_wait(lane: Lane, is_stop: bool) -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     assert not scheduler.has_stops()
     scheduler.submit(exchange(StopImmediately(), lane=lane))
     assert scheduler.has_stops() is is_stop
 
 
 def test_only_the_lanes_that_may_send_are_asked() -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     scheduler.submit(move(2))
     assert scheduler.next((Lane.STOP, Lane.READ)) is None
 
 
 def test_a_busy_body_does_not_starve_the_others() -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     for position in range(10):
         scheduler.submit(move(1, position))
     scheduler.submit(move(2))
@@ -72,7 +72,7 @@ def test_a_busy_body_does_not_starve_the_others() -> None:
 
 @given(st.lists(st.one_of(st.integers(0, 5), st.just("take")), max_size=120))
 def test_no_body_waits_more_than_one_turn_of_the_others(steps: list[int | str]) -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     turns_waited: dict[int, Counter[int]] = {}
     queued: Counter[int] = Counter()
     for number, step in enumerate(steps):
@@ -96,7 +96,7 @@ def test_no_body_waits_more_than_one_turn_of_the_others(steps: list[int | str]) 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.sampled_from(["move", "read"])), max_size=60))
 def test_a_body_keeps_the_order_of_arrival_and_nothing_is_lost(arrivals: list[tuple[int, str]]) -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     submitted = [
         move(body, number)
         if kind == "move"
@@ -114,7 +114,7 @@ def test_a_body_keeps_the_order_of_arrival_and_nothing_is_lost(arrivals: list[tu
 
 
 def test_a_body_that_may_not_go_is_passed_over_and_keeps_its_turn() -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     first, second = exchange(StopImmediately(), 1), exchange(StopImmediately(), 2)
     scheduler.submit(first)
     scheduler.submit(second)
@@ -126,7 +126,7 @@ def test_a_body_that_may_not_go_is_passed_over_and_keeps_its_turn() -> None:
 @virtual
 async def test_equal_reads_share_one_exchange_and_all_who_asked_wait_for_it() -> None:
     loop = asyncio.get_running_loop()
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     reads = [exchange(GetPosition()) for _ in range(3)]
     futures = [waiting(read, loop) for read in reads]
     assert {id(scheduler.submit(read)) for read in reads} == {id(reads[0])}
@@ -136,7 +136,7 @@ async def test_equal_reads_share_one_exchange_and_all_who_asked_wait_for_it() ->
 
 
 def test_commands_and_reads_that_step_the_index_are_never_merged() -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     step = GetPositionEntry(entry=PositionReference(position="next"))
     for command in (MoveTo(position=1), MoveTo(position=1), step, step):
         scheduler.submit(exchange(command))
@@ -144,7 +144,7 @@ def test_commands_and_reads_that_step_the_index_are_never_merged() -> None:
 
 
 def test_a_full_queue_refuses_but_for_stops_and_for_reads_that_join_one() -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     for number in range(QUEUE_LIMIT):
         scheduler.submit(move(2, number))
         scheduler.submit(exchange(GetPositionEntry(entry=PositionReference(position=number))))
@@ -160,7 +160,7 @@ def test_a_full_queue_refuses_but_for_stops_and_for_reads_that_join_one() -> Non
 
 
 def test_equal_stops_that_wait_are_one_unless_somebody_wants_to_know_when_his_is_written() -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     first, again, noted = [exchange(StopImmediately()) for _ in range(3)]
     noted.on_written = lambda _: None
     assert scheduler.submit(first) is scheduler.submit(again)
@@ -170,7 +170,7 @@ def test_equal_stops_that_wait_are_one_unless_somebody_wants_to_know_when_his_is
 
 
 def test_what_is_put_back_goes_first_of_its_body() -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     first, second = move(2, 1), move(2, 2)
     scheduler.submit(first)
     scheduler.submit(second)
@@ -180,7 +180,7 @@ def test_what_is_put_back_goes_first_of_its_body() -> None:
 
 
 def test_the_unwanted_is_taken_out_of_every_lane() -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     for body in (1, 2):
         for one in (move(body), exchange(GetPosition(), body), exchange(StopImmediately(), body)):
             scheduler.submit(one)
@@ -191,7 +191,7 @@ def test_the_unwanted_is_taken_out_of_every_lane() -> None:
 @virtual
 async def test_what_is_too_late_is_taken_out_and_told() -> None:
     loop = asyncio.get_running_loop()
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     late, timely, patient = (
         exchange(MoveTo(position=0), body, expires_at=at) for body, at in ((1, 5.0), (2, 5.1), (3, None))
     )
@@ -210,7 +210,7 @@ async def test_what_is_too_late_is_taken_out_and_told() -> None:
 @virtual
 async def test_everybody_who_shares_a_read_has_a_deadline_of_his_own() -> None:
     loop = asyncio.get_running_loop()
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     reads = [exchange(GetPosition(), expires_at=at) for at in (6.0, 5.0, 7.0)]
     middle, early, late = (waiting(read, loop) for read in reads)
     for read in reads:
@@ -228,7 +228,7 @@ async def test_everybody_who_shares_a_read_has_a_deadline_of_his_own() -> None:
 async def test_a_read_shared_with_somebody_who_has_all_the_time_is_never_too_late_for_him() -> None:
     loop = asyncio.get_running_loop()
     for deadlines in ((5.0, None), (None, 5.0)):
-        scheduler = Scheduler()
+        scheduler = Scheduler[RorzeExchange]()
         reads = [exchange(GetPosition(), expires_at=at) for at in deadlines]
         futures = [waiting(read, loop) for read in reads]
         for read in reads:
@@ -240,7 +240,7 @@ async def test_a_read_shared_with_somebody_who_has_all_the_time_is_never_too_lat
 
 @virtual
 async def test_what_was_written_once_and_is_too_late_for_the_repetition_has_had_no_reply() -> None:
-    scheduler = Scheduler()
+    scheduler = Scheduler[RorzeExchange]()
     read = exchange(GetPosition(), expires_at=5.0)
     future = waiting(read, asyncio.get_running_loop())
     read.doubt = NoReply("6PD was sent to body 02, and no reply came.")

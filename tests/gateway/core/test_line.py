@@ -1,4 +1,4 @@
-"""A conversation carried over its port: a frame at a time, and nobody keeps the line waiting."""
+"""A session carried over its port: a frame at a time, and nobody keeps the line waiting."""
 
 import asyncio
 from collections import Counter
@@ -8,9 +8,9 @@ from contextlib import asynccontextmanager
 import pytest
 
 from gateway.core.admission import Admission
-from gateway.core.carrier import GAP_S, Carrier
 from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, LineDown, Overtaking
 from gateway.core.lanes import Lane
+from gateway.core.line import GAP_S, LineDriver
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.rorze.line import Line, LineState
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
@@ -99,7 +99,7 @@ class Words:
         return len(self._begun)
 
 
-class Speaker(Carrier[Said, bytes]):
+class Speaker(LineDriver[Said, bytes]):
     """A line that is ready when a test says so, and only listens."""
 
     def __init__(self, port: Port) -> None:
@@ -267,7 +267,7 @@ async def test_several_frames_at_once_are_heard_in_their_order() -> None:
 
 def note_what_was_sent_when_told(line: Line, far: FarEnd) -> list[list[str]]:
     """Keep, for each reply, the frames that had gone out when the first person was told of it."""
-    hear, kept = line._talk.heard, []
+    hear, kept = line._session.heard, []
 
     def heard(frame: Answer | Refusal | GroupAnswer, at: float) -> Callable[[], None] | None:
         tell = hear(frame, at)
@@ -279,7 +279,7 @@ def note_what_was_sent_when_told(line: Line, far: FarEnd) -> list[list[str]]:
 
         return None if tell is None else note_and_tell
 
-    line._talk.heard = heard  # type: ignore[method-assign,assignment]  # between hearing and telling
+    line._session.heard = heard  # type: ignore[method-assign,assignment]  # between hearing and telling
     return kept
 
 

@@ -1,4 +1,4 @@
-"""One speaks to a robot at a time: stops are seen to first, then commands, then reads."""
+"""One series is sent at a time: stops are seen to first, then commands, then reads."""
 
 import asyncio
 
@@ -6,21 +6,21 @@ import pytest
 
 from gateway.core.errors import QueueFull
 from gateway.core.lanes import QUEUE_LIMIT, Lane
-from gateway.fics.sequence_lock import Floor
+from gateway.core.sequence_lock import SequenceLock
 from tests.plants import in_virtual_time
 
 LANES = (Lane.STOP, Lane.PROOF, Lane.COMMAND, Lane.READ)
 
 
 class Speakers:
-    """Who has had the floor, in turn."""
+    """Who has had the lock, in turn."""
 
     def __init__(self) -> None:
-        self.floor = Floor()
+        self.lock = SequenceLock()
         self.spoken: list[str] = []
 
     async def speak(self, name: str, lane: Lane) -> None:
-        async with self.floor.held(lane):
+        async with self.lock.held(lane):
             self.spoken.append(name)
             await asyncio.sleep(1)
 
@@ -43,10 +43,10 @@ async def test_lanes_go_in_their_order_and_each_in_turn() -> None:
     ]
     tasks += [it.begin(name, lane) for name, lane in wanted]
     await asyncio.sleep(0.5)
-    assert {lane: it.floor.waiting(lane) for lane in LANES} == dict(zip(LANES, (1, 1, 2, 2), strict=True))
+    assert {lane: it.lock.waiting(lane) for lane in LANES} == dict(zip(LANES, (1, 1, 2, 2), strict=True))
     await asyncio.gather(*tasks)
     assert it.spoken == ["first", "s", "p", "c1", "c2", "r1", "r2"]
-    assert not any(it.floor.waiting(lane) for lane in Lane)
+    assert not any(it.lock.waiting(lane) for lane in Lane)
 
 
 @in_virtual_time
@@ -61,17 +61,17 @@ async def test_who_gives_up_waiting_keeps_nobody_waiting() -> None:
 
 
 @in_virtual_time
-async def test_the_floor_goes_on_if_it_comes_to_somebody_who_has_just_given_up() -> None:
-    floor, spoken = Floor(), list[str]()
+async def test_the_lock_goes_on_if_it_comes_to_somebody_who_has_just_given_up() -> None:
+    lock, spoken = SequenceLock(), list[str]()
 
     async def speak(name: str) -> None:
-        async with floor.held():
+        async with lock.held():
             spoken.append(name)
 
-    async with floor.held():
+    async with lock.held():
         second, third = asyncio.create_task(speak("b")), asyncio.create_task(speak("c"))
         await asyncio.sleep(1)
-    second.cancel()  # it has been given the floor, and has not run since
+    second.cancel()  # it has been given the lock, and has not run since
     await asyncio.wait({second, third})
     assert spoken == ["c"]
     await speak("d")

@@ -9,9 +9,9 @@ from gateway.core.errors import (
     ShuttingDown,
     StoppedFirst,
 )
+from gateway.core.gate import Gate
 from gateway.core.lanes import Lane
-from gateway.rorze.exchange import Exchange
-from gateway.rorze.gate import Gate
+from gateway.rorze.exchange import RorzeExchange
 from protocols.rorze.link_master import SetReplyFormat
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
@@ -23,11 +23,11 @@ MOVE = MoveClockwise(distance=500)
 
 
 def test_a_fresh_command_passes() -> None:
-    assert Gate().refuses(exchange(MOVE), now=0.0) is None
+    assert Gate[RorzeExchange](LINK_MASTER).refuses(exchange(MOVE), now=0.0) is None
 
 
 def test_a_command_admitted_before_a_stop_never_passes_again() -> None:
-    gate = Gate()
+    gate = Gate[RorzeExchange](LINK_MASTER)
     admitted = exchange(MOVE, epoch=gate.epoch(2))
     gate.stop(2)
     refusal = gate.refuses(admitted, now=0.0)
@@ -39,7 +39,7 @@ def test_a_command_admitted_before_a_stop_never_passes_again() -> None:
 
 
 def test_a_stop_concerns_its_own_body_and_what_was_admitted_before_it() -> None:
-    gate = Gate()
+    gate = Gate[RorzeExchange](LINK_MASTER)
     other = exchange(MOVE, body=3, epoch=gate.epoch(3))
     gate.stop(2)
     later = exchange(MOVE, epoch=gate.epoch(2))
@@ -49,21 +49,21 @@ def test_a_stop_concerns_its_own_body_and_what_was_admitted_before_it() -> None:
 
 @pytest.mark.parametrize("command", [GetPosition(), StopImmediately()], ids=lambda it: it.code)
 def test_reads_and_stops_pass_after_a_stop(command: GetPosition | StopImmediately) -> None:
-    gate = Gate()
+    gate = Gate[RorzeExchange](LINK_MASTER)
     admitted = exchange(command, epoch=gate.epoch(2))
     gate.stop(2)
     assert gate.refuses(admitted, now=0.0) is None
 
 
 def test_whatever_goes_in_the_command_lane_obeys_the_stop() -> None:
-    gate = Gate()
+    gate = Gate[RorzeExchange](LINK_MASTER)
     admitted = exchange(GetPosition(), lane=Lane.COMMAND, epoch=gate.epoch(2))
     gate.stop(2)
     assert isinstance(gate.refuses(admitted, now=0.0), Cancelled)
 
 
 def test_what_proves_a_stop_passes_however_often_the_stop_is_asked_for_again() -> None:
-    gate = Gate()
+    gate = Gate[RorzeExchange](LINK_MASTER)
     admitted = exchange(GetPosition(), lane=Lane.PROOF, epoch=gate.epoch(2))
     gate.stop(2)
     assert gate.refuses(admitted, now=0.0) is None
@@ -71,20 +71,20 @@ def test_what_proves_a_stop_passes_however_often_the_stop_is_asked_for_again() -
 
 @pytest.mark.parametrize(("now", "passes"), [(4.999, True), (5.0, False), (1e9, False)])
 def test_no_command_starts_later_than_its_sender_allowed(now: float, passes: bool) -> None:
-    refusal = Gate().refuses(exchange(MOVE, expires_at=5.0), now)
+    refusal = Gate[RorzeExchange](LINK_MASTER).refuses(exchange(MOVE, expires_at=5.0), now)
     assert (refusal is None) is passes
     assert passes or isinstance(refusal, Expired)
 
 
 def test_added_guards_are_asked_after_the_built_in_ones_and_the_first_refusal_counts() -> None:
-    gate = Gate()
+    gate = Gate[RorzeExchange](LINK_MASTER)
     asked: list[str] = []
 
-    def lease(_exchange: Exchange, _now: float) -> GatewayError | None:
+    def lease(_exchange: RorzeExchange, _now: float) -> GatewayError | None:
         asked.append("lease")
         return NotAllowed("No lease; nothing was sent.")
 
-    def journal(_exchange: Exchange, _now: float) -> GatewayError | None:
+    def journal(_exchange: RorzeExchange, _now: float) -> GatewayError | None:
         asked.append("journal")
         return None
 
@@ -102,7 +102,7 @@ def test_added_guards_are_asked_after_the_built_in_ones_and_the_first_refusal_co
 
 
 def test_what_was_admitted_before_everything_was_revoked_never_passes_and_says_why() -> None:
-    gate = Gate()
+    gate = Gate[RorzeExchange](LINK_MASTER)
     admitted = [exchange(MOVE, body=body, epoch=gate.epoch(body)) for body in (2, 0x80)]
     gate.revoke(HeldUp)
     assert all(isinstance(gate.refuses(it, now=0.0), HeldUp) for it in admitted)
@@ -110,7 +110,7 @@ def test_what_was_admitted_before_everything_was_revoked_never_passes_and_says_w
 
 
 def test_the_reason_is_what_came_last_to_the_body() -> None:
-    gate = Gate()
+    gate = Gate[RorzeExchange](LINK_MASTER)
     one, other = (exchange(MOVE, body=body, epoch=gate.epoch(body)) for body in (2, 3))
     gate.revoke(HeldUp)
     gate.stop(2)
@@ -121,7 +121,7 @@ def test_the_reason_is_what_came_last_to_the_body() -> None:
 
 
 def test_the_set_up_of_the_link_master_goes_on() -> None:
-    gate = Gate()
+    gate = Gate[RorzeExchange](LINK_MASTER)
     admitted = exchange(SetReplyFormat(end_of_move=1), body=LINK_MASTER, epoch=gate.epoch(LINK_MASTER))
     gate.revoke(HeldUp)
     assert gate.refuses(admitted, now=0.0) is None
@@ -129,7 +129,7 @@ def test_the_set_up_of_the_link_master_goes_on() -> None:
 
 @pytest.mark.parametrize("command", [GetPosition(), StopImmediately()], ids=lambda it: it.code)
 def test_reads_and_stops_pass_whatever_is_revoked(command: GetPosition | StopImmediately) -> None:
-    gate = Gate()
+    gate = Gate[RorzeExchange](LINK_MASTER)
     admitted = exchange(command, epoch=gate.epoch(2))
     gate.revoke(ShuttingDown)
     assert gate.refuses(admitted, now=0.0) is None

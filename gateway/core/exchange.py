@@ -1,0 +1,196 @@
+"""One command on its way to a controller and back, and everything that can come of it."""
+
+import asyncio
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from operator import methodcaller
+from typing import Any, Generic, TypeVar
+
+from gateway.core.errors import Expired, GatewayError, NoReply
+from gateway.core.lanes import QUESTIONS, Lane
+from gateway.core.origin import Origin, current
+from gateway.core.sequence_lock import Series
+from protocols.table import Command, Retry
+
+_IS_DONE = methodcaller("done")
+
+C = TypeVar("C", bound=Command[Any])
+"""A family's commands."""
+F = TypeVar("F")
+"""The frames that may be replies."""
+O = TypeVar("O")  # noqa: E741  # outcome
+"""What a controller can make of a command: an answer, a refusal, a failure."""
+
+
+class More(Enum):
+    """A part of a reply: the rest is still to come."""
+
+    MORE = auto()
+
+
+@dataclass(eq=False, slots=True)
+class Proof:
+    """That a motion may be written: all it depends on was told, and nothing has raised a doubt since.
+
+    What tells of a loss of power is asked last, and the motion follows at once.
+    """
+
+    doubts: int
+    """What `Session.doubts` was before the first question."""
+    last: int = 0
+    """The number of the frame that asked the last question."""
+    holds_until: float = 0.0
+    """When the answer to it would have been overdue."""
+
+    def note_asked(self, number: int, deadline: float) -> None:
+        """The last question has been put, as far as is known."""
+        self.last, self.holds_until = number, deadline
+
+
+@dataclass(eq=False, slots=True)
+class Exchange(ABC, Generic[C, F, O]):
+    """A command with its frame, and those who wait for its outcome."""
+
+    command: C
+    frame: bytes
+    lane: Lane
+    target: int = 0
+    """The body, or the robot: what it is that a stop stops."""
+    epoch: int = 0
+    """The target's epoch at admission: a later stop forbids the write."""
+    expires_at: float | None = None
+    """From when on it must not be written any more: the latest of those who wait allow."""
+    timeout_s: float = 0.5
+    """From the frame's last bit to the reply's deadline."""
+    repeats: int = 0
+    """How often the session may repeat it, each time after a passed fence."""
+    rank: int = 0
+    """Within the queue of its target the lower goes first, and of equal ones the first."""
+    self_identifying: bool = False
+    """Its reply carries a number of its own, so a late one can be taken for nothing else."""
+    fresh: bool = False
+    """No copy of an earlier reply may be taken for its own."""
+    needs: Proof | None = None
+    """Without this, which has to hold, it is not written."""
+    proves: Proof | None = None
+    """What its reply is the last part of."""
+    on_written: Callable[[float], None] | None = None
+    origin: Origin = field(default_factory=current)
+    series: Series | None = None
+    """The undivided series it belongs to."""
+    waiters: dict["asyncio.Future[O | GatewayError]", float | None] = field(default_factory=dict)
+    """Who waits, and until when it had to be written for each of them."""
+    number: int = 0
+    """The place of its frame among all that were written."""
+    due_at: float = 0.0
+    """When its reply, or the next part of it, was expected."""
+    deadline: float | None = None
+    """The same, and later where a reply has begun and may go on; None if it may take any time."""
+    doubt: NoReply | None = None
+    """Why there is no usable reply, until a fence has shown whether one still comes."""
+    late_answer: O | NoReply | None = None
+    """What came before that fence, once or more often."""
+
+    @abstractmethod
+    def credit(self, frame: F, now: float) -> O | More | None:
+        """Read a frame as the reply to this exchange; None unless the whole grammar matches."""
+
+    @property
+    @abstractmethod
+    def sent(self) -> str:
+        """A clause that says what was sent, and to whom."""
+
+    @property
+    def remedy(self) -> str:
+        """What to do where nobody knows what came of it."""
+        if self.command.may_repeat():
+            return "Ask again."
+        if self.command.retry is Retry.SETTING:
+            return "Read back whether it was set."
+        return "Read status and position before anything else."
+
+    def unusable(self, kind: type[NoReply], what: str) -> NoReply:
+        """The error of an exchange without a usable reply."""
+        return kind(f"{self.sent}, and {what}.", self.remedy, self.command)
+
+    @property
+    def speaker(self) -> int:
+        """Who answers: what one speaker says comes in order."""
+        return self.target
+
+    # those who wait
+
+    @property
+    def queue(self) -> Hashable:
+        """What it waits in line with: its series, or all else for its target."""
+        return self.target if self.series is None else self.series
+
+    def shares(self, other: "Exchange[C, F, O]") -> bool:
+        """Whether one trip on the wire serves both."""
+        if self.lane is not other.lane or self.frame != other.frame or other.on_written is not None:
+            return False
+        return self.lane is Lane.STOP or (self.lane in QUESTIONS and self.command.may_repeat())
+
+    def wait_for(self, waiter: "asyncio.Future[O | GatewayError]") -> None:
+        """Add somebody who waits, for whom it has to be written before it expires."""
+        self.waiters[waiter] = self.expires_at
+
+    def take_over(self, other: "Exchange[C, F, O]") -> None:
+        """Serve those who wait for an equal one, each with a deadline of its own."""
+        self.waiters |= other.waiters
+        if self.on_written is None or other.on_written is None:
+            self.on_written = self.on_written or other.on_written
+        else:
+            self.on_written = _both(self.on_written, other.on_written)
+        if self.expires_at is None or other.expires_at is None:
+            self.expires_at = None
+        else:
+            self.expires_at = max(self.expires_at, other.expires_at)
+
+    def expire(self, now: float) -> bool:
+        """Tell those for whom it is too late; whether it is for all of them."""
+        late = [it for it, expires_at in self.waiters.items() if expires_at is not None and expires_at <= now]
+        for waiter in late:
+            del self.waiters[waiter]
+            _tell(waiter, self.doubt or Expired())
+        return self.expires_at is not None and self.expires_at <= now
+
+    def withdraw(self, reason: GatewayError) -> None:
+        """It is not written, or not again: then what is known is that there was no reply."""
+        self.settle(self.doubt or reason)
+
+    def settle(self, outcome: O | GatewayError) -> None:
+        """Tell all who still wait."""
+        for waiter in self.waiters:
+            _tell(waiter, outcome)
+        self.waiters.clear()
+
+    def abandoned(self) -> bool:
+        """Whether nobody waits any more: a read of this kind need not be sent."""
+        return self.lane in QUESTIONS and all(map(_IS_DONE, self.waiters))
+
+    # on the wire
+
+    def begin(self, number: int, deadline: float | None) -> None:
+        """Its frame has been handed to the port; an earlier attempt is forgotten."""
+        self.number, self.doubt = number, None
+        self.await_until(deadline)
+
+    def await_until(self, deadline: float | None) -> None:
+        """Set the time at which its reply, or the next part of it, is overdue."""
+        self.deadline, self.due_at = deadline, deadline or 0.0
+
+
+def _tell(waiter: "asyncio.Future[O]", outcome: O) -> None:
+    if not waiter.done():
+        waiter.set_result(outcome)
+
+
+def _both(first: Callable[[float], None], second: Callable[[float], None]) -> Callable[[float], None]:
+    def both(now: float) -> None:
+        first(now)
+        second(now)
+
+    return both

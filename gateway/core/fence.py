@@ -1,0 +1,187 @@
+"""The fence as a table: what is known of the replies still to come, and what changes it.
+
+`python -m gateway.core.fence > docs/fence.md` draws it.
+"""
+
+from collections.abc import Mapping
+from enum import Enum
+from types import MappingProxyType
+from typing import NamedTuple
+
+
+class State(Enum):
+    """Whether replies can be believed, and how far the fence has come that proves it."""
+
+    IN_STEP = "in step"
+    FIRST_DUE = "1st fence due"
+    FIRST_ASKED = "1st fence asked"
+    SECOND_DUE = "2nd fence due"
+    SECOND_ASKED = "2nd fence asked"
+    THIRD_DUE = "3rd fence due"
+    THIRD_ASKED = "3rd fence asked"
+    SILENT = "witness silent"
+
+    @property
+    def tries(self) -> int:
+        """How many fences have failed since the last doubt, or the last change of the witness."""
+        return _TRIES.get(self, 0)
+
+
+class Event(Enum):
+    """What can happen to it."""
+
+    DOUBT = "doubt, or a fence is called for"
+    ASKED = "fence handed to the port"
+    ECHO = "its own number came back"
+    SILENCE = "no echo in time, or a refusal"
+    WITNESS = "another can be asked"
+    NOBODY = "nobody else can be asked"
+    STRAY = "reply that nothing under way claims"
+    PORT_LOST = "port lost"
+
+
+class Action(Enum):
+    """What the session does about it."""
+
+    NONE = ""
+    SETTLE = "settle the exchange in doubt, or repeat it"
+    GIVE_UP = "give the witness up, and look for another"
+    DROP = "drop the reply"
+    CONSIDER = "take it as the late reply of the exchange in doubt, if it fits"
+
+
+class Step(NamedTuple):
+    """One cell of the table."""
+
+    state: State
+    action: Action = Action.NONE
+
+
+class CannotHappen(Exception):
+    """The session has told the fence something that its state rules out."""
+
+
+_DUE = (State.FIRST_DUE, State.SECOND_DUE, State.THIRD_DUE)
+_ASKED = (State.FIRST_ASKED, State.SECOND_ASKED, State.THIRD_ASKED)
+FENCE_TRIES = len(_ASKED)
+_TRIES = {state: number for states in (_DUE, _ASKED) for number, state in enumerate(states)}
+
+_NOTHING_ASKED = "no fence is under way"
+_NO_WITNESS_SOUGHT = "no witness is being looked for"
+_BEING_SOUGHT = "a witness is being looked for, and nothing is written or heard meanwhile"
+
+Cell = Step | str
+"""A step, or why this cannot happen."""
+
+_REST: dict[Event, Cell] = {
+    Event.DOUBT: Step(State.FIRST_DUE),
+    Event.ASKED: "a doubt comes first",
+    Event.ECHO: _NOTHING_ASKED,
+    Event.SILENCE: _NOTHING_ASKED,
+    Event.WITNESS: Step(State.IN_STEP),  # the port was lost while one was looked for
+    Event.NOBODY: Step(State.IN_STEP),
+    Event.STRAY: Step(State.IN_STEP, Action.DROP),
+    Event.PORT_LOST: Step(State.IN_STEP),
+}
+_SEEKING: dict[Event, Cell] = {
+    Event.DOUBT: Step(State.SILENT),
+    Event.ASKED: _BEING_SOUGHT,
+    Event.ECHO: _BEING_SOUGHT,
+    Event.SILENCE: _BEING_SOUGHT,
+    Event.WITNESS: Step(State.FIRST_DUE),
+    Event.NOBODY: Step(State.IN_STEP, Action.SETTLE),
+    Event.STRAY: _BEING_SOUGHT,
+    Event.PORT_LOST: Step(State.IN_STEP),
+}
+
+
+def _due(due: State, asked: State) -> dict[Event, Cell]:
+    return {
+        Event.DOUBT: Step(State.FIRST_DUE),
+        Event.ASKED: Step(asked),
+        Event.ECHO: _NOTHING_ASKED,
+        Event.SILENCE: _NOTHING_ASKED,
+        Event.WITNESS: _NO_WITNESS_SOUGHT,
+        Event.NOBODY: _NO_WITNESS_SOUGHT,
+        Event.STRAY: Step(due, Action.CONSIDER),
+        Event.PORT_LOST: Step(State.IN_STEP),
+    }
+
+
+def _asked(asked: State, failed: Step) -> dict[Event, Cell]:
+    return {
+        Event.DOUBT: Step(State.FIRST_ASKED),  # what is in doubt was written before this fence
+        Event.ASKED: Step(asked),  # the port did not take the last one
+        Event.ECHO: Step(State.IN_STEP, Action.SETTLE),
+        Event.SILENCE: failed,
+        Event.WITNESS: _NO_WITNESS_SOUGHT,
+        Event.NOBODY: _NO_WITNESS_SOUGHT,
+        Event.STRAY: Step(asked, Action.CONSIDER),
+        Event.PORT_LOST: Step(State.IN_STEP),
+    }
+
+
+TABLE: Mapping[State, Mapping[Event, Cell]] = MappingProxyType(
+    {
+        State.IN_STEP: _REST,
+        State.FIRST_DUE: _due(State.FIRST_DUE, State.FIRST_ASKED),
+        State.FIRST_ASKED: _asked(State.FIRST_ASKED, Step(State.SECOND_DUE)),
+        State.SECOND_DUE: _due(State.SECOND_DUE, State.SECOND_ASKED),
+        State.SECOND_ASKED: _asked(State.SECOND_ASKED, Step(State.THIRD_DUE)),
+        State.THIRD_DUE: _due(State.THIRD_DUE, State.THIRD_ASKED),
+        State.THIRD_ASKED: _asked(State.THIRD_ASKED, Step(State.SILENT, Action.GIVE_UP)),
+        State.SILENT: _SEEKING,
+    }
+)
+
+
+class Fence:
+    """Where a line stands in the table."""
+
+    def __init__(self) -> None:
+        self.state = State.IN_STEP
+
+    @property
+    def in_step(self) -> bool:
+        """Whether replies can be believed."""
+        return self.state is State.IN_STEP
+
+    def take(self, event: Event) -> Action:
+        """Go on to the next state, and give what has to be done.
+
+        :raises CannotHappen: the table rules it out.
+        """
+        cell = TABLE[self.state][event]
+        if isinstance(cell, str):
+            raise CannotHappen(f"{event.value!r} in the state {self.state.value!r}: {cell}")
+        self.state = cell.state
+        return cell.action
+
+
+def drawing() -> str:
+    """The table as a page of the documentation."""
+    head = [
+        "# The fence",
+        "",
+        "What a line knows of the replies still to come (decisions 2 and 14). A cell has the next state and",
+        "*what is done*; a dash is what cannot happen, and a fault of the program if it does.",
+        "`python -m gateway.core.fence > docs/fence.md` draws this page.",
+        "",
+        "| state | " + " | ".join(event.value for event in Event) + " |",
+        "|---" * (len(Event) + 1) + "|",
+    ]
+    rows = [
+        f"| **{state.value}** | {' | '.join(map(_drawn, cells.values()))} |" for state, cells in TABLE.items()
+    ]
+    reasons = sorted({cell for cells in TABLE.values() for cell in cells.values() if isinstance(cell, str)})
+    return "\n".join([*head, *rows, "", "Why a dash: " + "; ".join(reasons) + ".", ""])
+
+
+def _drawn(cell: Cell) -> str:
+    if isinstance(cell, str):
+        return "–"
+    return f"{cell.state.value}; *{cell.action.value}*" if cell.action.value else cell.state.value
+
+
+if __name__ == "__main__":
+    print(drawing(), end="")

@@ -1,0 +1,148 @@
+"""Whose turn it is on a line: a pure decision over what waits, without clock or I/O.
+
+Stops go first, then the questions a motor waits for, then commands, then reads. Within a lane the targets
+take turns, so that one busy target starves nobody; within a target the order of arrival holds. Equal reads
+that wait share one exchange, and so do equal stops.
+"""
+
+from collections import OrderedDict, deque
+from collections.abc import Callable, Hashable, Iterator
+from itertools import chain
+from math import inf
+from typing import Any, Generic, TypeVar
+
+from gateway.core.exchange import Exchange
+from gateway.core.lanes import IMPATIENT, STOPS, Lane, require_room
+
+X = TypeVar("X", bound=Exchange[Any, Any, Any])
+
+TURN_S = 0.5
+"""Commands and reads that others went before for so long have one turn, ahead of all but stops."""
+LANES = tuple(Lane)
+
+
+class _Turns(OrderedDict[Hashable, deque[X]], Generic[X]):
+    """One lane: the queue of each target, or series, that waits, in the order of their turns."""
+
+    def exchanges(self) -> Iterator[X]:
+        return chain.from_iterable(self.values())
+
+    def add(self, exchange: X) -> None:
+        queue = self.setdefault(exchange.queue, deque())
+        if exchange.rank < 0:
+            queue.insert(sum(it.rank <= exchange.rank for it in queue), exchange)
+        else:
+            queue.append(exchange)
+
+    def add_first(self, exchange: X) -> None:
+        self.setdefault(exchange.queue, deque()).appendleft(exchange)
+        self.move_to_end(exchange.queue, last=False)
+
+    def take(self, may_go: Callable[[X], bool] | None) -> X | None:
+        """The first exchange of the first queue whose turn it can be; the queue then goes to the end."""
+        for name, queue in self.items():
+            if may_go is None or may_go(queue[0]):
+                exchange = queue.popleft()
+                if queue:
+                    self.move_to_end(name)
+                else:
+                    del self[name]
+                return exchange
+        return None
+
+    def remove(self, unwanted: Callable[[X], bool]) -> list[X]:
+        removed = [exchange for exchange in self.exchanges() if unwanted(exchange)]
+        for exchange in removed:
+            queue = self[exchange.queue]
+            queue.remove(exchange)
+            if not queue:
+                del self[exchange.queue]
+        return removed
+
+
+class Scheduler(Generic[X]):
+    """What waits on one line, and which of it goes next."""
+
+    def __init__(self, waits_for: str = "body") -> None:
+        self._waits_for = waits_for
+        self._lanes: list[_Turns[X]] = [_Turns() for _ in Lane]
+        self._passed_over: dict[Lane, float] = {}
+        """Since when a lane has had no turn, where people wait for it or a fence has gone ahead."""
+
+    def __bool__(self) -> bool:
+        return any(self._lanes)
+
+    def has_stops(self) -> bool:
+        """Whether any stop waits."""
+        return any(self._lanes[lane] for lane in STOPS)
+
+    def exchanges(self, lane: Lane) -> Iterator[X]:
+        """What waits in a lane."""
+        return self._lanes[lane].exchanges()
+
+    def waiting(self, lane: Lane) -> int:
+        """How many exchanges wait in a lane."""
+        return sum(map(len, self._lanes[lane].values()))
+
+    def submit(self, exchange: X) -> X:
+        """Queue an exchange; an equal one that already waits takes over its waiters and is returned instead.
+
+        :raises QueueFull: too many wait for this target already.
+        """
+        turns = self._lanes[exchange.lane]
+        queue = turns.get(exchange.queue, ())
+        for other in queue:
+            if other.shares(exchange):
+                other.take_over(exchange)
+                return other
+        if exchange.lane not in STOPS:
+            require_room(len(queue), self._waits_for)
+        turns.add(exchange)
+        return exchange
+
+    def put_back(self, exchange: X) -> None:
+        """Queue an exchange again before everything else of its lane: it has had its turn already."""
+        self._lanes[exchange.lane].add_first(exchange)
+
+    def owe_turn(self, lane: Lane) -> None:
+        """Let a lane have the next turn: what goes before it meanwhile could ask for another fence."""
+        self._passed_over[lane] = -inf
+
+    def next(self, lanes: tuple[Lane, ...], may_go: Callable[[X], bool] | None = None) -> X | None:
+        """Take out the exchange whose turn it is among the lanes that may send now."""
+        for lane in lanes:
+            turns = self._lanes[lane]
+            if turns and (exchange := turns.take(may_go)) is not None:
+                return exchange
+        return None
+
+    def next_wanted(self, now: float, may_go: Callable[[X], bool] | None = None) -> X | None:
+        """Take out the exchange whose turn it is of all; reads that nobody waits for any more are dropped."""
+        while (exchange := self.next(self._in_turn(now), may_go)) is not None:
+            if not exchange.abandoned():
+                if self._passed_over or exchange.lane is not Lane.READ:
+                    self._note_turn(exchange.lane, now)
+                return exchange
+        return None
+
+    def _in_turn(self, now: float) -> tuple[Lane, ...]:
+        """Who goes first: a lane that was passed over for long goes once before all but stops."""
+        for lane, since in self._passed_over.items():
+            if now - since >= TURN_S:
+                return (Lane.STOP, lane, *LANES)
+        return LANES
+
+    def _note_turn(self, taken: Lane, now: float) -> None:
+        waiting = [lane for lane in IMPATIENT if lane is not taken and self._lanes[lane]]
+        self._passed_over = {lane: self._passed_over.get(lane, now) for lane in waiting}
+
+    def remove(self, unwanted: Callable[[X], bool]) -> list[X]:
+        """Take out everything unwanted, in whatever lane it waits."""
+        return [exchange for turns in self._lanes for exchange in turns.remove(unwanted)]
+
+    def expire(self, now: float) -> float | None:
+        """Tell those for whom it is too late, and give the time at which to look again, if any."""
+        self.remove(lambda it: it.expire(now))
+        waiting = chain.from_iterable(turns.exchanges() for turns in self._lanes)
+        deadlines = chain.from_iterable(exchange.waiters.values() for exchange in waiting)
+        return min((it for it in deadlines if it is not None), default=None)

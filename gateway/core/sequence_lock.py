@@ -1,0 +1,118 @@
+"""Undivided series of commands: what depends on hidden state, or belongs together, is sent unbroken."""
+
+import asyncio
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Iterable
+from contextlib import AsyncExitStack, asynccontextmanager
+from contextvars import ContextVar
+
+from gateway.core.errors import Expired
+from gateway.core.lanes import Lane, require_room
+
+
+class Series:
+    """What the holder of one or more sequence locks sends. A stop ends it: the rest is not written."""
+
+    def __init__(self) -> None:
+        self.epochs: dict[int, int] = {}
+        """The epochs of its targets at its beginning, where it has to end with them."""
+
+
+_SERIES: ContextVar[Series | None] = ContextVar("series", default=None)
+
+current_series = _SERIES.get
+"""The series that a lock is held for here and now."""
+
+
+class SequenceLock:
+    """A lock that goes to the confirmation of stops first, to commands before reads, and to each in turn.
+
+    While it is held, the session of its target writes no command and no read of anybody else; stops, what
+    proves them, fences and the line's set-up never wait for it.
+
+    Too many commands or reads are turned away. What goes before them the gateway asks for itself, to prove
+    how a stop or a move ends: of that there is little, and it is never turned away.
+    """
+
+    def __init__(self, of: str = "robot") -> None:
+        self._of = of
+        self.holder: Series | None = None
+        self.on_free: Callable[[], None] = lambda: None
+        """Told that what had to wait for its holder may go."""
+        self._taken = False
+        self._waiting: dict[Lane, deque[asyncio.Future[None]]] = {lane: deque() for lane in Lane}
+
+    def waiting(self, lane: Lane) -> int:
+        """How many wait in a lane."""
+        return len(self._waiting[lane])
+
+    def admits(self, series: Series | None) -> bool:
+        """Whether what belongs to this series, or to none, may be written now."""
+        return self.holder is None or self.holder is series
+
+    @asynccontextmanager
+    async def held(
+        self, lane: Lane = Lane.COMMAND, expires_at: float | None = None, *, series: Series | None = None
+    ) -> AsyncIterator[Series]:
+        """Hold it, as soon as it is free: all exchanges made within belong to one series.
+
+        :raises QueueFull: too many wait already.
+        :raises Expired: it was not free in time.
+        """
+        if self._taken:
+            await self._wait(lane, expires_at)
+        self._taken = True
+        self.holder = series or Series()
+        before = _SERIES.set(self.holder)
+        try:
+            yield self.holder
+        finally:
+            _SERIES.reset(before)
+            self._pass_on()
+
+    async def _wait(self, lane: Lane, expires_at: float | None) -> None:
+        queue = self._waiting[lane]
+        if lane >= Lane.COMMAND:
+            require_room(len(queue), self._of)
+        turn: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        queue.append(turn)
+        try:
+            async with asyncio.timeout_at(expires_at):
+                await turn
+        except TimeoutError:
+            self._give_up(turn, queue)
+            raise Expired(self._of) from None
+        except asyncio.CancelledError:
+            self._give_up(turn, queue)
+            raise
+
+    def _give_up(self, turn: "asyncio.Future[None]", queue: "deque[asyncio.Future[None]]") -> None:
+        if not turn.cancelled():
+            self._pass_on()
+        elif turn in queue:
+            queue.remove(turn)
+
+    def _pass_on(self) -> None:
+        """Give the lock to the next, who has it from this moment on."""
+        for queue in self._waiting.values():
+            while queue:
+                turn = queue.popleft()
+                if not turn.done():
+                    self.holder = Series()  # that of the next one, which has sent nothing yet
+                    turn.set_result(None)
+                    return
+        self._taken, self.holder = False, None
+        self.on_free()
+
+
+@asynccontextmanager
+async def all_held(locks: Iterable[SequenceLock], expires_at: float | None = None) -> AsyncIterator[Series]:
+    """Hold several locks for one series. Give them in one order everywhere: two holders must not cross.
+
+    :raises QueueFull, Expired: as of `SequenceLock.held`.
+    """
+    series = Series()
+    async with AsyncExitStack() as stack:
+        for lock in locks:
+            await stack.enter_async_context(lock.held(expires_at=expires_at, series=series))
+        yield series
