@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import random
-from collections.abc import Awaitable, Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection
 from typing import TypeVar
 
 from gateway.config import Config
@@ -11,9 +11,8 @@ from gateway.core import tables
 from gateway.core.admission import Admission
 from gateway.core.errors import HeldUp, NotFound
 from gateway.core.events import EventHub
-from gateway.core.family import Family, PortInfo, ServedLine, Site
+from gateway.core.family import AnyLine, Family, PortInfo, Site
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
-from gateway.core.stops import Report, StopMode
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
 from gateway.wind_down import SUBJECT, WindDown
@@ -44,7 +43,7 @@ class Plant:
         self.admission = Admission(self.watch)
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
         self.families = {name: family(site) for name, family in FAMILIES.items()}
-        self._ports: dict[str, ServedLine] = {}
+        self._ports: dict[str, AnyLine] = {}
         self._watches: list[asyncio.Task[None]] = []
         self._end = WindDown(
             site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
@@ -73,10 +72,6 @@ class Plant:
             for name, family in self.families.items()
             for watch in family.watches()
         ]
-
-    def stop_all(self, mode: StopMode) -> Sequence[Awaitable[Mapping[str, Sequence[Report]]]]:
-        """Stop everything; every stop is queued before this returns."""
-        return [family.stop_all(mode) for family in self.families.values()]
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
@@ -126,11 +121,11 @@ class Plant:
         """All controllers of one kind."""
         return next(family for family in self.families.values() if isinstance(family, kind))
 
-    def ports(self) -> dict[str, ServedLine]:
+    def ports(self) -> dict[str, AnyLine]:
         """All lines, by their ids in the order of the configuration."""
         return dict(self._ports)
 
-    def port(self, line_id: str) -> ServedLine:
+    def port(self, line_id: str) -> AnyLine:
         """Find a line.
 
         :raises NotFound: there is none of this id.

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from gateway.core.admission import Admission
 from gateway.core.errors import ShuttingDown
-from gateway.core.family import Family, ServedLine, Site
+from gateway.core.family import AnyLine, Family, Site
 
 log = logging.getLogger(__name__)
 
@@ -28,7 +28,7 @@ class WindDown:
         site: Site,
         admission: Admission,
         families: Collection[Family],
-        lines: Collection[ServedLine],
+        lines: Collection[AnyLine],
         on_exit: Literal["leave", "stop"],
     ) -> None:
         self._events, self._admission = site.events, admission

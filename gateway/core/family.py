@@ -3,26 +3,26 @@
 import asyncio
 import random
 from abc import ABC, abstractmethod
-from collections import Counter
 from collections.abc import Awaitable, Collection, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from pydantic import BaseModel, Field
 
 from gateway.core import tables
-from gateway.core.admission import Admission
-from gateway.core.errors import NotFound, Overtaking
+from gateway.core.errors import NotFound
 from gateway.core.events import EventHub
+from gateway.core.line import SessionLine
 from gateway.core.move_record import MoveRecord
 from gateway.core.port import LineState
 from gateway.core.records import Record
-from gateway.core.stops import UNCONFIRMED, Report, StopMode
-from gateway.core.targets import Target
+from gateway.core.stops import UNCONFIRMED, StopMode
+from gateway.core.targets import Stopped, Target
 from protocols.table import Command
 from transports.base import Transport
 
 Row = type[Command[Any]]
+AnyLine = SessionLine[Any, Any, Any]
 
 ENDS_ITSELF = "It goes on to the end of its move."
 NOT_OURS = "No move that the gateway follows explains it."
@@ -70,36 +70,6 @@ def why_it_moves(*, stopped: bool, moving: bool | None, under_way: bool) -> str 
     return ENDS_ITSELF if under_way else NOT_OURS
 
 
-class ServedLine(Protocol):
-    """A line, as far as the plant is concerned."""
-
-    id: str
-    transport: Transport
-    counters: Counter[str]
-    admission: Admission
-    """What may be begun now; a plant's lines share one."""
-
-    @property
-    def state(self) -> LineState:
-        """What it can do now."""
-
-    @property
-    def trouble(self) -> str | None:
-        """Why it is not open, or nobody answers on it; None if neither is so."""
-
-    def waiting(self) -> dict[str, int]:
-        """How many exchanges wait in each lane."""
-
-    def start(self) -> None:
-        """Begin to open the port."""
-
-    def revoke(self, why: Overtaking) -> None:
-        """Send no command that was admitted before now and is not written yet."""
-
-    def fence(self) -> None:
-        """Let nothing but stops go before it is proved that no earlier reply is still to come."""
-
-
 class PortInfo(BaseModel):
     """A line as it is now; a family adds what is on it."""
 
@@ -133,7 +103,7 @@ class Family(ABC):
     # what there is
 
     @abstractmethod
-    def add(self, table: Any, port: Transport) -> ServedLine:
+    def add(self, table: Any, port: Transport) -> AnyLine:
         """Build a line, and everything on it, as `table` of `line_table` says."""
 
     @abstractmethod
@@ -184,8 +154,8 @@ class Family(ABC):
         """Nothing was looked at for seconds: believe nothing that was read before."""
 
     @abstractmethod
-    def stop_all(self, mode: StopMode) -> Awaitable[Mapping[str, Sequence[Report]]]:
-        """Stop everything; every stop is queued before this returns. The reports come by collection."""
+    def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
+        """Stop everything; every stop is queued before this returns."""
 
     # the end
 
@@ -210,7 +180,7 @@ class Family(ABC):
         """End all work and close the lines; the motors keep doing what they do."""
 
 
-def facts_of(line: ServedLine) -> dict[str, Any]:
+def facts_of(line: AnyLine) -> dict[str, Any]:
     """Tell what every line has, in the words of `PortInfo`."""
     return {
         "line_id": line.id,

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict
 
@@ -66,6 +66,11 @@ class Stopped:
         return all(report.state == "confirmed" for those in self.reports.values() for report in those)
 
 
+async def stopped(what: str, stopping: Awaitable[Sequence[Report]]) -> Stopped:
+    """Wait for the reports of stops that are queued already."""
+    return Stopped({what: await stopping})
+
+
 Result = Answer | MemberAnswers | Begun | Opened | Stopped
 AnyCommand = Command[Any]
 
@@ -87,6 +92,8 @@ class Target(ABC):
     """Where it stands among all resources: also the subject of its events."""
     log: MoveLog[Any]
     """The moves that its family remembers."""
+    stop_modes: ClassVar[Mapping[type[AnyCommand], StopMode]] = {}
+    """The rows that stop all of it."""
 
     @abstractmethod
     async def ask(self, command: AnyCommand) -> Answer | MemberAnswers:
@@ -116,13 +123,13 @@ class Target(ABC):
         """
         raise InvalidRequest(f"{self.address} plans no moves by {command.name()}; nothing was sent.")
 
-    def stop(self, mode: StopMode) -> Awaitable[Stopped]:
-        """Stop it; every stop frame is queued before this returns."""
+    async def stop(self, mode: StopMode) -> Stopped:
+        """Stop it; every stop frame is queued before anything is awaited."""
         raise InvalidRequest(f"{self.address} has no motor to be stopped ({mode}); nothing was sent.")
 
     async def stop_by(self, command: AnyCommand) -> Answer | Stopped:
         """Stop as a command of the table says."""
-        raise InvalidRequest(f"{self.address} is not stopped by {command.name()}; nothing was sent.")
+        return await self.stop(self.stop_modes[type(command)])
 
     def read(self, text: str) -> AnyCommand:
         """Read a command as it stands on the line, without frame.

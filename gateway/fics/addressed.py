@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.stops import StopMode
-from gateway.core.targets import Answer, Begun, Opened, Stopped, Target
+from gateway.core.targets import Answer, Begun, Opened, Stopped, Target, stopped
 from gateway.fics.fit import require_fit
 from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.moves import RobotMoves
@@ -25,6 +25,8 @@ STOP_MODES: Final[dict[type[Any], StopMode]] = {
 
 class RobotTarget(Target):
     """A robot as a whole."""
+
+    stop_modes = STOP_MODES
 
     def __init__(self, robot: Robot, moves: RobotMoves) -> None:
         self.robot = robot
@@ -50,18 +52,9 @@ class RobotTarget(Target):
             )
         return await UnitTarget(self.robot, self.robot.units[0], self._moves).start(command)
 
-    def stop(self, mode: StopMode) -> "asyncio.Task[Stopped]":
+    async def stop(self, mode: StopMode) -> Stopped:
         """Stop all axes: a robot knows no stop of a single unit."""
-        stopping = self.robot.stop(mode)
-
-        async def report() -> Stopped:
-            return Stopped({"robots": [await stopping]})
-
-        return asyncio.create_task(report(), name="stop report")
-
-    async def stop_by(self, command: Any) -> Answer | Stopped:
-        """Stop all axes as ASS or AES says."""
-        return await self.stop(STOP_MODES[type(command)])
+        return await stopped("robots", asyncio.gather(self.robot.stop(mode)))
 
 
 class UnitTarget(RobotTarget):

@@ -1,7 +1,7 @@
 """Fics robots: all of a plant, each alone on its line, with their moves."""
 
 import asyncio
-from collections.abc import Coroutine, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Coroutine, Iterator, Mapping, Sequence
 from typing import Any, Final, Literal
 
 from pydantic import Field
@@ -9,8 +9,8 @@ from pydantic import Field
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.lanes import Lane
-from gateway.core.stops import Report, StopMode
-from gateway.core.targets import Replies, Target
+from gateway.core.stops import StopMode
+from gateway.core.targets import Replies, Stopped, Target, stopped
 from gateway.fics import config
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
 from gateway.fics.axes import UnitAxes
@@ -159,14 +159,9 @@ class Fics(Family):
         for robot in self.robots():
             robot.was_left_alone()
 
-    def stop_all(self, mode: StopMode) -> "asyncio.Task[Mapping[str, Sequence[Report]]]":
+    def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop all robots."""
-        stopping = [robot.stop(mode) for robot in self.robots()]
-
-        async def reports() -> Mapping[str, Sequence[Report]]:
-            return {"robots": [await stop for stop in stopping]}
-
-        return asyncio.create_task(reports(), name="stop report")
+        return stopped("robots", asyncio.gather(*(robot.stop(mode) for robot in self.robots())))
 
     # the end
 

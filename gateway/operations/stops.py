@@ -18,6 +18,6 @@ async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
 @for_caller
 async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
-    stopping = plant.stop_all(mode)
-    reports = [await report for report in stopping]
+    stopping = [family.stop_all(mode) for family in plant.families.values()]
+    reports = [(await stopped).reports for stopped in stopping]
     return Stopped({name: those for report in reports for name, those in report.items()})

@@ -1,7 +1,7 @@
 """RC-420 bodies behind RC-400 link masters: all of a plant, with their groups, moves, stops and scans."""
 
 import asyncio
-from collections.abc import Coroutine, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Coroutine, Iterable, Iterator, Sequence
 from functools import partial
 from typing import Any, Literal, TypeVar
 
@@ -11,8 +11,8 @@ from gateway.core.addresses import numbered_address
 from gateway.core.errors import Ambiguous, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.move_record import Move, MoveStatus
-from gateway.core.stops import Report, StopMode
-from gateway.core.targets import Target
+from gateway.core.stops import StopMode
+from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_watch import BodyWatch
@@ -236,12 +236,9 @@ class Rorze(Family):
         for body in self.bodies():
             body.may_move()
 
-    async def _reports(self, stopping: "asyncio.Task[Any]") -> Mapping[str, Sequence[Report]]:
-        return {"bodies": await stopping}
-
-    def stop_all(self, mode: StopMode) -> "asyncio.Task[Mapping[str, Sequence[Report]]]":
+    def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
         """Stop all bodies."""
-        return asyncio.create_task(self._reports(self.stops.stop(self.bodies(), mode)), name="stop report")
+        return stopped("bodies", self.stops.stop(self.bodies(), mode))
 
     # news
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, Final
 
 from gateway.core.stops import StopMode
-from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target
+from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
 from gateway.rorze import plain_text
 from gateway.rorze.bodies import Body, Group, answer_or_raise, reply_of
 from gateway.rorze.line import Line, lane_of
@@ -28,6 +28,7 @@ class _Motors(Target):
     """Bodies that are commanded together."""
 
     collection: ClassVar[str]
+    stop_modes = STOP_MODES
 
     def __init__(self, thing: Body | Group, moves: Moves, stops: Stops) -> None:
         self.thing = thing
@@ -45,18 +46,9 @@ class _Motors(Target):
         moves = await self._moves.start(self.thing, command)
         return Begun(self.path, moves, self.address if isinstance(self.thing, Group) else None)
 
-    def stop(self, mode: StopMode) -> "asyncio.Task[Stopped]":
+    async def stop(self, mode: StopMode) -> Stopped:
         """Stop its bodies."""
-        stopping = self._stops.stop(self._bodies, mode)
-
-        async def report() -> Stopped:
-            return Stopped({"bodies": await stopping})
-
-        return asyncio.create_task(report(), name="stop report")
-
-    async def stop_by(self, command: Any) -> Answer | Stopped:
-        """Stop its bodies as 5SS or 5IS says."""
-        return await self.stop(STOP_MODES[type(command)])
+        return await stopped("bodies", self._stops.stop(self._bodies, mode))
 
 
 class BodyTarget(_Motors):

@@ -1,7 +1,7 @@
 """Toy axes: all of a plant, with their moves and stops."""
 
 import asyncio
-from collections.abc import Awaitable, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Iterator, Sequence
 from datetime import UTC, datetime
 from typing import Any, ClassVar, Literal
 
@@ -13,8 +13,8 @@ from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
 from gateway.core.records import Record
-from gateway.core.stops import CONFIRM_WITHIN_S, Report, StopMode, Stopping, StopState
-from gateway.core.targets import Answer, Begun, Opened, Stopped, Target
+from gateway.core.stops import CONFIRM_WITHIN_S, StopMode, Stopping, StopState
+from gateway.core.targets import Answer, Begun, Opened, Stopped, Target, stopped
 from protocols.table import Effect
 from tests.third_family.rows import ROWS, GetPlace, Go, Halt
 from tests.third_family.session import ToyLine
@@ -53,6 +53,8 @@ class ToyStop(Record):
 
 class Toy(Target):
     """An axis: what is known of it, and how it moves and stops."""
+
+    stop_modes: ClassVar = {Halt: "decelerate"}
 
     def __init__(self, toy_id: str, line: ToyLine, log: MoveLog[Any], events: EventHub) -> None:
         self.address, self.path, self.line, self.log = toy_id, f"/toys/{toy_id}", line, log
@@ -116,21 +118,21 @@ class Toy(Target):
         task.add_done_callback(self.tasks.discard)
         return task
 
-    def stop(self, mode: StopMode) -> Awaitable[Stopped]:
+    async def stop(self, mode: StopMode) -> Stopped:
+        return await stopped("toys", self.begin_stop(mode))
+
+    def begin_stop(self, mode: StopMode) -> Awaitable[Sequence[ToyStop]]:
         self.line.begin_stop()
         report = ToyStop(toy_id=self.address)
         stopping = ToyStopping(self, mode, report)
         stopping.submit()
         task = self._follow_up(stopping.see_through())
 
-        async def told() -> Stopped:
+        async def told() -> Sequence[ToyStop]:
             await asyncio.wait({task}, timeout=CONFIRM_WITHIN_S)
-            return Stopped({"toys": [report]})
+            return [report]
 
-        return asyncio.create_task(told())
-
-    async def stop_by(self, _: Any) -> Answer | Stopped:
-        return await self.stop("decelerate")
+        return told()
 
     def send_halt(self) -> None:
         """Send a stop ahead of everything; whether it works shows later."""
@@ -175,7 +177,7 @@ class Toys(Family):
     line_table = ToyTable
     collections = ("toys",)
     commands: ClassVar = tuple((Place("/toys/{toy_id}", ToyMove), row) for row in ROWS)
-    stop_modes: ClassVar = {Halt: "decelerate"}
+    stop_modes = Toy.stop_modes
 
     def __init__(self, site: Site) -> None:
         super().__init__(site)
@@ -206,13 +208,9 @@ class Toys(Family):
     def was_left_alone(self) -> None:
         return
 
-    def stop_all(self, mode: StopMode) -> Awaitable[Mapping[str, Sequence[Report]]]:
-        stopping = [toy.stop(mode) for toy in self.toys.values()]
-
-        async def reports() -> Mapping[str, Sequence[Report]]:
-            return {"toys": [report for stop in stopping for report in (await stop).reports["toys"]]}
-
-        return asyncio.create_task(reports())
+    def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
+        (toy,) = self.toys.values()
+        return stopped("toys", toy.begin_stop(mode))
 
     def end_motion(self, *, everything: bool) -> Sequence["asyncio.Task[Any]"]:
         return ()
