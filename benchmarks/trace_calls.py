@@ -4,9 +4,11 @@ The stories run in virtual time against a simulated robot. From the request to i
 whose file is another than that of the call before, and how often each command is written out.
 """
 
+import re
 import sys
 from collections import Counter
 from inspect import CO_COROUTINE
+from itertools import pairwise
 from pathlib import Path
 from types import FrameType
 from typing import Any, Self
@@ -22,17 +24,22 @@ FIRST_INSTRUCTIONS = 6
 """A coroutine that is called stands before these."""
 
 
+LINE = re.compile(
+    r"protocols/|transports/|gateway/fics/(copies|exchange|line|session|upload_state)\.|"
+    r"gateway/core/(admission|copies|errors|exchange|fence|gate|lanes|line|loop_watch|origin|port|scheduler|"
+    r"sequence_lock|session)\."
+)
+"""The files that carry an exchange over a line: its port, its session and its protocol."""
+
+
 class CallTrace:
     """The calls of a piece of the gateway's work."""
 
     def __init__(self) -> None:
-        self.calls: Counter[str] = Counter()
-        """By file and function."""
-        self.passes: Counter[tuple[str, str]] = Counter()
-        """From file to file."""
+        self.files: list[str] = []
+        """That of each call, in turn."""
         self.written: Counter[int] = Counter()
         """How often each command was written out, by its identity."""
-        self._last = ""
         self._commands: list[FicsCommand[Any]] = []
         """Kept alive, so that no identity comes twice."""
 
@@ -43,15 +50,14 @@ class CallTrace:
     def __exit__(self, *_: object) -> None:
         sys.setprofile(None)
 
-    @property
-    def changes_of_file(self) -> int:
-        """How often a call went to another file than the one before."""
-        return self.passes.total()
+    def passes(self) -> Counter[tuple[str, str]]:
+        """How often a call went to another file than the one before, by both files."""
+        return Counter((one, other) for one, other in pairwise(self.files) if one != other)
 
-    @property
-    def files(self) -> int:
-        """How many files had a part in it."""
-        return len({file for one in self.passes for file in one})
+    def passes_above_the_line(self) -> Counter[tuple[str, str]]:
+        """The same, where all that carries an exchange counts as one file."""
+        files = ["the line" if LINE.match(file) else file for file in self.files]
+        return Counter((one, other) for one, other in pairwise(files) if one != other)
 
     def _note(self, frame: FrameType, event: str, _: object) -> None:
         code = frame.f_code
@@ -59,11 +65,7 @@ class CallTrace:
             return
         if code.co_name.startswith("<") or _is_resumed(frame) or _is_of_the_simulator(frame):
             return
-        file = code.co_filename.removeprefix(f"{ROOT}/")
-        if self._last not in ("", file):
-            self.passes[self._last, file] += 1
-        self._last = file
-        self.calls[f"{file} {code.co_name}"] += 1
+        self.files.append(code.co_filename.removeprefix(f"{ROOT}/"))
         if code is Spoken.written.__code__ and isinstance(command := frame.f_locals["self"], FicsCommand):
             self._commands.append(command)
             self.written[id(command)] += 1
@@ -97,12 +99,11 @@ async def first_move(cell: Cell) -> CallTrace:
 async def main(cell: Cell) -> None:
     """Print the counts of a first move, and where they come from."""
     trace = await first_move(cell)
-    print(f"{trace.files} files, {trace.changes_of_file} changes of file")
+    passes, above = trace.passes(), trace.passes_above_the_line()
+    print(f"{len(set(trace.files))} files, {passes.total()} changes of file, {above.total()} above the line")
     print(f"{len(trace.written)} commands, written out {trace.written.total()} times")
-    for (one, other), times in trace.passes.most_common(25):
+    for (one, other), times in passes.most_common(40):
         print(f"{times:5} {one} -> {other}")
-    for call, times in trace.calls.most_common(50):
-        print(f"{times:5} {call}")
 
 
 if __name__ == "__main__":

@@ -2,11 +2,11 @@
 
 import asyncio
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from operator import methodcaller
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from gateway.core.errors import Expired, GatewayError, NoReply
 from gateway.core.lanes import QUESTIONS, Lane
@@ -22,6 +22,17 @@ F = TypeVar("F")
 """The frames that may be replies."""
 O = TypeVar("O")  # noqa: E741  # outcome
 """What a controller can make of a command: an answer, a refusal, a failure."""
+
+
+class Said(NamedTuple):
+    """A reply that was credited, or may come at any time."""
+
+    exchange: "Exchange[Any, Any, Any]"
+    frame: Any
+    number: int
+    """The place of the command's frame among all that were written."""
+    until: float
+    """A copy that comes after this would be later than any reply may be."""
 
 
 class More(Enum):
@@ -115,10 +126,29 @@ class Exchange(ABC, Generic[C, F, O]):
         """The error of an exchange without a usable reply."""
         return kind(f"{self.sent}, and {what}.", self.remedy, self.command)
 
+    # copies of replies
+
     @property
     def speaker(self) -> int:
         """Who answers: what one speaker says comes in order."""
         return self.target
+
+    @property
+    @abstractmethod
+    def reply_names(self) -> Iterable[Hashable]:
+        """The names its replies may have: only what was said by one of them could be taken for its own."""
+
+    @abstractmethod
+    def name_of(self, frame: F) -> Hashable:
+        """The name of a reply."""
+
+    @abstractmethod
+    def kind_of(self, frame: F) -> Hashable:
+        """Of one command and one kind, only the last reply has to be remembered."""
+
+    @abstractmethod
+    def mistakes(self, said: Said) -> bool:
+        """Whether a copy of something said before would be taken for its reply, and be wrong."""
 
     # those who wait
 
@@ -176,7 +206,7 @@ class Exchange(ABC, Generic[C, F, O]):
     def begin(self, number: int, deadline: float | None) -> None:
         """Its frame has been handed to the port; an earlier attempt is forgotten."""
         self.number, self.doubt = number, None
-        self.await_until(deadline)
+        self.deadline, self.due_at = deadline, deadline or 0.0
 
     def await_until(self, deadline: float | None) -> None:
         """Set the time at which its reply, or the next part of it, is overdue."""

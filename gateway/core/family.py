@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 from gateway.core import tables
 from gateway.core.errors import NotFound
 from gateway.core.events import EventHub
-from gateway.core.line import SessionLine
+from gateway.core.line import LineDriver
 from gateway.core.move_record import MoveRecord
 from gateway.core.port import LineState
 from gateway.core.records import Record
@@ -22,7 +22,7 @@ from protocols.table import Command
 from transports.base import Transport
 
 Row = type[Command[Any]]
-AnyLine = SessionLine[Any, Any, Any]
+AnyLine = LineDriver[Any, Any, Any]
 
 ENDS_ITSELF = "It goes on to the end of its move."
 NOT_OURS = "No move that the gateway follows explains it."

@@ -5,7 +5,6 @@
 
 from collections.abc import Mapping
 from enum import Enum
-from types import MappingProxyType
 from typing import NamedTuple
 
 
@@ -20,11 +19,6 @@ class State(Enum):
     THIRD_DUE = "3rd fence due"
     THIRD_ASKED = "3rd fence asked"
     SILENT = "witness silent"
-
-    @property
-    def tries(self) -> int:
-        """How many fences have failed since the last doubt, or the last change of the witness."""
-        return _TRIES.get(self, 0)
 
 
 class Event(Enum):
@@ -61,78 +55,73 @@ class CannotHappen(Exception):
     """The session has told the fence something that its state rules out."""
 
 
-_DUE = (State.FIRST_DUE, State.SECOND_DUE, State.THIRD_DUE)
-_ASKED = (State.FIRST_ASKED, State.SECOND_ASKED, State.THIRD_ASKED)
-FENCE_TRIES = len(_ASKED)
-_TRIES = {state: number for states in (_DUE, _ASKED) for number, state in enumerate(states)}
-
-_NOTHING_ASKED = "no fence is under way"
-_NO_WITNESS_SOUGHT = "no witness is being looked for"
-_BEING_SOUGHT = "a witness is being looked for, and nothing is written or heard meanwhile"
-
 Cell = Step | str
 """A step, or why this cannot happen."""
 
-_REST: dict[Event, Cell] = {
-    Event.DOUBT: Step(State.FIRST_DUE),
-    Event.ASKED: "a doubt comes first",
-    Event.ECHO: _NOTHING_ASKED,
-    Event.SILENCE: _NOTHING_ASKED,
-    Event.WITNESS: Step(State.IN_STEP),  # the port was lost while one was looked for
-    Event.NOBODY: Step(State.IN_STEP),
-    Event.STRAY: Step(State.IN_STEP, Action.DROP),
-    Event.PORT_LOST: Step(State.IN_STEP),
+_DUE = (State.FIRST_DUE, State.SECOND_DUE, State.THIRD_DUE)
+_ASKED = (State.FIRST_ASKED, State.SECOND_ASKED, State.THIRD_ASKED)
+FENCE_TRIES = len(_ASKED)
+
+_RULED_OUT: Mapping[Event, Cell] = {
+    Event.ASKED: "a fence is asked only when it is due",
+    Event.ECHO: "no fence is under way",
+    Event.SILENCE: "no fence is under way",
+    Event.WITNESS: "no witness is being looked for",
+    Event.NOBODY: "no witness is being looked for",
+    Event.STRAY: "nothing is heard while a witness is being looked for",
 }
-_SEEKING: dict[Event, Cell] = {
-    Event.DOUBT: Step(State.SILENT),
-    Event.ASKED: _BEING_SOUGHT,
-    Event.ECHO: _BEING_SOUGHT,
-    Event.SILENCE: _BEING_SOUGHT,
-    Event.WITNESS: Step(State.FIRST_DUE),
-    Event.NOBODY: Step(State.IN_STEP, Action.SETTLE),
-    Event.STRAY: _BEING_SOUGHT,
-    Event.PORT_LOST: Step(State.IN_STEP),
-}
+
+
+def _row(steps: Mapping[Event, Cell]) -> dict[Event, Cell]:
+    cells = {**_RULED_OUT, Event.PORT_LOST: Step(State.IN_STEP), **steps}
+    return {event: cells[event] for event in Event}
 
 
 def _due(due: State, asked: State) -> dict[Event, Cell]:
-    return {
-        Event.DOUBT: Step(State.FIRST_DUE),
-        Event.ASKED: Step(asked),
-        Event.ECHO: _NOTHING_ASKED,
-        Event.SILENCE: _NOTHING_ASKED,
-        Event.WITNESS: _NO_WITNESS_SOUGHT,
-        Event.NOBODY: _NO_WITNESS_SOUGHT,
-        Event.STRAY: Step(due, Action.CONSIDER),
-        Event.PORT_LOST: Step(State.IN_STEP),
-    }
+    return _row(
+        {
+            Event.DOUBT: Step(State.FIRST_DUE),
+            Event.ASKED: Step(asked),
+            Event.STRAY: Step(due, Action.CONSIDER),
+        }
+    )
 
 
 def _asked(asked: State, failed: Step) -> dict[Event, Cell]:
-    return {
-        Event.DOUBT: Step(State.FIRST_ASKED),  # what is in doubt was written before this fence
-        Event.ASKED: Step(asked),  # the port did not take the last one
-        Event.ECHO: Step(State.IN_STEP, Action.SETTLE),
-        Event.SILENCE: failed,
-        Event.WITNESS: _NO_WITNESS_SOUGHT,
-        Event.NOBODY: _NO_WITNESS_SOUGHT,
-        Event.STRAY: Step(asked, Action.CONSIDER),
-        Event.PORT_LOST: Step(State.IN_STEP),
-    }
+    return _row(
+        {
+            Event.DOUBT: Step(State.FIRST_ASKED),  # what is in doubt was written before this fence
+            Event.ASKED: Step(asked),  # the port did not take the last one
+            Event.ECHO: Step(State.IN_STEP, Action.SETTLE),
+            Event.SILENCE: failed,
+            Event.STRAY: Step(asked, Action.CONSIDER),
+        }
+    )
 
 
-TABLE: Mapping[State, Mapping[Event, Cell]] = MappingProxyType(
-    {
-        State.IN_STEP: _REST,
-        State.FIRST_DUE: _due(State.FIRST_DUE, State.FIRST_ASKED),
-        State.FIRST_ASKED: _asked(State.FIRST_ASKED, Step(State.SECOND_DUE)),
-        State.SECOND_DUE: _due(State.SECOND_DUE, State.SECOND_ASKED),
-        State.SECOND_ASKED: _asked(State.SECOND_ASKED, Step(State.THIRD_DUE)),
-        State.THIRD_DUE: _due(State.THIRD_DUE, State.THIRD_ASKED),
-        State.THIRD_ASKED: _asked(State.THIRD_ASKED, Step(State.SILENT, Action.GIVE_UP)),
-        State.SILENT: _SEEKING,
-    }
-)
+TABLE: Mapping[State, Mapping[Event, Cell]] = {
+    State.IN_STEP: _row(
+        {
+            Event.DOUBT: Step(State.FIRST_DUE),
+            Event.WITNESS: Step(State.IN_STEP),  # the port was lost while one was looked for
+            Event.NOBODY: Step(State.IN_STEP),
+            Event.STRAY: Step(State.IN_STEP, Action.DROP),
+        }
+    ),
+    State.FIRST_DUE: _due(State.FIRST_DUE, State.FIRST_ASKED),
+    State.FIRST_ASKED: _asked(State.FIRST_ASKED, Step(State.SECOND_DUE)),
+    State.SECOND_DUE: _due(State.SECOND_DUE, State.SECOND_ASKED),
+    State.SECOND_ASKED: _asked(State.SECOND_ASKED, Step(State.THIRD_DUE)),
+    State.THIRD_DUE: _due(State.THIRD_DUE, State.THIRD_ASKED),
+    State.THIRD_ASKED: _asked(State.THIRD_ASKED, Step(State.SILENT, Action.GIVE_UP)),
+    State.SILENT: _row(
+        {
+            Event.DOUBT: Step(State.SILENT),
+            Event.WITNESS: Step(State.FIRST_DUE),
+            Event.NOBODY: Step(State.IN_STEP, Action.SETTLE),
+        }
+    ),
+}
 
 
 class Fence:
@@ -140,11 +129,13 @@ class Fence:
 
     def __init__(self) -> None:
         self.state = State.IN_STEP
+        self.in_step = True
+        """Whether replies can be believed."""
 
     @property
-    def in_step(self) -> bool:
-        """Whether replies can be believed."""
-        return self.state is State.IN_STEP
+    def tries(self) -> int:
+        """How many fences have failed since the last doubt, or the last change of the witness."""
+        return next((states.index(self.state) for states in (_DUE, _ASKED) if self.state in states), 0)
 
     def take(self, event: Event) -> Action:
         """Go on to the next state, and give what has to be done.
@@ -154,7 +145,7 @@ class Fence:
         cell = TABLE[self.state][event]
         if isinstance(cell, str):
             raise CannotHappen(f"{event.value!r} in the state {self.state.value!r}: {cell}")
-        self.state = cell.state
+        self.state, self.in_step = cell.state, cell.state is State.IN_STEP
         return cell.action
 
 
@@ -170,11 +161,8 @@ def drawing() -> str:
         "| state | " + " | ".join(event.value for event in Event) + " |",
         "|---" * (len(Event) + 1) + "|",
     ]
-    rows = [
-        f"| **{state.value}** | {' | '.join(map(_drawn, cells.values()))} |" for state, cells in TABLE.items()
-    ]
-    reasons = sorted({cell for cells in TABLE.values() for cell in cells.values() if isinstance(cell, str)})
-    return "\n".join([*head, *rows, "", "Why a dash: " + "; ".join(reasons) + ".", ""])
+    rows = [f"| **{it.value}** | {' | '.join(map(_drawn, cells.values()))} |" for it, cells in TABLE.items()]
+    return "\n".join([*head, *rows, ""])
 
 
 def _drawn(cell: Cell) -> str:

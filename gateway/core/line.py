@@ -2,7 +2,6 @@
 
 import asyncio
 from abc import abstractmethod
-from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import asynccontextmanager
 from typing import Any, Generic, Protocol, TypeVar
@@ -22,149 +21,34 @@ EXPIRY_STEP_S = 0.05
 """What has expired is looked for at most this often: a crowd that waits must not cost the line its time."""
 
 
-class Writable(Protocol):
-    """An exchange, as far as its port is concerned."""
-
-    @property
-    def frame(self) -> bytes:
-        """What is written."""
-
-    @property
-    def timeout_s(self) -> float:
-        """From the frame's last bit to the reply's deadline."""
-
-    def settle(self, outcome: GatewayError, /) -> None:
-        """Tell everybody who still waits."""
-
-
-W = TypeVar("W", bound=Writable)
 X = TypeVar("X", bound=Exchange[Any, Any, Any])
+F_co = TypeVar("F_co", covariant=True)
 F = TypeVar("F")
 """What a reader cuts out of what comes."""
 R = TypeVar("R")
 """Those of it that are replies."""
 
 
-class Speech(Protocol[W]):
-    """What is said on a line, without clock and port, as far as its port is concerned."""
-
-    counters: Counter[str]
-
-    @property
-    def in_step(self) -> bool:
-        """Whether replies can be believed."""
-
-    def revoke(self, why: Overtaking) -> None:
-        """Write no command that was admitted before now."""
-
-    def fence(self) -> None:
-        """Prove anew that no earlier reply is still to come."""
-
-    def has_something(self) -> bool:
-        """Whether anything could go; asked first, because it costs less than asking the port."""
-
-    def next(self, now: float, *, ready: bool) -> W | None:
-        """Take the exchange that is to be written now; None if none may go."""
-
-    def written(self, exchange: W, now: float, deadline: float) -> None:
-        """Note that the frame has been handed to the port, and until when its reply is waited for."""
-
-    def deadline(self) -> float | None:
-        """When the next reply is overdue."""
-
-    def pass_deadlines(self, now: float, resumes_at: float | None) -> None:
-        """Give up waiting for what is overdue; `resumes_at` is set while a reply has begun and may go on."""
-
-
-class Reader(Protocol[F]):
+class Reader(Protocol[F_co]):
     """Cuts what comes into frames."""
 
-    def feed(self, data: bytes, /) -> list[F]:
+    def feed(self, data: bytes, /) -> Iterable[F_co]:
         """Take bytes, give the frames that are complete now."""
 
     def pending(self) -> int:
         """Bytes of a frame that has begun and not ended."""
 
 
-class LineDriver(PortLoop, Generic[W, F]):
-    """A port with what is said on it."""
-
-    _speech: Speech[W]
-    _reader: Reader[F]
-
-    def __init__(self, line_id: str, transport: Transport, speech: Speech[W], reader: Reader[F]) -> None:
-        super().__init__(line_id, transport, speech.counters)
-        self._speech, self._reader = speech, reader
-
-    @abstractmethod
-    def _take(self, frame: F) -> None:
-        """Hear a frame, let the next one go, and only then tell what was heard."""
-
-    def _in_step(self) -> bool:
-        return self._speech.in_step
-
-    def revoke(self, why: Overtaking) -> None:
-        """Send no command that was admitted before now and is not written yet."""
-        self._speech.revoke(why)
-
-    def fence(self) -> None:
-        """Let nothing but stops go before it is proved that no earlier reply is still to come."""
-        if self._ready:
-            self._speech.fence()
-            self._loop.call_soon(self._pump)
-
-    def _pump(self) -> None:
-        """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
-        while self._open and self._has_something():
-            now = self._loop.time()
-            if not self._port_is_free(now):
-                return
-            exchange = self._speech.next(now, ready=self._ready)
-            if exchange is None:
-                return
-            self._write(exchange, now)
-
-    def _has_something(self) -> bool:
-        """Whether anything could go that was not asked for before a suspension."""
-        if not self._speech.has_something():
-            return False
-        self.admission.revise()
-        return self._speech.has_something()
-
-    def _write(self, exchange: W, now: float) -> None:
-        try:
-            written = self._send(exchange.frame, now)
-        except TransportRefused as error:
-            exchange.settle(InvalidRequest(f"{error} Nothing was sent.", "Send less at once."))
-            return
-        if not written:
-            exchange.settle(self._down())
-            return
-        deadline = self._tx_free_at + exchange.timeout_s
-        self._speech.written(exchange, now, deadline)
-        self._wake_at(deadline)
-
-    def data_received(self, data: bytes) -> None:
-        """Bytes from the port."""
-        self._last_rx_at = self._loop.time()
-        for frame in self._reader.feed(data):
-            self._take(frame)
-
-    def _pass_deadlines(self, now: float) -> float | None:
-        resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
-        self._speech.pass_deadlines(now, resumes_at)
-        return self._speech.deadline()
-
-
-class SessionLine(LineDriver[X, F], Generic[X, F, R]):
-    """A line with its session: what is asked waits there for its turn, and not for longer than it may."""
+class LineDriver(PortLoop, Generic[X, F, R]):
+    """A port with its session: what is asked waits there for its turn, and not for longer than it may."""
 
     def __init__(
         self, line_id: str, transport: Transport, session: Session[X, R], reader: Callable[[], Reader[F]]
     ) -> None:
-        super().__init__(line_id, transport, session, reader())
+        super().__init__(line_id, transport, session.counters)
         self._session = session
         self._new_reader = reader
+        self._reader = reader()
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
 
@@ -205,6 +89,65 @@ class SessionLine(LineDriver[X, F], Generic[X, F, R]):
         async with all_held(map(self.lock_of, numbers), expires_at) as series:
             series.epochs = {number: self.gate.epoch(number) for number in numbers}
             yield series
+
+    @abstractmethod
+    def _take(self, frame: F) -> None:
+        """Hear a frame, let the next one go, and only then tell what was heard."""
+
+    def _in_step(self) -> bool:
+        return self._session.in_step
+
+    def revoke(self, why: Overtaking) -> None:
+        """Send no command that was admitted before now and is not written yet."""
+        self._session.revoke(why)
+
+    def fence(self) -> None:
+        """Let nothing but stops go before it is proved that no earlier reply is still to come."""
+        if self._ready:
+            self._session.fence()
+            self._loop.call_soon(self._pump)
+
+    def _pump(self) -> None:
+        """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
+        while self._open and self._has_something():
+            now = self._loop.time()
+            if not self._port_is_free(now):
+                return
+            exchange = self._session.next(now, ready=self._ready)
+            if exchange is None:
+                return
+            self._write(exchange, now)
+
+    def _has_something(self) -> bool:
+        """Whether anything could go that was not asked for before a suspension."""
+        if not self._session.has_something():
+            return False
+        self.admission.revise()
+        return self._session.has_something()
+
+    def _write(self, exchange: X, now: float) -> None:
+        try:
+            written = self._send(exchange.frame, now)
+        except TransportRefused as error:
+            exchange.settle(InvalidRequest(f"{error} Nothing was sent.", "Send less at once."))
+            return
+        if not written:
+            exchange.settle(self._down())
+            return
+        deadline = self._tx_free_at + exchange.timeout_s
+        self._session.written(exchange, now, deadline)
+        self._wake_at(deadline)
+
+    def data_received(self, data: bytes) -> None:
+        """Bytes from the port."""
+        self._last_rx_at = self._loop.time()
+        for frame in self._reader.feed(data):
+            self._take(frame)
+
+    def _pass_deadlines(self, now: float) -> float | None:
+        resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
+        self._session.pass_deadlines(now, resumes_at)
+        return self._session.deadline()
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Take out of the queue what is not wanted any more."""

@@ -27,8 +27,8 @@ class _Turns(OrderedDict[Hashable, deque[X]], Generic[X]):
     def exchanges(self) -> Iterator[X]:
         return chain.from_iterable(self.values())
 
-    def add(self, exchange: X) -> None:
-        queue = self.setdefault(exchange.queue, deque())
+    def add(self, exchange: X, name: Hashable) -> None:
+        queue = self.setdefault(name, deque())
         if exchange.rank < 0:
             queue.insert(sum(it.rank <= exchange.rank for it in queue), exchange)
         else:
@@ -89,15 +89,15 @@ class Scheduler(Generic[X]):
 
         :raises QueueFull: too many wait for this target already.
         """
-        turns = self._lanes[exchange.lane]
-        queue = turns.get(exchange.queue, ())
+        turns, name = self._lanes[exchange.lane], exchange.queue
+        queue = turns.get(name, ())
         for other in queue:
             if other.shares(exchange):
                 other.take_over(exchange)
                 return other
         if exchange.lane not in STOPS:
             require_room(len(queue), self._waits_for)
-        turns.add(exchange)
+        turns.add(exchange, name)
         return exchange
 
     def put_back(self, exchange: X) -> None:

@@ -1,8 +1,8 @@
 """What is being said on a line: what goes next, what awaits its reply, and whether the line is in step.
 
-One exchange is under way at a time; only stops may be written while it waits for its reply. When a reply stays
-away or cannot be understood, the line is out of step: nothing but stops is sent until a fence, a query whose
-number comes back, has proved that every earlier reply was seen or will never come.
+One exchange is under way at a time; only stops may be written while it waits for its reply. When a reply
+stays away or cannot be understood, the line is out of step: nothing but stops is sent until a fence, a query
+whose number comes back, has proved that every earlier reply was seen or will never come.
 
 No clock and no port: times are given, frames are taken and handed out.
 """
@@ -14,7 +14,7 @@ from enum import Enum, auto
 from functools import partial
 from typing import Any, Generic, TypeVar
 
-from gateway.core.copies import Copies, Grammar
+from gateway.core.copies import Copies
 from gateway.core.errors import Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
 from gateway.core.exchange import Exchange, More, Proof
 from gateway.core.fence import FENCE_TRIES, Action, Event, Fence, State
@@ -52,10 +52,10 @@ class Session(ABC, Generic[X, F]):
 
     def __init__(
         self,
-        grammar: Grammar[X, F],
         *,
         target: str,
         set_up_target: int,
+        replies_remembered: int,
         reply_timeout_s: float,
         late_reply_s: float,
         interject_stops: bool = True,
@@ -74,7 +74,7 @@ class Session(ABC, Generic[X, F]):
         """Told a reply that nobody has asked for."""
         self._target = target
         self._set_up_target = set_up_target
-        self._copies: Copies[X, F] = Copies(grammar)
+        self._copies: Copies[X, F] = Copies(replies_remembered)
         self._locks: dict[int, SequenceLock] = {}
         self._urgent: deque[X] = deque()
         self._sent: list[X] = []
@@ -100,8 +100,8 @@ class Session(ABC, Generic[X, F]):
     def wants_fence(self, exchange: X, now: float) -> bool:
         """Whether a fence has to go before it."""
 
-    def awaited(self, exchange: X) -> Awaited:
-        """What has to wait for its reply."""
+    def was_written(self, exchange: X, _now: float) -> Awaited:
+        """A frame has been handed to the port: what has to wait for its reply."""
         return Awaited.BESIDE if exchange.lane in STOPS else Awaited.FIRST
 
     def may_follow(self, _exchange: X) -> bool:
@@ -130,50 +130,31 @@ class Session(ABC, Generic[X, F]):
     def learn(self, exchange: X, outcome: Any, now: float) -> None:
         """An exchange has its whole reply."""
 
-    def was_written(self, exchange: X, now: float) -> None:
-        """A frame has been handed to the port."""
-
     def fence_passed(self, fence: X) -> None:
         """No reply to what was written before it is on its way any more."""
 
-    def fence_wanted(self, target: int, doubtful: bool) -> None:
-        """The line has lost its step because of a target; not `doubtful` if only copies are to be ruled out."""
-
-    def fence_failed(self) -> None:
-        """A fence had no usable reply."""
-
     def was_missed(self, exchange: X, now: float) -> None:
         """No reply came in time."""
-
-    def was_disturbed(self, now: float) -> None:
-        """Something came that nobody can have wanted."""
 
     def is_bracketed(self, _exchange: X) -> bool:
         """Whether a fence has to show that its reply was the last before that is told."""
         return False
 
-    def kind_of_stray(self, _frame: F, _now: float) -> str:
-        """What a reply that nobody has asked for is counted as."""
-        return "strays"
-
     def is_heard_out(self) -> bool:
         """Whether all that was written has been answered: then nothing can wait in the port."""
         return False
-
-    def port_lost(self) -> None:
-        """Forget what does not outlive the port."""
 
     # what goes next
 
     @property
     def in_step(self) -> bool:
         """Whether replies can be believed."""
-        return self._fence.in_step
+        return self._fence.state is State.IN_STEP
 
     def epoch(self, target: int) -> int:
         """The epoch of what is asked here and now: a series has those of its beginning."""
-        series = current_series()
         now = self.gate.epoch(target)
+        series = current_series() if self._locks else None
         return now if series is None else series.epochs.get(target, now)
 
     def submit(self, exchange: X) -> X:
@@ -184,7 +165,7 @@ class Session(ABC, Generic[X, F]):
         if self.gate.is_overtaken(exchange):
             exchange.settle(self.gate.overtaken(exchange.target))
             return exchange
-        if exchange.lane in IMPATIENT:
+        if self._locks and exchange.lane in IMPATIENT:
             exchange.series = current_series()
         return self.scheduler.submit(exchange)
 
@@ -204,7 +185,7 @@ class Session(ABC, Generic[X, F]):
         """Whether anything could go; asked first, because it costs less than asking the port."""
         if self._awaiting is not None:
             return self.scheduler.has_stops()
-        return not self.in_step or bool(self._urgent) or bool(self.scheduler)
+        return not self._fence.in_step or bool(self._urgent) or bool(self.scheduler)
 
     def next(self, now: float, *, ready: bool) -> X | None:
         """Take the exchange that is to be written now, the gate's refusals settled; None if none may go."""
@@ -221,13 +202,13 @@ class Session(ABC, Generic[X, F]):
     def _choose(self, now: float, *, ready: bool) -> X | None:
         if self._is_held_up():
             return self._interjected() if self.interject_stops else None
-        if ready and self.in_step and not self._urgent:
+        if ready and self._fence.in_step and not self._urgent:
             wanted = self.scheduler.next_wanted(now, self._may_go if self._sent or self._locks else None)
             return self._interposed(wanted, now, self.scheduler.put_back)
         stop = self.scheduler.next(NEW_STOPS, self.may_follow)
         if stop is not None:
             return stop
-        if not self.in_step:
+        if not self._fence.in_step:
             return self._recovery()
         if self._urgent:
             return self._interposed(self._urgent.popleft(), now, self._urgent.appendleft)
@@ -283,8 +264,7 @@ class Session(ABC, Generic[X, F]):
         exchange.begin(self._written, deadline)
         if exchange.proves is not None:
             exchange.proves.note_asked(self._written, deadline)
-        self.was_written(exchange, now)
-        awaited = self.awaited(exchange)
+        awaited = self.was_written(exchange, now)
         if awaited is not Awaited.NEVER:
             self._sent.append(exchange)
         if awaited is Awaited.FIRST:
@@ -362,18 +342,18 @@ class Session(ABC, Generic[X, F]):
         self.note_reply(suspect, frame, now)
         return True
 
-    def _stray(self, frame: F, now: float) -> None:
-        self.counters[self.kind_of_stray(frame, now)] += 1
+    def _stray(self, frame: F, now: float, kind: str = "strays") -> None:
+        """Hear a reply that nobody has asked for."""
+        self.counters[kind] += 1
         self.noise("the reply to another command", now)
         self.on_stray(frame)
 
-    def noise(self, what: str, now: float) -> None:
+    def noise(self, what: str, _now: float) -> None:
         """Something came that nobody can have wanted: whatever is awaited may have been it.
 
         A fence waits on: noise must not use up its tries, and its own reply cannot be mistaken.
         """
         self.doubts += 1
-        self.was_disturbed(now)
         exchange = self._awaiting
         if exchange is not None and not exchange.self_identifying:
             self._doubt(exchange, exchange.unusable(GarbledReply, f"{what} came back"))
@@ -415,15 +395,16 @@ class Session(ABC, Generic[X, F]):
             exchange.doubt, self._suspect = reason, exchange
             self._lose_step(exchange.target)
 
-    def _lose_step(self, target: int, *, doubtful: bool = True) -> None:
-        """From now on nothing but stops is sent until a fence has passed."""
+    def _lose_step(self, _target: int, *, doubtful: bool = True) -> None:  # noqa: ARG002  # families heed it
+        """From now on nothing but stops is sent until a fence has passed.
+
+        It is not `doubtful` where only copies of replies have to be ruled out.
+        """
         self._fence.take(Event.DOUBT)
-        self.fence_wanted(target, doubtful)
 
     def _fence_failed(self) -> None:
         self._fence_query = None
         action = self._fence.take(Event.SILENCE)
-        self.fence_failed()
         if action is Action.GIVE_UP:
             found = self.witness_failed()
             action = self._fence.take(Event.WITNESS if found else Event.NOBODY)
@@ -459,7 +440,6 @@ class Session(ABC, Generic[X, F]):
         self._awaiting = self._suspect = self._fence_query = None
         self._sent, self._urgent = [], deque()
         self._fence.take(Event.PORT_LOST)
-        self.port_lost()
         for exchange in written:
             exchange.settle(exchange.late_answer or NoReply(lost.detail, exchange.remedy, exchange.command))
         for exchange in waiting:

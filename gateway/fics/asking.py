@@ -1,4 +1,4 @@
-"""Questions and deeds: each put to the right unit, and a question once for all who ask the same meanwhile."""
+"""Questions and actions go to the right unit; one question answers all who ask the same meanwhile."""
 
 import asyncio
 from collections.abc import Callable, Sequence
@@ -37,7 +37,7 @@ class Told(NamedTuple):
     """What a robot has answered, and when, on the event loop's clock."""
 
     replies: tuple[Any, ...]
-    """None after a deed, several after a download."""
+    """None after an action, several after a download."""
     at: float
 
 
@@ -59,7 +59,7 @@ def _is_over(expires_at: float | None) -> bool:
 
 @dataclass(eq=False)
 class Asking:
-    """The questions and deeds of one robot that start no motion."""
+    """The questions and actions of one robot that start no motion."""
 
     _units: Sequence[UnitAxes]
     _commander: Commander
@@ -98,7 +98,7 @@ class Asking:
         if lane is not Lane.READ:
             return await self._put(command, number, lane, expires_at)
         answer = await asyncio.shield(self._shared(command, number, expires_at))
-        while isinstance(answer, Expired) and not _is_over(expires_at):  # for somebody who asked before
+        while isinstance(answer, Expired) and not _is_over(expires_at):  # who asked earlier gives up earlier
             answer = await asyncio.shield(self._shared(command, number, expires_at))
         if isinstance(answer, GatewayError):
             raise answer
@@ -166,7 +166,7 @@ class Asking:
             return None
         return self.only_unit(command)
 
-    # deeds
+    # actions
 
     async def _do(self, command: FicsCommand[Any], number: int | None, *, read: bool) -> Answered:
         """Send a command that changes something, to a unit just confirmed, and `read` back what it is."""

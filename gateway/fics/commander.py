@@ -65,12 +65,12 @@ class Commander:
         No copy of an earlier answer is taken for one that has to be `fresh`, or is the last of a `proof`.
         """
         is_query = command.answered is WhenAnswered.ALWAYS
-        if epoch is None:
-            epoch = self.line.stop_epoch
         if not is_query:
+            epoch = self.line.stop_epoch if epoch is None else epoch
             await self.clear_error()
         exchange = self.line.exchange(command, Lane.READ if is_query else Lane.COMMAND)
-        exchange.epoch, exchange.expires_at = epoch, expires_at
+        exchange.epoch = exchange.epoch if epoch is None else epoch
+        exchange.expires_at = expires_at
         exchange.fresh, exchange.proves = fresh or proof is not None, proof
         outcome = await self._submit(exchange)
         if isinstance(outcome, Answered) and not outcome.confirmed:

@@ -10,7 +10,7 @@ from gateway.fics.errors import RobotBusy
 from protocols.fics.positions import LAST_POSITION, DownloadPositions
 
 PART = 16
-"""So many positions are asked for at once: for so long nobody else is heard, the proof of a stop neither."""
+"""Positions that are asked for at once: until all have come nothing else is answered, no proof of a stop."""
 TRIES = 3
 """How often a part is asked for until the count of its answers is right."""
 NOT_SET = "E09"
@@ -47,15 +47,15 @@ async def download(asking: Asking, unit: UnitAxes, wanted: DownloadPositions, la
 async def _part(asking: Asking, unit: UnitAxes, first: int, count: int, lane: Lane) -> Told:
     """Read a part; fewer than `count` positions only where the table ends."""
     for _ in range(TRIES):
-        heard = await _ask(asking, unit, first, count, lane)
+        told = await _ask(asking, unit, first, count, lane)
         if (
-            _is_doubtful(heard, count)
-            and (await _ask(asking, unit, first, count, lane)).replies != heard.replies
+            _is_doubtful(told, count)
+            and (await _ask(asking, unit, first, count, lane)).replies != told.replies
         ):
             continue
-        found = len(heard.replies)
+        found = len(told.replies)
         if found == count or (found < count and await _ends_after(asking, unit, first, found, lane)):
-            return heard
+            return told
     raise GarbledReply(
         f"Of the positions of {unit.address} from {first} on some answers were lost or doubled, so nobody "
         "knows their numbers.",
@@ -64,9 +64,9 @@ async def _part(asking: Asking, unit: UnitAxes, first: int, count: int, lane: La
     )
 
 
-def _is_doubtful(heard: Told, count: int) -> bool:
+def _is_doubtful(told: Told, count: int) -> bool:
     """Whether answers may be lost, doubled, or both: then the count is right, and neighbours are equal."""
-    return len(heard.replies) != count or any(one == other for one, other in pairwise(heard.replies))
+    return len(told.replies) != count or any(one == other for one, other in pairwise(told.replies))
 
 
 async def _ends_after(asking: Asking, unit: UnitAxes, first: int, found: int, lane: Lane) -> bool:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import Exchange, More
+from gateway.core.exchange import Exchange, More, Said
 from gateway.core.exchange import Proof as Proof
 from gateway.core.lanes import Lane
 from protocols.fics.alarms import TakeCurrentError
@@ -34,6 +34,8 @@ Outcome = Answered | Refusal | Failure | GatewayError
 class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | Failure]):
     """A command for a robot."""
 
+    outdated_before: int = 0
+    """The number of the last frame that was no mere read: what was asked before it may be outdated."""
     unheard: int = 0
     """What `FicsLine.unheard` was when it had been written."""
     _replies: list[Reply] = field(default_factory=list)
@@ -54,6 +56,35 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
     def speaker(self) -> int:
         """The robot, whatever is asked for."""
         return ROBOT
+
+    @property
+    def reply_names(self) -> set[str]:
+        """Those of a refusal, of an answer, and of what ends several."""
+        name = self.command.wire_name()
+        return {name, self.command.answered_as or name, self.command.ends_with}
+
+    def name_of(self, frame: ReplyFrame) -> str:
+        """The name."""
+        return frame.name
+
+    def kind_of(self, frame: ReplyFrame) -> str:
+        """What a reply fits depends on its kind and its command, whatever it says."""
+        return type(frame).__name__
+
+    def mistakes(self, said: Said) -> bool:
+        """Whether a copy would be credited, and be wrong (decision 12).
+
+        Equal reads are not kept apart, as long as nothing is done in between: a copy tells what was true a
+        moment before. What has to be fresh is kept apart even from them.
+        """
+        command = self.command
+        if credit(command, said.frame) is None:
+            return False
+        if isinstance(said.frame, Refusal | Failure):
+            return True
+        if said.exchange.frame == self.frame:
+            return not command.may_repeat() or self.fresh or said.number < self.outdated_before
+        return not (type(said.exchange.command) is type(command) and command.is_told_apart())
 
     def shares(self, other: Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | Failure]) -> bool:
         """Equal stops are written once; reads are shared before they are put."""

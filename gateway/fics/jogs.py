@@ -1,4 +1,4 @@
-"""JOG with a dead-man: an axis moves for as long as somebody says so twice a second."""
+"""JOG with a dead-man: an axis moves only while a heartbeat comes twice a second."""
 
 import asyncio
 import secrets
@@ -20,9 +20,9 @@ from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.system import HostMode
 
 HEARTBEAT_S = 0.5
-"""A heartbeat comes at most so long after the one before, or the axis is stopped."""
+"""The longest time between two heartbeats; after it the axis is stopped."""
 STILL_WITHIN_S = 1.0
-"""An axis that still moves so long after its JOG was ended makes the robot stop as a whole."""
+"""An axis that still moves after this time since the end of its JOG makes the whole robot stop."""
 LOOK_AGAIN_S = 0.1
 STILL_LOOKS = 2
 """An axis seen to stand still so often in turn jogs no more; a single look may come before it begins."""
@@ -59,11 +59,11 @@ class JogSession(Record):
 class _Running:
     session: JogSession
     until: float
-    """When the next heartbeat has to have come, on the event loop's clock."""
+    """Deadline of the next heartbeat, on the event loop's clock."""
     alarm: asyncio.TimerHandle
     """Ends it, unless the next heartbeat comes first."""
     rest: "asyncio.Task[None]"
-    """Ends it when the axis stands still by itself."""
+    """Ends it when the axis stands still without a stop."""
 
 
 class Jogs:
@@ -199,7 +199,7 @@ class Jogs:
         return session
 
     async def stop(self, unit: int, axis: str) -> None:
-        """Stop an axis, whoever lets it jog, until it stands still.
+        """Stop an axis until it stands still, with or without a session.
 
         :raises InvalidRequest: the unit has no such axis; nothing was sent.
         :raises UnitNotSelected: the robot would stop the axis of another unit; nothing was stopped.

@@ -9,7 +9,7 @@ from typing import Any
 from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, NotSent, QueueFull
 from gateway.core.exchange import Proof
 from gateway.core.lanes import Lane
-from gateway.core.line import SessionLine
+from gateway.core.line import LineDriver
 from gateway.core.origin import SET_UP as SET_UP_ORIGIN
 from gateway.core.origin import acting
 from gateway.core.port import LineState
@@ -47,7 +47,7 @@ Whether that was heard is seen by the question for the mode, which no robot in a
 """
 
 
-class FicsLine(SessionLine[FicsExchange, Frame, ReplyFrame]):
+class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
     """One port with its robot."""
 
     _session: FicsSession

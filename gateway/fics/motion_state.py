@@ -28,7 +28,7 @@ class MotionState:
         self.unit: int | None = None
         """The unit the last one was sent to."""
         self.foreign: bool | None = None
-        """Whether it was seen to move without a command of ours; None until somebody has looked."""
+        """Whether it was seen to move without a command of ours; None until it was looked at."""
         self.look_due = asyncio.Event()
         """It is to be looked at now, not at the next round."""
         self.idle = asyncio.Event()
@@ -44,7 +44,7 @@ class MotionState:
 
     @property
     def moving(self) -> bool | None:
-        """Whether it moves; None where nobody has looked since it was out of reach."""
+        """Whether it moves; None where it was not looked at since it was out of reach."""
         return True if self.command is not None else self.foreign
 
     @property

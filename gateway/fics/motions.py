@@ -49,7 +49,7 @@ class Motions:
         self.line = self.commander.line
 
     def require_fit(self, command: FicsCommand[Any]) -> None:
-        """Refuse motion that somebody has to look after first.
+        """Refuse motion while the robot is not fit for it.
 
         :raises NotSent: power was lost, or an error stands.
         :raises RobotBusy: something moves, or a stop is not confirmed.

@@ -1,4 +1,4 @@
-"""What is told of a robot's move."""
+"""The record of a robot's move, and which commands start one."""
 
 from typing import Any, Final, Literal
 

@@ -80,7 +80,7 @@ class MoveRun:
         """Whether something proves that the robot has not lost its power on the way."""
 
     async def make(self, start_within_s: float) -> None:
-        """From the queue to the end."""
+        """Follow the move from the queue to its end."""
         expires_at = asyncio.get_running_loop().time() + start_within_s
         try:
             async with in_time(expires_at):
@@ -210,7 +210,7 @@ class MoveRun:
                 return None
             if axes is not None:
                 return axes
-            self._tell(None)  # its client need not wait for what nobody knows
+            self._tell(None)  # its client need not wait longer
             await asyncio.sleep(self._motions.poll_interval_s)
         if silence.of_body:
             self._lost(None, _gone(self._move.robot_id))
@@ -298,7 +298,7 @@ class MoveRun:
             await self._ended()
 
     async def _ended(self) -> None:
-        """Without an error: by itself or by a stop."""
+        """It has ended without an error, perhaps by a stop."""
         await self._read_position()
         finding = self._finding()
         if self._stopped() and not finding.on_target():
@@ -315,7 +315,7 @@ class MoveRun:
             self._advance(MoveStatus.UNKNOWN, _unproved(self._unit, self._move, ran=finding.ran()))
 
     async def _failed(self, code: str, *, looked: bool = False) -> None:
-        """With an error of the system: that of a stop, or one that came by itself."""
+        """It has ended with an error of the system: that of a stop, or another."""
         await self._read_position()
         if not looked:
             await self._motions.errors.look()

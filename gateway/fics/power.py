@@ -57,7 +57,7 @@ class Power:
     """The units that have told where an axis stands, and in which coordinates."""
 
     def lost(self, *, certain: bool) -> None:
-        """It has been switched off and on, or seems to: keep it from moving until somebody knows."""
+        """It was switched off and on, or seems to: keep it from moving until a person acknowledges that."""
         self._due = set(self._speeds)
         self.forget_origins()  # those of all units are gone, and that is told once
         if not self.cycled:
@@ -72,7 +72,7 @@ class Power:
             self._tell("robot.power_cycle.acknowledged", {})
 
     def require_known(self, what: str) -> None:
-        """Refuse motion until somebody knows of the loss.
+        """Refuse motion until a person knows of the loss.
 
         :raises PowerCycled: nobody has acknowledged it.
         """
@@ -131,14 +131,14 @@ class Power:
                 "Try again when all axes are known to stand still.",
             )
 
-    async def _ask(self, query: FicsCommand[Any], whom: str, proof: Proof | None) -> Reply | None:
+    async def _ask(self, query: FicsCommand[Any], asked: str, proof: Proof | None) -> Reply | None:
         """Ask what tells of a loss of power.
 
         :raises NotSent: there was no answer.
         :raises ControllerRefused: it was refused.
         """
         unanswered = NotSent(
-            f"{whom} did not answer {query.wire_name()}, so nobody knows whether it has lost its power; "
+            f"{asked} did not answer {query.wire_name()}, so nobody knows whether it has lost its power; "
             "nothing more was sent.",
             "Try again.",
         )
@@ -156,7 +156,7 @@ class Power:
     def _note_origins(self, unit: UnitAxes, found: AxisStatuses) -> None:
         """In Ver.2 a loss of power shows in origins that are gone, though nothing has homed the robot.
 
-        Homing begins with that, and macros may home, whoever runs them.
+        Homing begins with that, and so may macros, ours or not.
         """
         before = self._homed.pop(unit.number, set())
         if any(it.motion_mode in (MotionMode.HOMING, MotionMode.MACRO) for it in found.axes):

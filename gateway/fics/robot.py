@@ -110,7 +110,7 @@ class Robot:
 
     @property
     def moving(self) -> bool | None:
-        """Whether it moves, as far as is known; None where nobody has looked since it was out of reach."""
+        """Whether it moves, as far as is known; None where it was not looked at since it was out of reach."""
         return self.motion.moving
 
     @property
@@ -194,7 +194,7 @@ class Robot:
         return self._publish(kind, f"/robots/{unit.address if unit else self.id}", data, correlation)
 
     def was_left_alone(self) -> None:
-        """Nobody has looked after it for seconds: stop what jogs, and believe nothing read before."""
+        """The gateway was held up for seconds: stop what jogs, and believe nothing read before."""
         self.jogs.end_all("lost")
         self._forget_what_may_change()
 
@@ -215,7 +215,7 @@ class Robot:
             self._publish(what, f"/lines/{self.line.id}", dict(facts), None)
 
     def _note_stray(self, frame: Frame) -> None:
-        """An answer came that nobody had asked for: somebody else may select units, or change the mode."""
+        """An answer to no question of ours came: others may select units, or change the mode."""
         if isinstance(frame, Garbage):
             return
         if frame.name == GetUnit.code:

@@ -13,7 +13,7 @@ from protocols.fics.link import Refusal
 from protocols.fics.system import SelectUnit, UnitNumbers
 
 UNIT_HOLDS_S = 0.5
-"""For so long a question trusts the unit the robot has told: an assumption, no loss of power is shorter."""
+"""A question trusts the unit the robot has told for this time: an assumption, a loss of power is longer."""
 UNIT_OF_POWER_ON = 1
 """An assumption; a robot that is configured with this unit alone never acts on another."""
 
@@ -40,7 +40,7 @@ class Selection:
         self.unit = None
 
     def doubt(self) -> None:
-        """Somebody may have selected another unit, but not while one moves (C-HOST manual 1-7)."""
+        """Another unit may have been selected, but not while one moves (C-HOST manual 1-7)."""
         self._holds_until = 0.0
         if not self._motion.keeps_unit:
             self.forget()

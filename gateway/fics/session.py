@@ -15,7 +15,6 @@ from gateway.core.exchange import Proof as Proof
 from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS, Awaited, Session
-from gateway.fics.copies import FicsReplies
 from gateway.fics.errors import NotProved, RobotOffline
 from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, ReplyFrame
 from gateway.fics.upload_state import UploadState
@@ -25,9 +24,11 @@ from protocols.fics.row import FicsCommand, WhenAnswered
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetSystemVersion, HostMode, SetCommunicationMode
 from protocols.fics.variables import GetVariable
+from protocols.table import Retry
 
 FENCES = GetVariable.code, GetSystemVersion.code
 """The names of the queries that are fences."""
+REPLIES_REMEMBERED = 1000
 VARIABLES = 100
 """Variables a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 STANDSTILL_S = 10.0
@@ -48,10 +49,9 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         late_reply_s: float = 2.0,
         rng: random.Random | None = None,
     ) -> None:
-        self._grammar = FicsReplies()
         super().__init__(
-            self._grammar,
             target="robot",
+            replies_remembered=REPLIES_REMEMBERED,
             set_up_target=SET_UP,
             reply_timeout_s=reply_timeout_s,
             late_reply_s=late_reply_s,
@@ -61,6 +61,8 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self.mode: int = HostMode.VER_2
         """The mode the robot is believed to be in."""
         self.upload = UploadState()
+        self._last_action = 0
+        """The number of the last frame that was no mere read."""
         self._said_silently = 0
         self.on_silence: Callable[[], None] = lambda: None
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
@@ -89,7 +91,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
             target=target,
             epoch=self.epoch(target),
             timeout_s=self.reply_timeout_s,
-            repeats=READ_REPEATS if command.may_repeat() else 0,
+            repeats=READ_REPEATS if command.retry is Retry.READ else 0,
             rank=_RANKS.get(type(command), 0) if lane is Lane.STOP else 0,
         )
 
@@ -131,33 +133,36 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
             return False
         if self.upload.may_be_open:
             return not exchange.command.during_upload
+        return self._could_get_a_copy(exchange, now)
+
+    def _could_get_a_copy(self, exchange: FicsExchange, now: float) -> bool:
+        exchange.outdated_before = self._last_action
         return self._copies.could_answer(exchange, now)
 
     def rule_out_copies(self, commands: Iterable[FicsCommand[Any]], now: float) -> None:
         """Put a fence before whatever comes next, if a copy could be taken for the answer to one of these."""
-        if self.in_step and any(self._could_be_copied(it, now) for it in commands):
-            self._lose_step(ROBOT, doubtful=False)
-
-    def _could_be_copied(self, command: FicsCommand[Any], now: float) -> bool:
-        exchange = self.exchange(command, Lane.READ)
-        exchange.fresh = True
-        return self._copies.could_answer(exchange, now)
+        questions = [self.exchange(it, Lane.READ) for it in commands]
+        for question in questions:
+            question.fresh = True
+        if self.in_step and any(self._could_get_a_copy(it, now) for it in questions):
+            self._lose_step(doubtful=False)
 
     # the fence
 
-    def fence_wanted(self, _target: int, doubtful: bool) -> None:
-        """An upload may have to be ended before a fence is answered."""
+    def _lose_step(self, target: int = ROBOT, *, doubtful: bool = True) -> None:
+        """From now on nothing but stops is sent until a fence has passed; an upload is ended before."""
+        super()._lose_step(target, doubtful=doubtful)
         self.upload.begin_fence(in_doubt=doubtful)
 
     def goes_before_fence(self) -> FicsExchange | None:
         """The end of an upload that may be open."""
-        if not self.upload.must_end_before(self._fence.state.tries, self.mode):
+        if not self.upload.must_end_before(self._fence.tries, self.mode):
             return None
         return self.exchange(EndPositionUpload(), Lane.STOP)
 
     def fence_query(self) -> FicsExchange:
         """Ask for a variable, and last for the version, which is told while the teaching terminal runs."""
-        last = self._fence.state.tries == FENCE_TRIES - 1
+        last = self._fence.tries == FENCE_TRIES - 1
         fence = self.exchange(
             GetSystemVersion() if last else GetVariable(number=self._fresh_variable()), Lane.READ
         )
@@ -190,39 +195,35 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     # what is written, and what comes back
 
-    def awaited(self, exchange: FicsExchange) -> Awaited:
-        """Motion is answered at its end, and a change of mode as the new mode answers."""
-        command = exchange.command
-        if self._is_silent(command):
-            return Awaited.NEVER
-        if exchange.lane is Lane.STOP or _is_answered_at_its_end(command):
-            return Awaited.BESIDE
-        return Awaited.FIRST
-
     def _is_silent(self, command: FicsCommand[Any]) -> bool:
+        """Whether it gets no answer in this mode; a change of mode is answered as the new mode answers."""
         mode = command.mode if isinstance(command, SetCommunicationMode) else self.mode
         return mode == HostMode.VER_2 and not command.is_query()
 
-    def was_written(self, exchange: FicsExchange, now: float) -> None:
-        """Note what it begins or ends, and what may still be said to it."""
+    def was_written(self, exchange: FicsExchange, now: float) -> Awaited:
+        """Note what it begins or ends; stops and motion are answered while others are asked."""
         command, silent = exchange.command, self._is_silent(exchange.command)
         if isinstance(command, GetVariable) and exchange is not self._fence_query:
             self._asked_for.append(command.number)
-        if not command.may_repeat():
+        if command.retry is not Retry.READ:
             self._note_action(exchange, now, silent=silent)
-        self.upload.note_written(command, exchange.number, silent=silent)
+        if command.code == EndPositionUpload.code:  # POF, with which an upload begins, too
+            self.upload.note_written(command, exchange.number, silent=silent)
         self._said_silently += silent
         exchange.unheard = self.unheard
         if silent:
             exchange.settle(Answered(confirmed=False))
-        elif isinstance(command, StopAllDecelerating):
+            return Awaited.NEVER
+        if isinstance(command, StopAllDecelerating):
             exchange.await_until((exchange.deadline or now) + STANDSTILL_S)
         elif _is_answered_at_its_end(command):
             exchange.await_until(None)
+            return Awaited.BESIDE
+        return Awaited.BESIDE if exchange.lane is Lane.STOP else Awaited.FIRST
 
     def _note_action(self, exchange: FicsExchange, now: float, *, silent: bool) -> None:
         """It outdates what was read before, and its answer may come at any time."""
-        self._grammar.last_action = exchange.number
+        self._last_action = exchange.number
         if not silent and not exchange.command.is_query():
             self._copies.note(exchange, Completion(exchange.command.wire_name()), now, inf)
 
@@ -233,8 +234,10 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
     def learn(self, exchange: FicsExchange, outcome: Any, _now: float) -> None:
         """The robot is there; and an upload that only its refusal tells of has to be ended."""
         self.offline.discard(ROBOT)
-        if self.upload.note_outcome(exchange.command, exchange.number, outcome) and self.in_step:
-            self._lose_step(ROBOT)  # the fence ends the upload
+        if self.upload.may_be_open or isinstance(outcome, Refusal):
+            doubtful = self.upload.note_outcome(exchange.command, exchange.number, outcome)
+            if doubtful and self.in_step:
+                self._lose_step()  # the fence ends the upload
 
     @property
     def _motion(self) -> FicsExchange | None:
@@ -244,7 +247,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """A motion has ended, and its answer will not come: fence now, so that none comes late."""
         if motion is self._motion:
             self._let_go(motion)
-            self._lose_step(ROBOT)
+            self._lose_step()
 
     def lose_motion(self, reason: NoReply, unsent: Cancelled) -> None:
         """The robot has forgotten what it was doing; what was to follow is not written."""
@@ -269,4 +272,4 @@ def _ends_upload(exchange: FicsExchange) -> bool:
 
 
 def _is_answered_at_its_end(command: FicsCommand[Any]) -> bool:
-    return command.starts_motion() and command.answered is not WhenAnswered.AT_ONCE
+    return command.answered is WhenAnswered.ON_COMPLETION and command.starts_motion()

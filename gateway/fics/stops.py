@@ -235,7 +235,7 @@ class _RobotStop(Stopping):
         return super().calls_for_hardware() or self._refusal is not None
 
     def tell(self) -> None:
-        """Write into the report why it is not confirmed, and of whom nobody knows."""
+        """Write into the report why it is not confirmed, and which units have not told."""
         super().tell()
         self.report.units_unknown = sorted(self._not_still)
 

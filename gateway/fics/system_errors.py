@@ -65,7 +65,7 @@ class SystemErrors:
         return error
 
     async def look(self) -> str | None:
-        """Find out which error stands, and give what ERR has told of it.
+        """Find out which error stands, and give the answer of ERR.
 
         None where its answer is lost: then the details still tell of an error (C-HOST manual 2-13).
         """
@@ -97,7 +97,7 @@ class SystemErrors:
         task.add_done_callback(self._looking.discard)
 
     async def _keep(self, error: str | None) -> None:
-        """Keep and publish an error, once; None where its answer was lost. Call it with the floor held."""
+        """Keep and publish an error, once; None where its answer was lost. The sequence lock is held."""
         known = self.latched
         if known is not None and error in (None, known.code):
             return

@@ -66,8 +66,8 @@ class Tables:
         try:
             for first, commands in runs:
                 part = DownloadPositions(first=first, count=len(commands))
-                heard = await download(self._asking, unit, part, Lane.COMMAND)
-                found |= dict(enumerate(heard.replies, first))
+                told = await download(self._asking, unit, part, Lane.COMMAND)
+                found |= dict(enumerate(told.replies, first))
         except GatewayError as unread:
             sent = sum(len(commands) for _, commands in runs)
             raise NotReadBack(f"{sent} positions were sent to {unit.address}", unread) from unread

@@ -1,4 +1,4 @@
-"""Positions to be stored: a robot numbers them by itself from a first one on, and takes no stop meanwhile."""
+"""Positions to be stored: a robot numbers them from a first one on, and takes no stop meanwhile."""
 
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager, suppress

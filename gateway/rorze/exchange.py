@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gateway.core.errors import GatewayError
-from gateway.core.exchange import Exchange
+from gateway.core.exchange import Exchange, Said
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP, RorzeCommand
 from protocols.table import Reply, WireFault
@@ -59,6 +59,28 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
         except WireFault:
             return None
         return Answered(replies, now, late=self.doubt is not None)
+
+    @property
+    def reply_names(self) -> tuple[str]:
+        """The code."""
+        return (self.command.code,)
+
+    def name_of(self, frame: ReplyFrame) -> str:
+        """The code."""
+        return frame.code
+
+    def kind_of(self, frame: ReplyFrame) -> ReplyFrame:
+        """What a reply fits depends on what it says: a status is not a bit of it."""
+        return frame
+
+    def mistakes(self, said: Said) -> bool:
+        """Whether a copy would be credited, and be wrong (decision 10).
+
+        It is right where the very same was asked, and asking changes nothing: that was true a moment ago.
+        """
+        if said.exchange.frame == self.frame and self.command.may_repeat():
+            return False
+        return self.credit(said.frame, 0.0) is not None
 
     def _member_replies(self, frame: GroupAnswer) -> dict[int, Reply | Refusal]:
         return {

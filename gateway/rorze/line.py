@@ -8,7 +8,7 @@ from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
 from gateway.core.lanes import IMPATIENT, STOPS, Lane
-from gateway.core.line import SessionLine
+from gateway.core.line import LineDriver
 from gateway.core.origin import PROBE, SET_UP, acting
 from gateway.core.port import LineState as LineState
 from gateway.core.waiting import happens
@@ -58,7 +58,7 @@ PROBE_SHARE = 0.1
 """Share of the line's time that probes may take while anybody else answers."""
 
 
-class Line(SessionLine[RorzeExchange, Frame, ReplyFrame]):
+class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
     """One port with its RC-400 and bodies."""
 
     _session: RorzeSession

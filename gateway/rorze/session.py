@@ -6,17 +6,17 @@ from itertools import cycle
 from math import inf
 from typing import Any
 
-from gateway.core.errors import BodyOffline
+from gateway.core.errors import BodyOffline, Cancelled, NoReply
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Session, Tell
-from gateway.rorze.copies import RorzeReplies
 from gateway.rorze.exchange import ReplyFrame, RorzeExchange
 from protocols.rorze.link import Refusal, encode
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry
 from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
 
+REPLIES_REMEMBERED = 32
 NONCES = 2048
 """Position entries a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 SILENT_BODIES = 3
@@ -46,8 +46,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         rng: random.Random | None = None,
     ) -> None:
         super().__init__(
-            RorzeReplies(),
             target="body",
+            replies_remembered=REPLIES_REMEMBERED,
             set_up_target=LINK_MASTER,
             reply_timeout_s=reply_timeout_s,
             late_reply_s=late_reply_s,
@@ -177,10 +177,11 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self._copies.forget(body)
         self._fenced.add(body)
 
-    def was_disturbed(self, now: float) -> None:
-        """Something was heard, and it was no reply."""
+    def noise(self, what: str, now: float) -> None:
+        """Something came that nobody can have wanted: whatever is awaited may have been it."""
         self._fenced_in_silence = 0
         self._erred(now)
+        super().noise(what, now)
 
     # strictness
 
@@ -193,12 +194,12 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         """Whether a fence has to show that its reply was the last before that is told."""
         return self.strict and exchange.lane is Lane.COMMAND
 
-    def kind_of_stray(self, frame: ReplyFrame, now: float) -> str:
+    def _stray(self, frame: ReplyFrame, now: float, kind: str = "strays") -> None:
         """A reply that has been credited before has come twice."""
-        if frame != self._last.get(frame.body) and not self._copies.are_from(frame.body, frame):
-            return "strays"
-        self._be_strict(now)
-        return "duplicates"
+        if frame == self._last.get(frame.body) or self._copies.include(frame.body, frame):
+            kind = "duplicates"
+            self._be_strict(now)
+        super()._stray(frame, now, kind)
 
     def _be_strict(self, now: float) -> None:
         was_strict, self._strict_until = self.strict, now + STRICT_S
@@ -237,8 +238,9 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     # silence
 
-    def fence_wanted(self, target: int, _doubtful: bool) -> None:
+    def _lose_step(self, target: int, *, doubtful: bool = True) -> None:
         """Choose whom to ask for proof: the body, or one that stands for the group or the link master."""
+        super()._lose_step(target, doubtful=doubtful)
         self._fence_for = target
         self._fence_body, self._fenced_in_silence = self._witness_for(target), 0
 
@@ -257,10 +259,11 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         """Order bodies by how well they can witness that the line still works."""
         return sorted(bodies, key=lambda it: self._heard_at.get(it, -inf), reverse=True)
 
-    def fence_failed(self) -> None:
+    def _fence_failed(self) -> None:
         """Who answers neither a question nor a fence on a clean line is told silent at once."""
         if self._was_clean and self._suspect is not None and self._suspect.target == self._fence_body:
             self._tell_silent(self._fence_body, asked=True)
+        super()._fence_failed()
 
     def witness_failed(self) -> bool:
         """Take the witness for dead, and choose the one heard last of those that are not."""
@@ -296,11 +299,12 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def is_heard_out(self) -> bool:
         """Whether all that was written has been answered: every frame has a reply."""
-        return not self.awaits_replies()
+        return not self._sent
 
-    def port_lost(self) -> None:
-        """The link master is set up anew, maybe without bodies that could prove anything."""
-        self._copies.forget(LINK_MASTER)
+    def break_off(self, lost: NoReply, unsent: Cancelled) -> None:
+        """The port has gone: what was written may have been executed, what waited was not."""
+        super().break_off(lost, unsent)
+        self._copies.forget(LINK_MASTER)  # set up anew, maybe without bodies that could prove anything
         self._be_lenient()
         self.offline |= self.silent  # nobody finds out any more, but the probes
 

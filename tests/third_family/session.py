@@ -1,14 +1,13 @@
 """What a toy axis needs beside the core: how its answers are read, and what its fence is."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from itertools import cycle
 from typing import Any
 
-from gateway.core.copies import Said
 from gateway.core.errors import Cancelled, GatewayError, StoppedFirst
-from gateway.core.exchange import Exchange
+from gateway.core.exchange import Exchange, Said
 from gateway.core.lanes import Lane
-from gateway.core.line import SessionLine
+from gateway.core.line import LineDriver
 from gateway.core.port import LineState
 from gateway.core.session import READ_REPEATS, Session
 from protocols.lines import Lines
@@ -40,22 +39,18 @@ class ToyExchange(Exchange[ToyCommand, str, Reply | GatewayError]):
     def sent(self) -> str:
         return f"{self.command.code} was sent to the axis"
 
+    # what could be taken for its reply: nothing, for this axis says nothing twice
 
-class ToyReplies:
-    """Answers are known by their codes."""
+    def reply_names(self) -> Iterable[Hashable]:
+        return (self.command.code,)
 
-    remembered = 8
-
-    def name(self, frame: str, /) -> str:
+    def name_of(self, frame: str) -> str:
         return frame.partition(" ")[0]
 
-    def names(self, exchange: ToyExchange, /) -> Iterable[str]:
-        return (exchange.command.code,)
-
-    def kind(self, frame: str, /) -> str:
+    def kind_of(self, frame: str) -> str:
         return frame
 
-    def is_harmful(self, said: Said, exchange: ToyExchange, /) -> bool:
+    def mistakes(self, said: Said) -> bool:
         return False
 
 
@@ -64,9 +59,9 @@ class ToySession(Session[ToyExchange, str]):
 
     def __init__(self) -> None:
         super().__init__(
-            ToyReplies(),
             target="axis",
             set_up_target=SET_UP,
+            replies_remembered=8,
             reply_timeout_s=REPLY_WITHIN_S,
             late_reply_s=LATE_S,
         )
@@ -109,7 +104,7 @@ class _Reader(Lines):
         return [line.decode("ascii", "replace") for line in super().feed(data)]
 
 
-class ToyLine(SessionLine[ToyExchange, str, str]):
+class ToyLine(LineDriver[ToyExchange, str, str]):
     """A port with one axis."""
 
     _session: ToySession

@@ -4,6 +4,7 @@ import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from typing import Any, cast
 
 import pytest
 
@@ -12,6 +13,7 @@ from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, LineDown, 
 from gateway.core.lanes import Lane
 from gateway.core.line import GAP_S, LineDriver
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
+from gateway.core.session import Session
 from gateway.rorze.line import Line, LineState
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.position import GetPosition
@@ -99,12 +101,12 @@ class Words:
         return len(self._begun)
 
 
-class Speaker(LineDriver[Said, bytes]):
+class Speaker(LineDriver[Any, bytes, bytes]):
     """A line that is ready when a test says so, and only listens."""
 
     def __init__(self, port: Port) -> None:
         self.speech = Speech()
-        super().__init__("line1", port, self.speech, Words())
+        super().__init__("line1", port, cast("Session[Any, bytes]", self.speech), Words)
         self.heard: list[bytes] = []
         self.broken_off: list[str] = []
 

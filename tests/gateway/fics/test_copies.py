@@ -4,9 +4,8 @@ import pytest
 
 from gateway.core.errors import NoReply
 from gateway.core.lanes import Lane
-from gateway.fics.copies import FicsReplies
 from gateway.fics.exchange import ROBOT, FicsExchange, ReplyFrame
-from gateway.fics.session import FicsSession
+from gateway.fics.session import REPLIES_REMEMBERED, FicsSession
 from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.commands import ROWS
 from protocols.fics.inputs_outputs import GetInputChannel, GetOutputChannel, SwitchOutput
@@ -44,7 +43,7 @@ class Wire:
     def may_answer(self, command: Command, at: float, *, fresh: bool = False) -> bool:
         exchange = self.session.exchange(command, Lane.READ)
         exchange.fresh = fresh
-        return self.session._copies.could_answer(exchange, at)
+        return self.session._could_get_a_copy(exchange, at)
 
 
 def told(command: Command, frame: ReplyFrame, at: float = 0.0) -> Wire:
@@ -136,7 +135,7 @@ def test_a_reading_that_was_asked_for_before_a_deed_is_outdated_though_it_came_a
 
 def test_answers_that_can_come_no_more_take_no_room() -> None:
     copies = Wire()
-    most = FicsReplies.remembered
+    most = REPLIES_REMEMBERED
     for number in range(2 * most):
         position = copies.session.exchange(UploadPosition(coordinates=[float(number)]), Lane.COMMAND)
         copies.session.note_reply(position, Completion("POS"), 0.01 * number)

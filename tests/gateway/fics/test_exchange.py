@@ -7,8 +7,8 @@ import pytest
 from gateway.core.errors import NoReply
 from gateway.core.exchange import More
 from gateway.core.lanes import Lane
-from gateway.fics.exchange import Answered, FicsExchange
-from protocols.fics.link import Answer, Completion, Failure, Frame, Refusal, encode
+from gateway.fics.exchange import Answered, FicsExchange, ReplyFrame
+from protocols.fics.link import Answer, Completion, Failure, Refusal, encode
 from protocols.fics.moves import MoveRelative
 from protocols.fics.positions import DownloadPositions, StoredPosition
 from protocols.fics.row import FicsCommand
@@ -39,7 +39,7 @@ def test_a_deed_is_over_with_its_bare_name() -> None:
 
 
 @pytest.mark.parametrize("frame", [Refusal("LMI", "E07"), Failure("LMI", "183")])
-def test_a_refusal_and_a_failure_are_told_as_they_are(frame: Frame) -> None:
+def test_a_refusal_and_a_failure_are_told_as_they_are(frame: ReplyFrame) -> None:
     assert exchange(MOVE).credit(frame) is frame
 
 
@@ -48,7 +48,7 @@ def test_a_refusal_and_a_failure_are_told_as_they_are(frame: Frame) -> None:
     [Completion("LMA"), Refusal("LMA", "E07"), Answer("LMI", "1")],
     ids=repr,
 )
-def test_what_is_for_another_command_is_not_taken(frame: Frame) -> None:
+def test_what_is_for_another_command_is_not_taken(frame: ReplyFrame) -> None:
     assert exchange(MOVE).credit(frame) is None
 
 

@@ -13,7 +13,7 @@ from gateway.core.errors import Cancelled, Expired, InvalidRequest, LineDown, No
 from gateway.core.lanes import Lane
 from gateway.core.port import SILENCE_S, LineState
 from gateway.fics.errors import RobotOffline
-from gateway.fics.exchange import Answered, Exchange, Outcome
+from gateway.fics.exchange import Answered, FicsExchange, Outcome
 from gateway.fics.line import ASK_AGAIN_S, CLEARING, READY_WITHIN_S, FicsLine
 from protocols.fics.inputs_outputs import SwitchOutput
 from protocols.fics.moves import MoveRelative
@@ -78,7 +78,7 @@ class Stand:
     ) -> "asyncio.Future[Outcome]":
         return self.line.submit(self.exchange(command, lane, **more))
 
-    def exchange(self, command: FicsCommand[Reply], lane: Lane = Lane.COMMAND, **more: Any) -> Exchange:
+    def exchange(self, command: FicsCommand[Reply], lane: Lane = Lane.COMMAND, **more: Any) -> FicsExchange:
         exchange = self.line.exchange(command, lane)
         for name, value in more.items():
             setattr(exchange, name, value)

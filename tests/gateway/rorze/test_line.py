@@ -22,7 +22,7 @@ from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import QUEUE_LIMIT, Lane
 from gateway.core.port import REOPEN_S, SILENCE_S
 from gateway.core.scheduler import TURN_S, Scheduler
-from gateway.rorze.exchange import Answered, Outcome
+from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.line import WRITTEN_WITHIN_S, Line, LineState, lane_of
 from gateway.rorze.session import READ_REPEATS, STRICT_S
 from protocols.rorze.link import Frame, MoveEnded, Refusal, StatusChanged, UnknownMessage
@@ -1090,7 +1090,7 @@ async def test_one_timer_serves_all_who_wait(monkeypatch: pytest.MonkeyPatch) ->
         looked = 0
         expire = Scheduler.expire
 
-        def counted(scheduler: Scheduler, now: float) -> float | None:
+        def counted(scheduler: Scheduler[RorzeExchange], now: float) -> float | None:
             nonlocal looked
             looked += 1
             return expire(scheduler, now)

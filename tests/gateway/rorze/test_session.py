@@ -17,10 +17,16 @@ from pydantic import ValidationError
 from gateway.core.errors import BodyOffline, Cancelled, Expired, GarbledReply, HeldUp, NoReply
 from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import Lane
-from gateway.rorze.copies import RorzeReplies
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.line import lane_of
-from gateway.rorze.session import CLEAN_AFTER_S, NONCES, READ_REPEATS, STRICT_S, RorzeSession
+from gateway.rorze.session import (
+    CLEAN_AFTER_S,
+    NONCES,
+    READ_REPEATS,
+    REPLIES_REMEMBERED,
+    STRICT_S,
+    RorzeSession,
+)
 from protocols.rorze import commands as table
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
@@ -728,7 +734,7 @@ def test_what_changes_with_every_question_is_fenced_now_and_then_so_that_little_
 ) -> None:
     memory = GetProgramMemory(memory="T0")
     fences = 0
-    for value in range(10 * RorzeReplies.remembered):
+    for value in range(10 * REPLIES_REMEMBERED):
         it.ask(memory)
         if it.next() == "fence 02 3ND":
             fences += 1

@@ -1,0 +1,34 @@
+"""What a robot's first move costs: each command is written out once, and few calls go to another file."""
+
+import pytest
+
+from benchmarks.trace_calls import CallTrace, first_move
+from tests.api.robots.cell import Cell, in_cell
+
+ABOVE_THE_LINE = 300
+IN_ALL = 1200
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_each_command_of_a_first_move_is_written_out_once(mode: int) -> None:
+    @in_cell(mode=mode)
+    async def story(cell: Cell) -> None:
+        trace = await first_move(cell)
+        assert trace.written, "nothing was traced"
+        assert set(trace.written.values()) == {1}
+
+    story()
+
+
+@in_cell()
+async def test_few_calls_of_a_first_move_go_to_another_file(cell: Cell) -> None:
+    trace = await first_move(cell)
+    assert 100 < trace.passes_above_the_line().total() < ABOVE_THE_LINE
+    assert trace.passes().total() < IN_ALL
+
+
+@in_cell()
+async def test_what_the_simulator_writes_out_is_not_counted(cell: Cell) -> None:
+    with CallTrace() as trace:
+        cell.rig.cable.write(b"VER\r")
+    assert not trace.written

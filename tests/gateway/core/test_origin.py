@@ -1,0 +1,96 @@
+"""Every exchange tells who asked for it."""
+
+import asyncio
+from typing import Any
+
+import pytest
+
+from gateway.core.lanes import Lane
+from gateway.core.origin import FENCE, GATEWAY, PROBE, SET_UP, Origin, acting, current
+from gateway.fics.session import FicsSession
+from gateway.rorze.session import RorzeSession
+from protocols.fics.variables import GetVariable
+from protocols.rorze.position import GetPosition
+from tests.fics_plants import fics_rig
+from tests.gateway.rorze.exchanges import exchange
+from tests.gateway.rorze.far_end import FarEnd, running_line, until, virtual
+from tests.plants import in_virtual_time
+
+ANNA = Origin("anna", "r-1")
+
+
+def test_nobody_but_the_gateway_asks_where_nothing_else_is_said() -> None:
+    assert current() is GATEWAY
+    assert exchange(GetPosition()).origin is GATEWAY
+
+
+def test_what_is_asked_within_a_request_has_its_origin_and_nothing_after_it() -> None:
+    with acting(ANNA):
+        with acting(SET_UP):
+            assert current() is SET_UP
+        asked = exchange(GetPosition())
+    assert asked.origin is ANNA
+    assert current() is GATEWAY
+
+
+@virtual
+async def test_a_task_keeps_the_origin_of_its_beginning() -> None:
+    async def ask() -> Origin:
+        await asyncio.sleep(1)
+        return exchange(GetPosition()).origin
+
+    with acting(ANNA):
+        task = asyncio.create_task(ask())
+    assert await task is ANNA
+
+
+def note_origins(monkeypatch: pytest.MonkeyPatch, session: type[Any]) -> list[tuple[str, Origin]]:
+    """The code and the origin of all that is written from now on."""
+    noted: list[tuple[str, Origin]] = []
+    written = session.written
+
+    def note(self: Any, exchange: Any, now: float, deadline: float) -> None:
+        noted.append((exchange.command.code, exchange.origin))
+        written(self, exchange, now, deadline)
+
+    monkeypatch.setattr(session, "written", note)
+    return noted
+
+
+def test_set_up_fences_and_probes_are_the_gateways_and_a_repetition_keeps_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    noted = note_origins(monkeypatch, RorzeSession)
+    set_up: list[tuple[str, Origin]] = []
+
+    @virtual
+    async def story() -> None:
+        far = FarEnd()
+        far.once("&026PD")
+        async with running_line(far) as line:
+            set_up.extend(noted)
+            noted.clear()
+            with acting(ANNA):
+                await line.submit(2, GetPosition(), Lane.READ)
+            assert noted == [("6PD", ANNA), ("3ND", FENCE), ("6PD", ANNA)]
+            far.silent = {3}
+            await line.submit(3, GetPosition(), Lane.READ)
+            noted.clear()
+            await until(lambda: ("3ND", PROBE) in noted)
+
+    story()
+    assert set_up == [("XID", SET_UP), ("XRS", SET_UP)]
+
+
+def test_a_robot_is_set_up_by_the_gateway(monkeypatch: pytest.MonkeyPatch) -> None:
+    noted = note_origins(monkeypatch, FicsSession)
+
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig() as rig:
+            with acting(ANNA):
+                await rig.robot.read(GetVariable(number=1))
+
+    story()
+    assert noted[0] == ("MOD", SET_UP)
+    assert noted[-1] == ("VAR", ANNA)
