@@ -41,6 +41,7 @@ class ToyExchange(Exchange[ToyCommand, str, Reply | GatewayError]):
 
     # what could be taken for its reply: nothing, for this axis says nothing twice
 
+    @property
     def reply_names(self) -> Iterable[Hashable]:
         return (self.command.code,)
 
