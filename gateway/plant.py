@@ -13,6 +13,7 @@ from gateway.core.errors import HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
+from gateway.core.origin import POLL, acting
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
 from gateway.wind_down import SUBJECT, WindDown
@@ -67,11 +68,12 @@ class Plant:
         """Open the lines; ports that are missing are tried again and again."""
         for port in self._ports.values():
             port.start()
-        self._watches = [
-            asyncio.create_task(watch, name=f"watch of {name}")
-            for name, family in self.families.items()
-            for watch in family.watches()
-        ]
+        with acting(POLL):
+            self._watches = [
+                asyncio.create_task(watch, name=f"watch of {name}")
+                for name, family in self.families.items()
+                for watch in family.watches()
+            ]
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.

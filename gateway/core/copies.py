@@ -5,12 +5,9 @@ though: after the echo of its fence come no copies of what it said before.
 """
 
 from collections.abc import Hashable
-from typing import Any, Generic, TypeVar
+from typing import Generic
 
-from gateway.core.exchange import Exchange, Said
-
-X = TypeVar("X", bound=Exchange[Any, Any, Any])
-F = TypeVar("F")
+from gateway.core.exchange import F, Said, X
 
 
 class Copies(Generic[X, F]):

@@ -22,6 +22,8 @@ F = TypeVar("F")
 """The frames that may be replies."""
 O = TypeVar("O")  # noqa: E741  # outcome
 """What a controller can make of a command: an answer, a refusal, a failure."""
+X = TypeVar("X", bound="Exchange[Any, Any, Any]")
+"""A family's exchanges."""
 
 
 class Said(NamedTuple):

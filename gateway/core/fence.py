@@ -72,41 +72,31 @@ _RULED_OUT: Mapping[Event, Cell] = {
 }
 
 
-def _row(steps: Mapping[Event, Cell]) -> dict[Event, Cell]:
-    cells = {**_RULED_OUT, Event.PORT_LOST: Step(State.IN_STEP), **steps}
+def _row(**steps: Cell) -> dict[Event, Cell]:
+    cells = {**_RULED_OUT, Event.PORT_LOST: Step(State.IN_STEP), **{Event[it]: steps[it] for it in steps}}
     return {event: cells[event] for event in Event}
 
 
 def _due(due: State, asked: State) -> dict[Event, Cell]:
-    return _row(
-        {
-            Event.DOUBT: Step(State.FIRST_DUE),
-            Event.ASKED: Step(asked),
-            Event.STRAY: Step(due, Action.CONSIDER),
-        }
-    )
+    return _row(DOUBT=Step(State.FIRST_DUE), ASKED=Step(asked), STRAY=Step(due, Action.CONSIDER))
 
 
 def _asked(asked: State, failed: Step) -> dict[Event, Cell]:
     return _row(
-        {
-            Event.DOUBT: Step(State.FIRST_ASKED),  # what is in doubt was written before this fence
-            Event.ASKED: Step(asked),  # the port did not take the last one
-            Event.ECHO: Step(State.IN_STEP, Action.SETTLE),
-            Event.SILENCE: failed,
-            Event.STRAY: Step(asked, Action.CONSIDER),
-        }
+        DOUBT=Step(State.FIRST_ASKED),  # what is in doubt was written before this fence
+        ASKED=Step(asked),  # the port did not take the last one
+        ECHO=Step(State.IN_STEP, Action.SETTLE),
+        SILENCE=failed,
+        STRAY=Step(asked, Action.CONSIDER),
     )
 
 
 TABLE: Mapping[State, Mapping[Event, Cell]] = {
     State.IN_STEP: _row(
-        {
-            Event.DOUBT: Step(State.FIRST_DUE),
-            Event.WITNESS: Step(State.IN_STEP),  # the port was lost while one was looked for
-            Event.NOBODY: Step(State.IN_STEP),
-            Event.STRAY: Step(State.IN_STEP, Action.DROP),
-        }
+        DOUBT=Step(State.FIRST_DUE),
+        WITNESS=Step(State.IN_STEP),  # the port was lost while one was looked for
+        NOBODY=Step(State.IN_STEP),
+        STRAY=Step(State.IN_STEP, Action.DROP),
     ),
     State.FIRST_DUE: _due(State.FIRST_DUE, State.FIRST_ASKED),
     State.FIRST_ASKED: _asked(State.FIRST_ASKED, Step(State.SECOND_DUE)),
@@ -115,11 +105,9 @@ TABLE: Mapping[State, Mapping[Event, Cell]] = {
     State.THIRD_DUE: _due(State.THIRD_DUE, State.THIRD_ASKED),
     State.THIRD_ASKED: _asked(State.THIRD_ASKED, Step(State.SILENT, Action.GIVE_UP)),
     State.SILENT: _row(
-        {
-            Event.DOUBT: Step(State.SILENT),
-            Event.WITNESS: Step(State.FIRST_DUE),
-            Event.NOBODY: Step(State.IN_STEP, Action.SETTLE),
-        }
+        DOUBT=Step(State.SILENT),
+        WITNESS=Step(State.FIRST_DUE),
+        NOBODY=Step(State.IN_STEP, Action.SETTLE),
     ),
 }
 

@@ -2,13 +2,11 @@
 
 from collections import Counter
 from collections.abc import Callable
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic
 
 from gateway.core.errors import Expired, GatewayError, Overtaking, StoppedFirst
-from gateway.core.exchange import Exchange
+from gateway.core.exchange import Exchange, X
 from gateway.core.lanes import Lane
-
-X = TypeVar("X", bound=Exchange[Any, Any, Any])
 
 Guard = Callable[[X, float], GatewayError | None]
 """Looks at an exchange about to be written: None lets it pass, an error refuses it with nothing written."""

@@ -13,7 +13,7 @@ class Lane(IntEnum):
     """Questions a motor waits for: whether a stop has worked, and what is to be known before a move."""
     COMMAND = 2
     AGAIN = 3
-    """Stops repeated to whoever has not answered the last one and may be dead."""
+    """Stops repeated to a body that has not answered the last one and may be dead."""
     READ = 4
 
 

@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager
 from typing import Any, Generic, Protocol, TypeVar
 
 from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, NoReply, Overtaking
-from gateway.core.exchange import Exchange
+from gateway.core.exchange import F, X
 from gateway.core.gate import Gate
 from gateway.core.lanes import Lane
 from gateway.core.port import PortLoop
@@ -21,29 +21,26 @@ EXPIRY_STEP_S = 0.05
 """What has expired is looked for at most this often: a crowd that waits must not cost the line its time."""
 
 
-X = TypeVar("X", bound=Exchange[Any, Any, Any])
-F_co = TypeVar("F_co", covariant=True)
-F = TypeVar("F")
-"""What a reader cuts out of what comes."""
-R = TypeVar("R")
-"""Those of it that are replies."""
+W_co = TypeVar("W_co", covariant=True)
+W = TypeVar("W")
+"""What a reader cuts out of what comes: replies, and what is none."""
 
 
-class Reader(Protocol[F_co]):
+class Reader(Protocol[W_co]):
     """Cuts what comes into frames."""
 
-    def feed(self, data: bytes, /) -> Iterable[F_co]:
+    def feed(self, data: bytes, /) -> Iterable[W_co]:
         """Take bytes, give the frames that are complete now."""
 
     def pending(self) -> int:
         """Bytes of a frame that has begun and not ended."""
 
 
-class LineDriver(PortLoop, Generic[X, F, R]):
+class LineDriver(PortLoop, Generic[X, W, F]):
     """A port with its session: what is asked waits there for its turn, and not for longer than it may."""
 
     def __init__(
-        self, line_id: str, transport: Transport, session: Session[X, R], reader: Callable[[], Reader[F]]
+        self, line_id: str, transport: Transport, session: Session[X, F], reader: Callable[[], Reader[W]]
     ) -> None:
         super().__init__(line_id, transport, session.counters)
         self._session = session
@@ -91,7 +88,7 @@ class LineDriver(PortLoop, Generic[X, F, R]):
             yield series
 
     @abstractmethod
-    def _take(self, frame: F) -> None:
+    def _take(self, frame: W) -> None:
         """Hear a frame, let the next one go, and only then tell what was heard."""
 
     def _in_step(self) -> bool:
@@ -189,7 +186,7 @@ class LineDriver(PortLoop, Generic[X, F, R]):
         if next_at is not None:
             self._expire_at(max(next_at, now + EXPIRY_STEP_S))
 
-    def _hear(self, reply: R) -> None:
+    def _hear(self, reply: F) -> None:
         """Hear a reply; the next frame goes out before anybody is told what it was."""
         tell = self._session.heard(reply, self._last_rx_at)
         self._heard_out = tell is not None and self._session.is_heard_out()

@@ -9,12 +9,10 @@ from collections import OrderedDict, deque
 from collections.abc import Callable, Hashable, Iterator
 from itertools import chain
 from math import inf
-from typing import Any, Generic, TypeVar
+from typing import Generic
 
-from gateway.core.exchange import Exchange
+from gateway.core.exchange import X
 from gateway.core.lanes import IMPATIENT, STOPS, Lane, require_room
-
-X = TypeVar("X", bound=Exchange[Any, Any, Any])
 
 TURN_S = 0.5
 """Commands and reads that others went before for so long have one turn, ahead of all but stops."""

@@ -12,11 +12,11 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from enum import Enum, auto
 from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic
 
 from gateway.core.copies import Copies
 from gateway.core.errors import Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
-from gateway.core.exchange import Exchange, More, Proof
+from gateway.core.exchange import Exchange, F, More, Proof, X
 from gateway.core.fence import FENCE_TRIES, Action, Event, Fence, State
 from gateway.core.gate import Gate
 from gateway.core.lanes import IMPATIENT, STOPS, Lane
@@ -28,9 +28,6 @@ READ_REPEATS = 2
 """How often a read without a usable reply is repeated, each time after a passed fence."""
 
 NEW_STOPS = (Lane.STOP,)
-
-X = TypeVar("X", bound=Exchange[Any, Any, Any])
-F = TypeVar("F")
 
 Tell = Callable[[], None]
 """Tells those who wait; it can be called after the next write."""
@@ -367,7 +364,7 @@ class Session(ABC, Generic[X, F]):
     def pass_deadlines(self, now: float, resumes_at: float | None) -> None:
         """Give up waiting for what is overdue; `resumes_at` is set while a reply has begun and may go on."""
         for exchange in self._sent[:]:
-            if exchange.deadline is None or exchange.deadline > now:
+            if exchange.deadline is None or exchange.deadline > now or exchange not in self._sent:
                 continue
             given_up_at = exchange.due_at + self.late_reply_s
             if resumes_at is not None and now < min(resumes_at, given_up_at):

@@ -33,7 +33,7 @@ log = logging.getLogger(__name__)
 ASK_AGAIN_S = (0.5, 2.0)
 """First and longest pause before a robot that is silent, or in the wrong mode, is asked again."""
 READY_WITHIN_S = 2.0
-"""Whoever asks while the robot is being set up waits so long for that, reckoned from its beginning."""
+"""A request during the set-up waits so long for its end, reckoned from its beginning."""
 REMEDY = "Read status and position."
 SILENT = (
     "the robot does not answer; check the cable, its power, the baud rate, the terminator, and its "
@@ -87,7 +87,7 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
         self._missing = False
         """Whether its silence has been told."""
         self._patient_until = 0.0
-        """Until when whoever asks may wait for the set-up."""
+        """Deadline for requests that wait for the set-up."""
 
     # what it is now
 

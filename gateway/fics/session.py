@@ -260,7 +260,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
 
 def offline_error(robot_id: str) -> RobotOffline:
-    """The error of whoever asks a robot that does not answer."""
+    """The error of a request to a robot that does not answer."""
     return RobotOffline(
         f"Robot {robot_id} gives no usable answer; nothing was sent.",
         "Check its power, its cable, its port and its teaching terminal.",

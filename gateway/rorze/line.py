@@ -1,4 +1,4 @@
-"""One port with its RC-400: keeps it open and set up, and carries the conversation over it in time."""
+"""One port with its RC-400: keeps it open and set up, and carries the session over it in time."""
 
 import asyncio
 import logging
@@ -324,7 +324,7 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
     async def _probe_each(self) -> bool:
         """One round of probes, in a small share of the line's time while anybody else answers.
 
-        Who was heard last comes first, and whoever falls silent begins the round anew: the others may be
+        Who was heard last comes first, and a body that falls silent begins the round anew: the others may be
         absent for good.
         """
         somebody_came_back = False

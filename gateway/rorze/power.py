@@ -68,11 +68,14 @@ def needs_place(command: RorzeCommand[Any]) -> bool:
     return command.starts_motion() or isinstance(command, RunProgram | StepProgram)
 
 
-def is_setting(question: RorzeCommand[Any]) -> bool:
-    """Whether it asks for what only a host can change, and no user program."""
-    setter = COMMANDS.get(f"{question.code[:-1]}S")
-    asks = question.effect is Effect.READ and question.code[-1:] == "D" and question.code not in NO_SETTINGS
+def _asks_for_setting(code: str) -> bool:
+    query, setter = COMMANDS[code], COMMANDS.get(f"{code[:-1]}S")
+    asks = query.effect is Effect.READ and code[-1:] == "D" and code not in NO_SETTINGS
     return asks and setter is not None and setter.effect is Effect.SETTING and not setter.program
+
+
+SETTINGS_READ: Final = frozenset(filter(_asks_for_setting, COMMANDS))
+"""The queries of what only a host can change, and no user program."""
 
 
 def new_mark() -> str:
@@ -158,7 +161,7 @@ class Power:
 
     def note_read(self, question: RorzeCommand[Any], reply: Reply) -> None:
         """A question was answered: a setting that has changed by itself is a sign."""
-        if is_setting(question) and self.differs(question, reply):
+        if question.code in SETTINGS_READ and self.differs(question, reply):
             self.changed, self.mark_due = question, True
 
     def differs(self, question: RorzeCommand[Any], reply: Reply) -> bool:

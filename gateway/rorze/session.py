@@ -310,5 +310,5 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
 
 def offline_error(body: int) -> BodyOffline:
-    """The error of whoever asks a body that does not answer."""
+    """The error of a request to a body that does not answer."""
     return BodyOffline(f"Body {body:02X} does not answer; nothing was sent.", "Check its power and cable.")

@@ -312,7 +312,7 @@ def test_what_is_believed_of_a_robot_on_a_bad_wire_is_true(
 
 
 def test_without_the_fence_answers_are_credited_to_the_wrong_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(FicsSession, "_lose_step", lambda session, _target, **_: session._settle_suspect())
+    monkeypatch.setattr(FicsSession, "_lose_step", lambda session, *_, **__: session._settle_suspect())
     monkeypatch.setattr(Copies, "could_answer", lambda *_: False)
     miscredited = 0
     for seed in range(3):

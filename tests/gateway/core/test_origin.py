@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from gateway.core.lanes import Lane
-from gateway.core.origin import FENCE, GATEWAY, PROBE, SET_UP, Origin, acting, current
+from gateway.core.origin import FENCE, GATEWAY, POLL, PROBE, SET_UP, Origin, acting, current
 from gateway.fics.session import FicsSession
 from gateway.rorze.session import RorzeSession
 from protocols.fics.variables import GetVariable
@@ -14,7 +14,7 @@ from protocols.rorze.position import GetPosition
 from tests.fics_plants import fics_rig
 from tests.gateway.rorze.exchanges import exchange
 from tests.gateway.rorze.far_end import FarEnd, running_line, until, virtual
-from tests.plants import in_virtual_time
+from tests.plants import in_virtual_time, rig
 
 ANNA = Origin("anna", "r-1")
 
@@ -94,3 +94,16 @@ def test_a_robot_is_set_up_by_the_gateway(monkeypatch: pytest.MonkeyPatch) -> No
     story()
     assert noted[0] == ("MOD", SET_UP)
     assert noted[-1] == ("VAR", ANNA)
+
+
+def test_what_a_plant_looks_after_by_polling_is_the_gateways(monkeypatch: pytest.MonkeyPatch) -> None:
+    noted = note_origins(monkeypatch, RorzeSession)
+
+    @in_virtual_time
+    async def story() -> None:
+        async with rig():
+            noted.clear()
+            await asyncio.sleep(30)
+
+    story()
+    assert {origin for _, origin in noted} == {POLL}
