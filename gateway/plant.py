@@ -3,11 +3,12 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from typing import TypeVar
 
 from gateway.config import Config
 from gateway.core import tables
+from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
 from gateway.core.errors import HeldUp, NotFound
 from gateway.core.events import EventHub
@@ -160,8 +161,3 @@ class Plant:
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""
         return {address for family in self.families.values() for address in family.addresses()}
-
-
-def there_are(names: Collection[str]) -> str:
-    """List what there is."""
-    return f"there {'is' if len(names) == 1 else 'are'} {', '.join(names) or 'none'}"

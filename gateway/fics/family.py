@@ -2,10 +2,11 @@
 
 import asyncio
 from collections.abc import Awaitable, Coroutine, Iterator, Mapping, Sequence
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
+from gateway.core.addresses import there_are
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.lanes import Lane
@@ -51,7 +52,7 @@ class Fics(Family):
     collections = ("robots",)
     commands = tuple((ROBOT if of_the_robot(row) else UNIT, row) for row in ROWS)
     stop_modes = STOP_MODES
-    sessions = {StartJog: JogSession}  # noqa: RUF012  # a constant of the family
+    sessions: ClassVar = {StartJog: JogSession}
 
     def __init__(self, site: Site) -> None:
         super().__init__(site)
@@ -96,8 +97,7 @@ class Fics(Family):
         :raises NotFound: there is none of this id.
         """
         if robot_id not in self._robots:
-            known = f"there {'is' if len(self._robots) == 1 else 'are'} {', '.join(self._robots) or 'none'}"
-            raise NotFound(f"There is no robot {robot_id}; {known}.")
+            raise NotFound(f"There is no robot {robot_id}; {there_are(self._robots)}.")
         return self._robots[robot_id]
 
     def target(self, collection: str, names: Sequence[str]) -> Target:
@@ -112,7 +112,10 @@ class Fics(Family):
 
     def link_of(self, line_id: str) -> Target:
         """Nobody stands between a line and its robot."""
-        raise no_bodies(line_id)
+        raise InvalidRequest(
+            f"Line {line_id} leads to a robot and has no bodies; nothing was sent.",
+            "GET /robots lists the robots, with their lines.",
+        )
 
     def addresses(self) -> Iterator[str]:
         """Robots and units."""
@@ -200,11 +203,3 @@ class Fics(Family):
         for robot in self.robots():
             await robot.close()
         await self.moves.close()
-
-
-def no_bodies(line_id: str) -> InvalidRequest:
-    """Why a line with a robot takes no commands of a line."""
-    return InvalidRequest(
-        f"Line {line_id} leads to a robot and has no bodies; nothing was sent.",
-        "GET /robots lists the robots, with their lines.",
-    )
