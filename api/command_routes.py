@@ -1,24 +1,21 @@
 """One route for each row of the command tables, with its own types, for whatever the row is addressed to."""
 
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Mapping
 from functools import cache
 from inspect import getdoc
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Body, Request, Response
 
-from api.bodies.moves import GroupMove
-from api.common.parameters import names_in, taking
+from api.common.parameters import Endpoint, names_in, taking
 from api.common.problems import DECLARED
 from api.common.requests import BodyId, GroupId, LineId, Wait, new_router, origin_of, plant_of, wait_s
-from api.common.results import AGE_HEADER, GroupReply, StopResult, render
+from api.common.results import AGE_HEADER, GroupMove, GroupReply, StopResult, render
+from api.common.words import WORDS, Responses, ends_declared, words_of
 from api.resources import resource_router
 from api.robots.paths import RobotId, UnitNumber
 from gateway.core.family import Family, Place, Row
 from gateway.operations.commands import do
-
-Endpoint = Callable[..., Coroutine[Any, Any, Response]]
-Responses = dict[int | str, dict[str, Any]]
 
 PARAMETERS: Final[Mapping[str, Any]] = {
     "line_id": LineId,
@@ -30,40 +27,12 @@ PARAMETERS: Final[Mapping[str, Any]] = {
 """What is told of the names in paths; of others, that they are text."""
 
 
-class Words(NamedTuple):
-    """What is told of a place's routes."""
-
-    tag: str = "commands"
-    replied: str = "The controller's reply."
-    over: str = "The move is over; `status` says how it ended."
-    begun: str = "The controller has accepted the move; ask again at Location."
-
-
-_OF_ROBOTS = Words(
-    "robot commands",
-    "The robot's reply.",
-    begun="The robot has not refused the move; ask again at Location.",
-)
-WORDS: Final[Mapping[str, Words]] = {
-    "/bodies/{body_id}": Words(),
-    "/lines/{line_id}": Words("line commands"),
-    "/groups/{group_id}": Words(
-        "group commands",
-        over="All moves are over; `status` says how each ended.",
-        begun="The moves are under way.",
-    ),
-    "/robots/{robot_id}": _OF_ROBOTS,
-    "/robots/{robot_id}/units/{unit}": _OF_ROBOTS,
-}
-"""Of the places that have routes of their own besides their commands."""
-
-
 @cache
 def routers(family: type[Family]) -> list[APIRouter]:
     """Make the routes of the whole table of a family."""
     made: dict[str, APIRouter] = {}
     for place, row in family.commands:
-        tag = WORDS.get(place.path, Words()).tag
+        tag = words_of(place.path).tag
         _add(made.setdefault(tag, new_router(tag)), family, place, row)
     own = {place.path: place for place, _ in family.commands if place.path not in WORDS}
     return [*made.values(), *map(resource_router, own.values())]
@@ -99,7 +68,7 @@ def _answers(family: type[Family], place: Place, row: Row) -> tuple[int, Any, Re
         return 201, family.sessions[row], DECLARED
     if row.starts_motion():
         model = GroupMove if place.members else place.move
-        return 202, model, ends_declared(place, model)
+        return 202, model, ends_declared(place.path, model)
     if row in family.stop_modes:
         return 200, StopResult, DECLARED
     model = family.answer_model(row)
@@ -109,14 +78,8 @@ def _answers(family: type[Family], place: Place, row: Row) -> tuple[int, Any, Re
     if not family.is_dated(row):
         return 200, model, DECLARED
     age = {"description": "How old the answer is, in milliseconds.", "schema": {"type": "number"}}
-    told = {"description": WORDS.get(place.path, Words()).replied, "headers": {AGE_HEADER: age}}
+    told = {"description": words_of(place.path).replied, "headers": {AGE_HEADER: age}}
     return 200, model, {**DECLARED, 200: told}
-
-
-def ends_declared(place: Place, model: Any) -> Responses:
-    """What a route answers that begins moves."""
-    words = WORDS.get(place.path, Words())
-    return {**DECLARED, 200: {"model": model, "description": words.over}, 202: {"description": words.begun}}
 
 
 def _endpoint(family: type[Family], place: Place, row: Row) -> Endpoint:

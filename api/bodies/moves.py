@@ -1,6 +1,6 @@
 """Moves over HTTP: started, planned, listed and waited for."""
 
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 from fastapi import Query, Request, Response
 from pydantic import BaseModel
@@ -17,7 +17,8 @@ from api.common.requests import (
     wait_headers,
     wait_s,
 )
-from api.common.results import render
+from api.common.results import GroupMove, render
+from api.common.words import ends_declared
 from gateway.core.move_record import Move
 from gateway.operations import moves
 from gateway.rorze.move_requests import MoveRequest
@@ -32,37 +33,12 @@ class MoveList(BaseModel):
     moves: list[Move]
 
 
-class GroupMove(BaseModel):
-    """One command to a group, with one move for each member."""
-
-    group_id: str
-    moves: list[Move]
-
-
-ENDS_DECLARED: Final[dict[int | str, dict[str, Any]]] = {
-    **DECLARED,
-    200: {
-        "model": Move | PlannedMove,
-        "description": "The move is over; `status` says how it ended.",
-    },
-    202: {"description": "The controller has accepted the move; ask again at Location."},
-}
-GROUP_ENDS_DECLARED: Final[dict[int | str, dict[str, Any]]] = {
-    **DECLARED,
-    200: {
-        "model": GroupMove | GroupPlan,
-        "description": "All moves are over; `status` says how each ended.",
-    },
-    202: {"description": "The moves are under way."},
-}
-
-
 @router.post(
     "/bodies/{body_id}/moves",
     name="start_move",
     status_code=202,
     response_model=Move,
-    responses=ENDS_DECLARED,
+    responses=ends_declared("/bodies/{body_id}", Move | PlannedMove),
 )
 async def start_move(request: Request, body_id: BodyId, move: MoveRequest, wait: Wait = None) -> Response:
     """Start a move, or with `validate_only` say what it would be.
@@ -94,7 +70,7 @@ async def get_move(request: Request, body_id: BodyId, move_id: str, wait: Wait =
     name="start_group_move",
     status_code=202,
     response_model=GroupMove,
-    responses=GROUP_ENDS_DECLARED,
+    responses=ends_declared("/groups/{group_id}", GroupMove | GroupPlan),
 )
 async def start_group_move(
     request: Request, group_id: GroupId, move: MoveRequest, wait: Wait = None

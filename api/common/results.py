@@ -10,6 +10,7 @@ from pydantic_core import to_json
 from api.common.problems import Problem, instance_of, problem_of, wants_japanese
 from api.common.requests import age_ms_of, json_response, wait_headers
 from gateway.core.errors import GatewayError
+from gateway.core.move_record import Move
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
 from gateway.fics.stops import RobotStopReport
 from gateway.rorze.stops import StopReport
@@ -37,6 +38,13 @@ class GroupReply(BaseModel, Generic[R]):
 
     group_id: str
     members: list[MemberReply[R]]
+
+
+class GroupMove(BaseModel):
+    """One command to a group, with one move for each member."""
+
+    group_id: str
+    moves: list[Move]
 
 
 class StopResult(BaseModel):

@@ -1,6 +1,6 @@
 """Moves of robots over HTTP: started, planned, listed and waited for; macros run as moves."""
 
-from typing import Annotated, Any, Final
+from typing import Annotated
 
 from fastapi import Body, Path, Query, Request, Response
 from pydantic import BaseModel, Field
@@ -16,6 +16,7 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.results import render
+from api.common.words import ends_declared
 from api.robots.paths import RobotId, UnitNumber
 from gateway.core.records import RequestModel
 from gateway.fics.move_record import RobotMove
@@ -27,6 +28,8 @@ from protocols.fics.macros import Arguments, MacroName, RunMacro
 from protocols.fics.notation import Unit
 
 router = new_router("robot moves")
+
+UNIT = "/robots/{robot_id}/units/{unit}"
 
 
 class MacroRunRequest(RequestModel):
@@ -44,22 +47,12 @@ class RobotMoveList(BaseModel):
     moves: list[RobotMove]
 
 
-ROBOT_ENDS_DECLARED: Final[dict[int | str, dict[str, Any]]] = {
-    **DECLARED,
-    200: {"model": RobotMove, "description": "The move is over; `status` says how it ended."},
-    202: {"description": "The robot has not refused the move; ask again at Location."},
-}
-
-
 @router.post(
     "/robots/{robot_id}/units/{unit}/moves",
     name="start_robot_move",
     status_code=202,
     response_model=RobotMove,
-    responses={
-        **ROBOT_ENDS_DECLARED,
-        200: {**ROBOT_ENDS_DECLARED[200], "model": RobotMove | PlannedRobotMove},
-    },
+    responses=ends_declared(UNIT, RobotMove | PlannedRobotMove),
 )
 async def start_robot_move(
     request: Request, robot_id: RobotId, unit: UnitNumber, move: RobotMoveRequest, wait: Wait = None
@@ -111,7 +104,7 @@ async def get_robot_move(
     name="run_macro",
     status_code=202,
     response_model=RobotMove,
-    responses=ROBOT_ENDS_DECLARED,
+    responses=ends_declared(UNIT, RobotMove),
 )
 async def run_macro(
     request: Request,
