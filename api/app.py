@@ -5,8 +5,8 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import catalogue, health, lines, stops, streams
-from api.bodies import command_routes, groups, info, moves, text_commands
+from api import catalogue, command_routes, health, lines, stops, streams
+from api.bodies import groups, info, moves, text_commands
 from api.common import problems, request_ids
 from api.common.access import Access
 from api.common.routes import PageRoute, unguarded
@@ -55,8 +55,10 @@ def create_app(plant: Plant) -> FastAPI:
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
     modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health)
-    routers = [info.reads, *(module.router for module in modules), *command_routes.routers()]
-    routers += robots.routers()
+    routers = [info.reads, *(module.router for module in modules)]
+    for name, family in plant.families.items():
+        routers += robots.routers() if name == "fics" else []
+        routers += command_routes.routers(type(family))
     # Side by side instead of included, which would search them twice for every request; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
     documents.install(app)

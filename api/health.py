@@ -11,9 +11,11 @@ from pydantic import BaseModel, Field
 
 from api.common.requests import json_response, new_router, plant_of
 from api.common.version import VERSION
+from gateway.core.port import LineState
 from gateway.core.rights import Right
+from gateway.fics.family import Fics
 from gateway.plant import Plant
-from gateway.rorze.line import LineState
+from gateway.rorze.family import Rorze
 
 router = new_router("health")
 
@@ -109,12 +111,13 @@ class PlantCollector(Collector):
             for lane, count in port.waiting().items():
                 waiting.add_metric((port.id, lane), count)
             up.add_metric((port.id,), port.state is LineState.READY)
-        for line in self._plant.lines.values():
-            own = self._plant.bodies_of(line)
+        rorze = self._plant.family(Rorze)
+        for line in rorze.lines.values():
+            own = rorze.bodies_of(line)
             bodies.add_metric((line.id, "configured"), len(own))
             bodies.add_metric((line.id, "offline"), sum(not body.online for body in own))
             bodies.add_metric((line.id, "moving"), sum(body.moving is True for body in own))
-        for robot in self._plant.robots():
+        for robot in self._plant.family(Fics).robots():
             robots.add_metric((robot.line.id, "configured"), 1)
             robots.add_metric((robot.line.id, "offline"), not robot.online)
             robots.add_metric((robot.line.id, "moving"), robot.moving is True)

@@ -7,56 +7,28 @@ from typing import Annotated, Literal
 
 from fastapi import Query, Request, Response
 from pydantic import AwareDatetime, BaseModel, Field
+from pydantic_core import to_json
 
 from api.common.problems import DECLARED
-from api.common.requests import LineId, Wait, json_response, new_router, plant_of, wait_headers, wait_s
-from gateway.core.errors import NotFound
+from api.common.requests import (
+    LineId,
+    Wait,
+    json_response,
+    new_router,
+    origin_of,
+    plant_of,
+    wait_headers,
+    wait_s,
+)
 from gateway.core.rights import Right
-from gateway.fics.line import FicsLine
-from gateway.plant import Plant
-from gateway.rorze.line import Line, LineState
+from gateway.fics.family import RobotLineInfo
+from gateway.operations import bodies
+from gateway.rorze.family import LineInfo
 from gateway.rorze.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
 
 router = new_router("lines")
-
-
-class _PortInfo(BaseModel):
-    line_id: str
-    address: str = Field(description="The port.")
-    state: LineState
-    down_reason: str | None = Field(
-        description="Why the line is `down` or `silent`, and what to check; null while it is neither."
-    )
-    waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
-    counters: dict[str, int] = Field(description="What has happened on the line since the start.")
-
-
-class LineInfo(_PortInfo):
-    """A line: one port with an RC-400 and the bodies behind it."""
-
-    protocol: Literal["rorze"]
-    controllers: str = Field(description="What the link master answered to XID.")
-    stop_mode: Literal["interject", "after_reply"] = Field(
-        description="Whether a stop goes out at the next frame boundary, or after the reply under way."
-    )
-    strict: bool = Field(
-        description="A reply came twice here lately: an acknowledgement counts only when a fence before and "
-        "one after it have shown that it was no copy."
-    )
-    bodies: list[str]
-    offline: list[str] = Field(description="Bodies that do not answer.")
-    groups: list[str]
-
-
-class RobotLineInfo(_PortInfo):
-    """A line: one port with a robot."""
-
-    protocol: Literal["fics"]
-    robot_id: str
-    mode: int = Field(description="The robot's communication mode, 3 or 2 (C-HOST manual 1-1-1).")
-    online: bool = Field(description="Whether the robot can be asked now, as far as is known.")
 
 
 AnyLineInfo = Annotated[LineInfo | RobotLineInfo, Field(discriminator="protocol")]
@@ -92,14 +64,13 @@ class Trace(BaseModel):
 async def list_lines(request: Request) -> Response:
     """List all lines."""
     plant = plant_of(request)
-    return json_response(LineList(lines=[_info(plant, port) for port in plant.ports().values()]))
+    return Response(to_json({"lines": list(map(plant.info, plant.ports()))}), media_type="application/json")
 
 
 @router.get("/lines/{line_id}", Right.VIEW, response_model=AnyLineInfo)
 async def get_line(request: Request, line_id: LineId) -> Response:
     """Tell the state of a line; nothing is sent."""
-    plant = plant_of(request)
-    return json_response(_info(plant, plant.port(line_id)))
+    return json_response(plant_of(request).info(line_id))
 
 
 @router.post(
@@ -114,10 +85,9 @@ async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Re
 
     A line with a robot has none.
     """
-    plant = plant_of(request)
-    scan = plant.scans.start(plant.line(line_id))
-    waited_s = wait_s(request, wait)
-    await plant.scans.wait(scan.id, waited_s)
+    plant, waited_s = plant_of(request), wait_s(request, wait)
+    scan = await bodies.start_scan(plant, origin_of(request), line_id)
+    await bodies.get_scan(plant, line_id, scan.id, waited_s)
     headers = {"Location": f"/lines/{line_id}/scans/{scan.id}", **wait_headers(waited_s)}
     return json_response(scan, 202 if scan.status == "running" else 200, headers)
 
@@ -125,12 +95,9 @@ async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Re
 @router.get("/lines/{line_id}/scans/{scan_id}", Right.VIEW, response_model=Scan)
 async def get_scan(request: Request, line_id: LineId, scan_id: str, wait: Wait = None) -> Response:
     """Get a scan, at once or when it is over."""
-    plant = plant_of(request)
-    line = plant.line(line_id)
-    if plant.scans.get(scan_id).line_id != line.id:
-        raise NotFound(f"Line {line.id} has no scan {scan_id}.")
     waited_s = wait_s(request, wait)
-    return json_response(await plant.scans.wait(scan_id, waited_s), headers=wait_headers(waited_s))
+    scan = await bodies.get_scan(plant_of(request), line_id, scan_id, waited_s)
+    return json_response(scan, headers=wait_headers(waited_s))
 
 
 @router.get("/lines/{line_id}/trace", Right.VIEW, response_model=Trace)
@@ -142,7 +109,8 @@ async def get_trace(
 ) -> Response:
     """Give the newest bytes of the line, a robot's too, both ways, with their times."""
     plant = plant_of(request)
-    recorder = plant.recorders[plant.port(line_id).id]
+    plant.port(line_id)
+    recorder = plant.recorders[line_id]
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
     content = await asyncio.to_thread(lambda: _trace(line_id, recorder.entries(last, since)))
     return Response(content, media_type="application/json")
@@ -151,31 +119,3 @@ async def get_trace(
 def _trace(line_id: str, entries: Sequence[BaseModel]) -> str:
     records = ",".join(entry.model_dump_json() for entry in entries)
     return f'{{"line_id":"{line_id}","entries":[{records}]}}'
-
-
-def _info(plant: Plant, port: Line | FicsLine) -> LineInfo | RobotLineInfo:
-    shared = {
-        "line_id": port.id,
-        "address": port.transport.address,
-        "state": port.state,
-        "down_reason": port.trouble,
-        "waiting": port.waiting(),
-        "counters": dict(port.counters),
-    }
-    if isinstance(port, FicsLine):
-        (robot_id,) = (robot.id for robot in plant.robots() if robot.line is port)
-        return RobotLineInfo(**shared, protocol="fics", robot_id=robot_id, mode=port.mode, online=port.online)
-    return LineInfo(
-        **shared,
-        protocol="rorze",
-        controllers=port.controllers,
-        stop_mode="interject" if port.interject_stops else "after_reply",
-        strict=port.strict,
-        bodies=_addresses(port, port.bodies),
-        offline=_addresses(port, sorted(port.offline)),
-        groups=_addresses(port, list(port.groups)),
-    )
-
-
-def _addresses(line: Line, numbers: list[int]) -> list[str]:
-    return [f"{line.id}.{number:02X}" for number in numbers]

@@ -16,7 +16,6 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.events import CloudEvent, Event, SlowConsumer, Subscription
 from gateway.core.rights import Right
 from gateway.plant import Plant
-from gateway.rorze.bodies import Body, Group
 
 router = new_router("events")
 
@@ -163,9 +162,7 @@ def _addresses(plant: Plant, text: str | None) -> list[str] | None:
     :raises InvalidRequest: one of them is no address, or of nothing in the configuration.
     """
     wanted = _split(text)
-    bodies: list[Body | Group] = [*plant.bodies(), *plant.groups()]
-    known = {name for body in bodies for name in (body.address, body.short)}
-    known |= {name for robot in plant.robots() for name in (robot.id, *(it.address for it in robot.units))}
+    known = plant.addresses()
     for address in map(canonical_address, wanted or ()):
         if address not in known:
             raise InvalidRequest(

@@ -1,7 +1,14 @@
 """All types of events that the gateway publishes."""
 
-from gateway.core.event_types import CORE, table_of
-from gateway.fics import event_types as fics
-from gateway.rorze import event_types as rorze
+from collections.abc import Mapping
 
-EVENT_TYPES = table_of(CORE, rorze.TYPES, fics.TYPES)
+from gateway.core.event_types import CORE, EventType, table_of
+from gateway.families import FAMILIES
+
+
+def event_types() -> Mapping[str, EventType]:
+    """The types of the core and of every family, by their names."""
+    return table_of(CORE, *(family.event_types for family in FAMILIES.values()))
+
+
+EVENT_TYPES = event_types()

@@ -10,7 +10,6 @@ from gateway.config import parse
 from gateway.core.events import Event
 from gateway.fics.move_record import RobotMove
 from gateway.fics.robot import Robot
-from gateway.plant import Plant
 from protocols.fics.row import FicsCommand
 from protocols.table import Ack
 from simulator.faults import Direction, Fault, Switch
@@ -19,6 +18,7 @@ from simulator.fics.line import LineSettings, SimulatedFics, build_line
 from simulator.fics.robot import Robot as SimulatedRobot
 from simulator.truth import Fact
 from tests.simulated_line import SimulatedCable
+from tests.tested_plant import TestedPlant
 
 SET_UP_S = 1.0
 """More than a line needs to be ready."""
@@ -105,7 +105,7 @@ class Cable(SimulatedCable):
 class FicsRig:
     """A running plant with one robot, and what stands behind its line."""
 
-    plant: Plant
+    plant: TestedPlant
     cable: Cable
 
     @property
@@ -209,7 +209,7 @@ async def fics_rig(
     machine = build_line(Layout(units=units), settings=settings, seed=seed)
     prepare(machine)
     cable = Cable(machine, baud)
-    plant = Plant(config, open_transport=lambda _: cable, rng=Random(0))
+    plant = TestedPlant(config, open_transport=lambda _: cable, rng=Random(0))
     await plant.start()
     try:
         await asyncio.sleep(SET_UP_S)

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple, ParamSpec
 from gateway.config import parse
 from gateway.core.events import Event
 from gateway.core.move_record import Move
-from gateway.plant import Plant
 from gateway.rorze.bodies import Body
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Ack
@@ -21,6 +20,7 @@ from simulator.rorze.line import Rc400Line, build_line
 from simulator.rorze.rc400 import LinkSettings
 from simulator.truth import Fact, TruthLog
 from tests.simulated_line import SimulatedLine
+from tests.tested_plant import TestedPlant
 from tests.virtual_time import run_virtual
 
 P = ParamSpec("P")
@@ -84,7 +84,7 @@ class Wire(SimulatedLine):
 class Rig:
     """A running plant and what stands behind its lines."""
 
-    plant: Plant
+    plant: TestedPlant
     wires: dict[str, Wire]
     machines: dict[str, Rc400Line] = field(init=False)
 
@@ -146,13 +146,14 @@ def configuration(
     groups: Mapping[str, Sequence[str]] = GROUPS,
     options: str = "",
     body_options: str = "",
+    server: str = "allow_endless_moves = true",
 ) -> str:
     """The TOML of a plant whose lines are all alike."""
     body_tables = ", ".join(f'{{id = "{body:02X}"{body_options and ", "}{body_options}}}' for body in bodies)
     group_tables = ", ".join(
         f'{{id = "{group}", members = {list(members)}}}' for group, members in groups.items()
     )
-    return "\n".join(
+    return f"[server]\n{server}\n" + "\n".join(
         f'[[lines]]\nid = "{line}"\naddress = "tcp://127.0.0.1:{number + 1}"\n'
         f"bodies = [{body_tables}]\ngroups = [{group_tables}]\n{options}\n"
         for number, line in enumerate(lines)
@@ -170,16 +171,17 @@ async def rig(
     settings: LinkSettings | None = None,
     options: str = "",
     body_options: str = "",
+    server: str = "allow_endless_moves = true",
     seed: int = 0,
 ) -> AsyncIterator[Rig]:
     """Start a plant and wait until its lines are ready; `present` bodies answer, by default all."""
-    config = parse(configuration(lines, bodies, groups, options, body_options), "test.toml")
+    config = parse(configuration(lines, bodies, groups, options, body_options, server), "test.toml")
     there = bodies if present is None else present
     wires = {
         line.address: Wire(build_line(there, 0.0, settings=settings, seed=seed), baud)
         for line in config.lines
     }
-    plant = Plant(config, open_transport=wires.__getitem__, rng=Random(seed))
+    plant = TestedPlant(config, open_transport=wires.__getitem__, rng=Random(seed))
     running = Rig(plant, {line.id: wires[line.address] for line in config.lines})
     await plant.start()
     try:

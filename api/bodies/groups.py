@@ -5,10 +5,12 @@ from typing import Annotated
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import GroupId, RequestModel, json_response, new_router, plant_of
-from gateway.core.addresses import numbered_address
+from api.common.requests import GroupId, json_response, new_router, origin_of, plant_of
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
+from gateway.operations import bodies
 from gateway.rorze.bodies import Group
+from gateway.rorze.family import Rorze
 from protocols.rorze.link_master import MOST_MEMBERS
 
 router = new_router("groups")
@@ -41,13 +43,14 @@ class GroupDefinition(RequestModel):
 @router.get("/groups", Right.VIEW, response_model=GroupList)
 async def list_groups(request: Request) -> Response:
     """List all groups."""
-    return json_response(GroupList(groups=[_info(group) for group in plant_of(request).groups()]))
+    groups = plant_of(request).family(Rorze).groups()
+    return json_response(GroupList(groups=[_info(group) for group in groups]))
 
 
 @router.get("/groups/{group_id}", Right.VIEW, response_model=GroupInfo)
 async def get_group(request: Request, group_id: GroupId) -> Response:
     """Tell who is in a group; nothing is sent."""
-    return json_response(_info(plant_of(request).group(group_id)))
+    return json_response(_info(plant_of(request).family(Rorze).group(group_id)))
 
 
 @router.put("/groups/{group_id}", Right.SETUP, response_model=GroupInfo)
@@ -56,8 +59,9 @@ async def define_group(request: Request, group_id: GroupId, definition: GroupDef
 
     It lasts until the gateway ends; groups of the configuration are defined at every start.
     """
-    address, members = numbered_address(group_id), [*definition.members]
-    group = await plant_of(request).define_group(address, members, definition.name)
+    group = await bodies.define_group(
+        plant_of(request), origin_of(request), group_id, definition.members, definition.name
+    )
     return json_response(_info(group))
 
 

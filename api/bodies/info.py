@@ -7,15 +7,26 @@ from typing import Annotated, Any, Literal
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.bodies.moves import Length
 from api.common.fast_route import DirectRoute
-from api.common.requests import BodyId, RequestModel, age_ms_of, json_response, new_router, plant_of, utc_of
+from api.common.requests import (
+    BodyId,
+    age_ms_of,
+    json_response,
+    new_router,
+    origin_of,
+    plant_of,
+    utc_of,
+)
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
-from gateway.plant import Plant
+from gateway.operations import bodies
+from gateway.operations.commands import ask
 from gateway.rorze.bodies import PULSES_RUNNING, Body
+from gateway.rorze.family import Rorze
+from gateway.rorze.move_requests import Length
 from gateway.rorze.power import Homed
 from protocols.rorze.inputs_outputs import GetSensors
-from protocols.rorze.position import GetPosition, SetPosition
+from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
@@ -163,36 +174,32 @@ class SpeedAccepted(BaseModel):
 @reads.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
 async def read_position(request: Request, body_id: BodyId) -> Response:
     """Ask the controller where the motor stands (6PD)."""
-    body = plant_of(request).body(body_id)
-    reply, answered = await body.ask(WHERE)
-    return json_response(_position(body, reply.pulses, answered.at))
+    reply, at = await _ask(request, body_id, WHERE)
+    return json_response(_position(_body(request, body_id), reply.pulses, at))
 
 
 @router.put("/bodies/{body_id}/position", Right.SETUP, response_model=Position)
 async def set_position(request: Request, body_id: BodyId, position: Length) -> Response:
     """Call the present position by another number (6PS). Nothing moves; refused while the motor moves."""
-    body = plant_of(request).body(body_id)
-    pulses = position.pulses(body.scale)
-    _, answered = await body.ask(SetPosition(position=pulses))
-    return json_response(_position(body, pulses, answered.at))
+    pulses, at = await bodies.set_position(plant_of(request), origin_of(request), body_id, position)
+    return json_response(_position(_body(request, body_id), pulses, at))
 
 
 @reads.get("/bodies/{body_id}/status", Right.VIEW, response_model=BodyStatus)
 async def read_status(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD)."""
-    body = plant_of(request).body(body_id)
     (status, first), (cause, _), (sensors, _) = await asyncio.gather(
-        body.ask(GetControllerStatus()), body.ask(GetEndCause()), body.ask(GetSensors())
+        *(_ask(request, body_id, it) for it in (GetControllerStatus(), GetEndCause(), GetSensors()))
     )
     return json_response(
         BodyStatus(
-            body_id=body.address,
+            body_id=_body(request, body_id).address,
             moving=bool((status.bits or 0) & PULSES_RUNNING),
             status=StatusBits(**_flags(status.bits or 0, CONTROLLER_STATUS_BITS)),
             sensors=SensorBits(**_flags(sensors.bits or 0, SENSOR_BITS)),
             end_causes=names_of(cause.bits, END_CAUSE_BITS),
-            read_at=utc_of(first.at),
-            age_ms=age_ms_of(first.at),
+            read_at=utc_of(first),
+            age_ms=age_ms_of(first),
         )
     )
 
@@ -200,24 +207,22 @@ async def read_status(request: Request, body_id: BodyId) -> Response:
 @router.post("/bodies/{body_id}/speed", Right.OPERATE, response_model=SpeedAccepted)
 async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRequest) -> Response:
     """Change the speed of the running move; refused at standstill, while homing and while interpolating."""
-    body = plant_of(request).body(body_id)
     command = speed.command()
-    await body.ask(command)
-    return json_response(SpeedAccepted(body_id=body.address, command=command.code))
+    await _ask(request, body_id, command)
+    return json_response(SpeedAccepted(body_id=_body(request, body_id).address, command=command.code))
 
 
 @router.get("/bodies", Right.VIEW, response_model=BodyList)
 async def list_bodies(request: Request) -> Response:
     """List all bodies; nothing is sent."""
-    plant = plant_of(request)
-    return json_response(BodyList(bodies=[_info(plant, body) for body in plant.bodies()]))
+    rorze = plant_of(request).family(Rorze)
+    return json_response(BodyList(bodies=[_info(rorze, body) for body in rorze.bodies()]))
 
 
 @router.get("/bodies/{body_id}", Right.VIEW, response_model=BodyInfo)
 async def get_body(request: Request, body_id: BodyId) -> Response:
     """Tell what is known of a body; nothing is sent."""
-    plant = plant_of(request)
-    return json_response(_info(plant, plant.body(body_id)))
+    return json_response(_info(plant_of(request).family(Rorze), _body(request, body_id)))
 
 
 @router.post("/bodies/{body_id}/power-cycle/acknowledge", Right.OPERATE, response_model=BodyInfo)
@@ -227,10 +232,18 @@ async def acknowledge_body_power_cycle(request: Request, body_id: BodyId) -> Res
     The controller is asked whether it has kept its power since. Its settings and its position table are those
     of its flash memory. Homing does the same as this, and so does setting its position.
     """
-    plant = plant_of(request)
-    body = plant.body(body_id)
-    await body.acknowledge_power_cycle()
-    return json_response(_info(plant, body))
+    await bodies.acknowledge_power_cycle(plant_of(request), origin_of(request), body_id)
+    return json_response(_info(plant_of(request).family(Rorze), _body(request, body_id)))
+
+
+def _body(request: Request, body_id: str) -> Body:
+    return plant_of(request).family(Rorze).body(body_id)
+
+
+async def _ask(request: Request, body_id: str, command: RorzeCommand[Any]) -> tuple[Any, float]:
+    """Ask a body, and give its reply with the time when it came."""
+    answer = await ask(plant_of(request), origin_of(request), f"/bodies/{body_id}", command)
+    return answer.replies[0], answer.at or 0.0
 
 
 def _position(body: Body, pulses: int, at: float) -> Position:
@@ -249,7 +262,7 @@ def _flags(bits: int, names: tuple[str, ...]) -> dict[str, bool]:
     return {name: bool(bits >> position & 1) for position, name in enumerate(names)}
 
 
-def _info(plant: Plant, body: Body) -> BodyInfo:
+def _info(rorze: Rorze, body: Body) -> BodyInfo:
     heard_at = body.last_heard_at
     return BodyInfo(
         body_id=body.address,
@@ -264,7 +277,7 @@ def _info(plant: Plant, body: Body) -> BodyInfo:
         power_cycled=body.power.cycled,
         unit=body.scale.unit if body.scale else None,
         pulses_per_unit=body.scale.pulses_per_unit if body.scale else None,
-        groups=[group.address for group in plant.groups_of(body)],
+        groups=[group.address for group in rorze.groups_of(body)],
         position=body.position,
         position_read_at=None if body.position_at is None else utc_of(body.position_at),
         status=None if body.status_bits is None else names_of(body.status_bits, CONTROLLER_STATUS_BITS),

@@ -1,26 +1,32 @@
 """Commands as plain text, where the configuration allows it: the same scheduler, the same rules."""
 
-import types
-from functools import lru_cache
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.bodies.command_routes import STOP_MODES
-from api.bodies.moves import perform
 from api.common.idempotency import require_no_key
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, RequestModel, Wait, age_ms_of, json_response, new_router, plant_of
+from api.common.requests import (
+    BodyId,
+    Wait,
+    age_ms_of,
+    json_response,
+    new_router,
+    origin_of,
+    plant_of,
+    wait_s,
+)
+from api.common.results import StopResult, render
 from api.common.strict_json import StrictRoute
-from api.stops import StopResult, perform_stop
-from gateway.core.errors import InvalidRequest, NotAllowed
 from gateway.core.move_record import Move
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
-from protocols.rorze.commands import COMMANDS
-from protocols.rorze.notation import Text
+from gateway.core.targets import Answer
+from gateway.operations.commands import do, read_text
+from gateway.rorze.family import Rorze
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Effect, Reply, Retry, WireFault
+from protocols.table import Effect
 
 
 class TextRoute(StrictRoute):
@@ -30,8 +36,6 @@ class TextRoute(StrictRoute):
 
 
 router = new_router("commands", TextRoute)
-
-CODE_LENGTH = 3
 
 
 class RawRequest(RequestModel):
@@ -49,24 +53,6 @@ class RawReply(BaseModel):
     age_ms: float
 
 
-class VerbatimReply(Reply, args="{text}"):
-    """A reply of which nothing is known."""
-
-    text: Annotated[str, Text("[ -~]*")]
-
-
-class Verbatim(
-    RorzeCommand[VerbatimReply],
-    args="{text}",
-    errors=frozenset({0x23, 0x49, 0x4A, 0x5D}),
-    retry=Retry.NEVER,
-    starts=False,
-):
-    """A command that is not in the table: it is sent as it was written, once."""
-
-    text: Annotated[str, Text("[ -%'-~]*")]
-
-
 @router.post(
     "/bodies/{body_id}/raw",
     Right.SETUP,
@@ -78,49 +64,20 @@ class Verbatim(
 )
 async def send_raw(request: Request, body_id: BodyId, raw: RawRequest, wait: Wait = None) -> Response:
     """Send a command as text. A command that moves makes a move, and one that stops makes a stop."""
-    plant = plant_of(request)
-    if not plant.config.server.raw_commands:
-        raise NotAllowed(
-            "Plain text commands are switched off; nothing was sent.",
-            "Use the command's own route, or set raw_commands in the configuration.",
-        )
-    body = plant.body(body_id)
-    command = _read(raw.text)
+    plant, target = plant_of(request), f"/bodies/{body_id}"
+    command = read_text(plant, target, raw.text)
     if command.effect is not Effect.STOP:
         require_no_key(request)
-    if command.starts_motion():
-        return await perform(request, body, command, wait)
-    if command.code in STOP_MODES:
-        return await perform_stop(request, [body], STOP_MODES[command.code])
-    reply, answered = await body.ask(command)
+    waited_s = wait_s(request, wait)
+    result = await do(plant, origin_of(request), target, command, waited_s)
+    if not isinstance(result, Answer):
+        return render(request, result, waited_s)
+    body = plant.family(Rorze).body(body_id)
     return json_response(
         RawReply(
             body_id=body.address,
-            sent=body.line.frame_of(body.number, command),
-            reply=reply.written(),
-            age_ms=age_ms_of(answered.at),
+            sent=body.line.frame_of(body.number, cast("RorzeCommand[Any]", command)),
+            reply=result.replies[0].written(),
+            age_ms=age_ms_of(result.at or 0.0),
         )
     )
-
-
-def _read(text: str) -> RorzeCommand[Any]:
-    """Recognise a command of the table, so that the table's rules hold for it; others stay text."""
-    code, parameters = text[:CODE_LENGTH], text[CODE_LENGTH:]
-    row = COMMANDS.get(code)
-    if row is None:
-        return _verbatim(code)(text=parameters)
-    try:
-        return row.read(parameters)
-    except WireFault as error:
-        raise InvalidRequest(f"{code}: {error}; nothing was sent.", "Write it as the manual does.") from None
-
-
-@lru_cache(maxsize=64)
-def _verbatim(code: str) -> type[Verbatim]:
-    row: type[Verbatim] = types.new_class(
-        "Verbatim",
-        (Verbatim,),
-        {"code": code, "args": "{text}"},
-        lambda body: body.update(__module__=__name__),
-    )
-    return row

@@ -7,10 +7,11 @@ from datetime import UTC, datetime, timedelta
 from typing import Annotated
 
 from fastapi import Path, Query, Request, Response
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel
 
 from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRoute
+from gateway.core.origin import Origin, current
 from gateway.plant import Plant
 
 MAX_WAIT_S = 60
@@ -38,12 +39,6 @@ Wait = Annotated[
 ]
 
 
-class RequestModel(BaseModel):
-    """A request body: nothing is converted, and nothing unknown is passed over."""
-
-    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
-
-
 def new_router(tag: str, route_class: type[HttpRoute] = StrictRoute) -> Router:
     """Make a router, for strict JSON if nothing else is said."""
     return Router(tag, route_class)
@@ -53,6 +48,11 @@ def plant_of(request: Request) -> Plant:
     """The plant that the app serves."""
     plant: Plant = request.app.state.plant
     return plant
+
+
+def origin_of(_: Request) -> Origin:
+    """Who has sent the request: all of it is served in that name."""
+    return current()
 
 
 def wait_s(request: Request, wait: float | None) -> float:

@@ -2,11 +2,12 @@
 
 from typing import Final
 
-from protocols.fics.commands import ROWS as FICS_ROWS
-from protocols.rorze.commands import COMMANDS
+from gateway.families import FAMILIES
 from protocols.table import Effect
 
-_STOPS = (row.name() for row in (*COMMANDS.values(), *FICS_ROWS) if row.effect is Effect.STOP)
+_STOPS = {
+    row.name() for family in FAMILIES.values() for _, row in family.commands if row.effect is Effect.STOP
+}
 _ENDINGS: Final = ("/stop", *(f"/commands/{name}" for name in _STOPS))
 
 

@@ -6,18 +6,22 @@ from typing import Literal
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.problems import DECLARED
-from api.common.requests import age_ms_of, json_response, new_router, plant_of, utc_of
-from api.robots.paths import RobotId, UnitNumber, unit_of
-from api.stops import StopBody, StopResult, perform_stop
+from api.common.requests import age_ms_of, json_response, new_router, origin_of, plant_of, utc_of
+from api.common.results import StopResult
+from api.robots.paths import RobotId, UnitNumber, robot_of, unit_of
+from api.stops import StopBody, perform_stop
 from gateway.core.port import LineState
-from gateway.fics.axes import Coordinates, at_rest
+from gateway.core.rights import Right
+from gateway.fics.axes import Coordinates
+from gateway.fics.family import Fics
 from gateway.fics.robot import Robot
 from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import RobotUnit, UnknownReason
+from gateway.operations import robots
+from gateway.operations.commands import do
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.notation import Quantity
-from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, MotionMode, SensorStates
+from protocols.fics.status import AxisSensors, AxisStatus, MotionMode
 
 router = new_router("robots")
 
@@ -126,37 +130,34 @@ class RobotErrors(BaseModel):
     errors: list[RobotErrorRecord]
 
 
-@router.get("/robots", name="list_robots", response_model=RobotList, responses=DECLARED)
+@router.get("/robots", Right.VIEW, response_model=RobotList)
 async def list_robots(request: Request) -> Response:
     """List all robots; nothing is sent."""
-    return json_response(RobotList(robots=[_info(robot) for robot in plant_of(request).robots()]))
+    all_robots = plant_of(request).family(Fics).robots()
+    return json_response(RobotList(robots=[_info(robot) for robot in all_robots]))
 
 
-@router.get("/robots/{robot_id}", name="get_robot", response_model=RobotInfo, responses=DECLARED)
+@router.get("/robots/{robot_id}", Right.VIEW, response_model=RobotInfo)
 async def get_robot(request: Request, robot_id: RobotId) -> Response:
     """Tell what is known of a robot; nothing is sent."""
-    return json_response(_info(plant_of(request).robot(robot_id)))
+    return json_response(_info(robot_of(request, robot_id)))
 
 
-@router.get("/robots/{robot_id}/units/{unit}", name="get_unit", response_model=UnitInfo, responses=DECLARED)
+@router.get("/robots/{robot_id}/units/{unit}", Right.VIEW, response_model=UnitInfo)
 async def get_unit(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Tell what is known of a unit; nothing is sent."""
     return json_response(_unit_info(unit_of(request, robot_id, unit)))
 
 
-@router.get(
-    "/robots/{robot_id}/units/{unit}/position",
-    name="read_unit_position",
-    response_model=UnitPosition,
-    responses=DECLARED,
-)
+@router.get("/robots/{robot_id}/units/{unit}/position", Right.VIEW, response_model=UnitPosition)
 async def read_unit_position(
     request: Request, robot_id: RobotId, unit: UnitNumber, coordinates: Coordinates = "user"
 ) -> Response:
     """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
     axes = unit_of(request, robot_id, unit)
-    places, at = await axes.position_at(coordinates)
-    reasons = await axes.why_unknown(places)
+    places, reasons, at = await robots.position(
+        plant_of(request), origin_of(request), robot_id, unit, coordinates
+    )
     return json_response(
         UnitPosition(
             robot_id=robot_id,
@@ -176,78 +177,52 @@ async def read_unit_position(
     )
 
 
-@router.get(
-    "/robots/{robot_id}/units/{unit}/status",
-    name="read_unit_status",
-    response_model=UnitStatus,
-    responses=DECLARED,
-)
+@router.get("/robots/{robot_id}/units/{unit}/status", Right.VIEW, response_model=UnitStatus)
 async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
-    axes = unit_of(request, robot_id, unit)
-    statuses, at = await axes.status_at()
-    reply: SensorStates = await axes.read(GetAxisSensors())
-    sensors = axes.by_axis(axes.motor_axes, reply.axes)
+    found = await robots.status(plant_of(request), origin_of(request), robot_id, unit)
     return json_response(
         UnitStatus(
             robot_id=robot_id,
             unit=unit,
-            moving=not at_rest(statuses.values()),
-            axes={name: _state(status, sensors[name]) for name, status in statuses.items()},
-            read_at=utc_of(at),
-            age_ms=age_ms_of(at),
+            moving=found.moving,
+            axes={name: _state(status, found.sensors[name]) for name, status in found.axes.items()},
+            read_at=utc_of(found.at),
+            age_ms=age_ms_of(found.at),
         )
     )
 
 
-@router.get(
-    "/robots/{robot_id}/errors", name="list_robot_errors", response_model=RobotErrors, responses=DECLARED
-)
+@router.get("/robots/{robot_id}/errors", Right.VIEW, response_model=RobotErrors)
 async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Tell which errors stand, as the gateway has read them; nothing is sent, and nothing is cleared."""
-    return json_response(_errors(plant_of(request).robot(robot_id)))
+    return json_response(_errors(robot_of(request, robot_id)))
 
 
-@router.post(
-    "/robots/{robot_id}/errors/reset",
-    name="reset_robot_errors",
-    response_model=RobotErrors,
-    responses=DECLARED,
-)
+@router.post("/robots/{robot_id}/errors/reset", Right.OPERATE, response_model=RobotErrors)
 async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
-    robot = plant_of(request).robot(robot_id)
-    await robot.ask(ResetErrors())
-    return json_response(_errors(robot))
+    await do(plant_of(request), origin_of(request), f"/robots/{robot_id}", ResetErrors())
+    return json_response(_errors(robot_of(request, robot_id)))
 
 
-@router.post(
-    "/robots/{robot_id}/power-cycle/acknowledge",
-    name="acknowledge_power_cycle",
-    response_model=RobotInfo,
-    responses=DECLARED,
-)
+@router.post("/robots/{robot_id}/power-cycle/acknowledge", Right.OPERATE, response_model=RobotInfo)
 async def acknowledge_power_cycle(request: Request, robot_id: RobotId) -> Response:
     """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
-    robot = plant_of(request).robot(robot_id)
-    robot.power.acknowledge()
-    return json_response(_info(robot))
+    await robots.acknowledge_power_cycle(plant_of(request), origin_of(request), robot_id)
+    return json_response(_info(robot_of(request, robot_id)))
 
 
-@router.post("/robots/{robot_id}/stop", name="stop_robot", response_model=StopResult, responses=DECLARED)
+@router.post("/robots/{robot_id}/stop", Right.STOP, response_model=StopResult)
 async def stop_robot(request: Request, robot_id: RobotId, stop: StopBody) -> Response:
     """Stop all axes of a robot by software: what waits is cancelled, and the stop goes out first."""
-    return await perform_stop(request, [], stop.mode, [plant_of(request).robot(robot_id)])
+    return await perform_stop(request, f"/robots/{robot_id}", stop)
 
 
-@router.post(
-    "/robots/{robot_id}/units/{unit}/stop", name="stop_unit", response_model=StopResult, responses=DECLARED
-)
+@router.post("/robots/{robot_id}/units/{unit}/stop", Right.STOP, response_model=StopResult)
 async def stop_unit(request: Request, robot_id: RobotId, unit: UnitNumber, stop: StopBody) -> Response:
     """Stop all axes of the unit's robot by software: it knows no stop of a single unit."""
-    robot = plant_of(request).robot(robot_id)
-    robot.unit(unit)
-    return await perform_stop(request, [], stop.mode, [robot])
+    return await perform_stop(request, f"/robots/{robot_id}/units/{unit}", stop)
 
 
 def _errors(robot: Robot) -> RobotErrors:

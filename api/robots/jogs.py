@@ -1,16 +1,18 @@
 """Jogging a robot's axes over HTTP, with a dead-man: heartbeats keep the axis moving."""
 
-from typing import Literal
-
 from fastapi import Request, Response
 from pydantic import Field
 
 from api.common.problems import DECLARED
-from api.common.requests import RequestModel, json_response, new_router, plant_of
+from api.common.requests import json_response, new_router, origin_of, plant_of
+from api.common.results import render
 from api.robots.paths import RobotId
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 from gateway.fics.jogs import JogSession
-from gateway.fics.robot import Robot
+from gateway.operations import jogs
+from gateway.operations.commands import do
+from protocols.fics.jog import StartJog
 from protocols.fics.notation import AxisName, Direction, Unit
 
 router = new_router("jogs")
@@ -27,13 +29,15 @@ class JogRequest(RequestModel):
 @router.post("/robots/{robot_id}/jogs", Right.OPERATE, status_code=201, response_model=JogSession)
 async def start_jog(request: Request, robot_id: RobotId, jog: JogRequest) -> Response:
     """Start to jog an axis. It stops by itself unless a heartbeat comes at least every half second."""
-    return await begin_jog(plant_of(request).robot(robot_id), jog.unit, jog.axis, jog.direction)
+    command = StartJog(axis=jog.axis, direction=jog.direction)
+    target = f"/robots/{robot_id}/units/{jog.unit}"
+    return render(request, await do(plant_of(request), origin_of(request), target, command))
 
 
 @router.post("/robots/{robot_id}/jogs/{jog_id}/heartbeat", Right.OPERATE, response_model=JogSession)
 async def keep_jogging(request: Request, robot_id: RobotId, jog_id: str) -> Response:
     """Let the axis move for another half second; 409 when it is being stopped, or nobody can reach it."""
-    return json_response(plant_of(request).robot(robot_id).jogs.heartbeat(jog_id))
+    return json_response(await jogs.heartbeat(plant_of(request), origin_of(request), robot_id, jog_id))
 
 
 @router.post(
@@ -52,15 +56,5 @@ async def end_jog(request: Request, robot_id: RobotId, jog_id: str) -> Response:
     Where that was not seen in time, the state is `stopping` and the whole robot is being stopped; ask again
     until the state is another.
     """
-    session = await plant_of(request).robot(robot_id).jogs.end(jog_id)
+    session = await jogs.end(plant_of(request), origin_of(request), robot_id, jog_id)
     return json_response(session, 202 if session.state == "stopping" else 200)
-
-
-async def begin_jog(robot: Robot, unit: int, axis: str, direction: Literal["+", "-"]) -> Response:
-    """Open a session and answer with it.
-
-    :raises InvalidRequest: the unit has no such axis.
-    :raises GatewayError: the axis was not started, or is being stopped again.
-    """
-    session = await robot.jogs.start(robot.unit(unit).number, axis, direction)
-    return json_response(session, 201, {"Location": f"/robots/{robot.id}/jogs/{session.id}"})

@@ -9,13 +9,16 @@ from fastapi import HTTPException, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.problems import DECLARED
-from api.common.requests import RequestModel, json_response, new_router, plant_of
+from api.common.requests import json_response, new_router, origin_of, plant_of
 from api.common.strict_json import read_body
-from api.robots.axes import Amounts, AxisValue, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
+from gateway.fics.amounts import Amounts, AxisValue
 from gateway.fics.units import RobotUnit
+from gateway.operations import positions
+from gateway.operations.positions import Numbered
 from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity
 from protocols.fics.positions import LAST_POSITION
 
@@ -30,8 +33,6 @@ _COORDINATE = re.compile(rf"[+-]?[0-9]{{1,8}}(?:\.[0-9]{{1,{DECIMALS}}})?")
 
 First = Annotated[PositionNumber, Query(description="The first position.")]
 Last = Annotated[PositionNumber, Query(description="The last position.")]
-
-Numbered = tuple[int, list[float | None]]
 
 
 class PositionEntry(RequestModel):
@@ -88,7 +89,9 @@ async def list_positions(
 ) -> Response:
     """Read stored positions (POR); the robot ends at the first number that is not set."""
     axes = unit_of(request, robot_id, unit)
-    stored, ended_at = await _read(request, axes, first, last)
+    stored, ended_at = await positions.read(
+        plant_of(request), origin_of(request), robot_id, unit, first, last
+    )
     entries = [StoredEntry(number=number, axes=_named(axes, values)) for number, values in stored]
     table = PositionTable(robot_id=robot_id, unit=unit, positions=entries, ended_at=ended_at)
     return json_response(table)
@@ -99,15 +102,12 @@ async def store_positions(
     request: Request, robot_id: RobotId, unit: UnitNumber, upload: PositionUpload
 ) -> Response:
     """Store positions undivided (POF, POS); a stop in the middle ends the upload first."""
-    axes = unit_of(request, robot_id, unit)
-    return await _store(
-        request,
-        axes,
-        [
-            (entry.number, numbers(f"positions.{index}.axes", axes, axes.axes, entry.axes))
-            for index, entry in enumerate(upload.positions)
-        ],
-    )
+    plant = plant_of(request)
+    stored = [
+        (entry.number, positions.in_order(plant, robot_id, unit, f"positions.{index}.axes", entry.axes))
+        for index, entry in enumerate(upload.positions)
+    ]
+    return await _store(request, robot_id, unit, stored)
 
 
 @router.get(
@@ -127,7 +127,9 @@ async def download_positions(
     text = StringIO()
     writer = csv.writer(text)
     writer.writerow(_header(axes))
-    stored, ended_at = await _read(request, axes, first, last)
+    stored, ended_at = await positions.read(
+        plant_of(request), origin_of(request), robot_id, unit, first, last
+    )
     for number, values in stored:
         writer.writerow([number, *("" if value is None else f"{value:.15g}" for value in values)])
     headers = {} if ended_at is None else {"Ended-At": str(ended_at)}
@@ -144,23 +146,12 @@ async def upload_positions(request: Request, robot_id: RobotId, unit: UnitNumber
         raise HTTPException(
             415, f"The request body is {content_type or 'of no type'}, not {CSV}; nothing was sent."
         )
-    return await _store(request, axes, _parse(axes, await read_body(request, MAX_CSV_BYTES)))
+    return await _store(request, robot_id, unit, _parse(axes, await read_body(request, MAX_CSV_BYTES)))
 
 
-async def _read(
-    request: Request, unit: RobotUnit, first: int, last: int
-) -> tuple[list[Numbered], int | None]:
-    """Give the positions, and the number at which the robot ended before `last`."""
-    if last < first:
-        raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
-    stored = await plant_of(request).robot(unit.robot_id).positions(first, last, unit.number)
-    following = stored[-1][0] + 1 if stored else first
-    return stored, following if following <= last else None
-
-
-async def _store(request: Request, unit: RobotUnit, positions: list[Numbered]) -> Response:
-    await plant_of(request).robot(unit.robot_id).upload_positions(positions, unit.number)
-    return json_response(Uploaded(robot_id=unit.robot_id, unit=unit.number, count=len(positions)))
+async def _store(request: Request, robot_id: str, unit: int, stored: list[Numbered]) -> Response:
+    await positions.store(plant_of(request), origin_of(request), robot_id, unit, stored)
+    return json_response(Uploaded(robot_id=robot_id, unit=unit, count=len(stored)))
 
 
 def _named(unit: RobotUnit, values: list[float | None]) -> dict[str, AxisValue]:
@@ -190,10 +181,10 @@ def _parse(unit: RobotUnit, content: bytes) -> list[Numbered]:
         raise InvalidRequest("The request body is no CSV: a line cannot be read; nothing was sent.") from None
     if not lines or lines[0] != header:
         raise InvalidRequest(f"line 1: the columns are {','.join(header)}; nothing was sent.")
-    positions = [_position(header, place, cells) for place, cells in enumerate(lines[1:], 2) if cells]
-    if not positions:
+    found = [_position(header, place, cells) for place, cells in enumerate(lines[1:], 2) if cells]
+    if not found:
         raise InvalidRequest("The table has no positions; nothing was sent.")
-    return positions
+    return found
 
 
 def _position(header: list[str], line: int, cells: list[str]) -> Numbered:

@@ -1,156 +1,23 @@
 """A unit's settings over HTTP: all that can be read back, by the names of the axes."""
 
-from typing import Annotated, Any, Final, NamedTuple
-
 from fastapi import Request, Response
-from pydantic import BaseModel, Field
 
-from api.common.problems import DECLARED
-from api.common.requests import RequestModel, json_response, new_router
-from api.robots.axes import Amounts, AxisSpeeds, AxisValue, build, in_order, numbers
-from api.robots.paths import RobotId, UnitNumber, unit_of
-from api.robots.read_back import reading_back
-from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
-from gateway.fics.axes import Coordinates
-from gateway.fics.errors import PartlyChanged, RobotFailed
-from gateway.fics.soft_limits import uncrossed
-from gateway.fics.units import RobotUnit
-from protocols.fics import homing, motor_axes, soft_limits, speeds
-from protocols.fics.homing import TYPES, TypeNumber
-from protocols.fics.notation import AxisName, FourDigits, Milliseconds, PercentNumber, Quantity
-from protocols.fics.row import FicsCommand
+from api.common.requests import json_response, new_router, origin_of, plant_of
+from api.robots.paths import RobotId, UnitNumber
+from gateway.core.rights import Right
+from gateway.fics.settings import SettingsChange, UnitSettings
+from gateway.operations import settings
 
 router = new_router("robot settings")
 
-Row = type[FicsCommand[Any]]
 
-
-class Setting(NamedTuple):
-    """A setting of the axes: the rows that read and write it, and whose axes it has."""
-
-    read: Row
-    write: Row
-    coordinates: Coordinates
-    quantity: Quantity | None = None
-    """What is measured in the units of the axes; None where all axes have the same unit."""
-
-    @property
-    def field(self) -> str:
-        """The field of both rows that has the values."""
-        return next(iter(self.write.model_fields))
-
-
-PLACE, SPEED = Quantity.POSITION, Quantity.SPEED
-SETTINGS: Final[dict[str, Setting]] = {
-    "speed_percent": Setting(speeds.GetSpeedPercent, speeds.SetSpeedPercent, "user"),
-    "maximum_speed": Setting(speeds.GetMaximumSpeeds, speeds.SetMaximumSpeeds, "user", SPEED),
-    "acceleration_time_ms": Setting(speeds.GetAccelerationTimes, speeds.SetAccelerationTimes, "user"),
-    "deceleration_time_ms": Setting(speeds.GetDecelerationTimes, speeds.SetDecelerationTimes, "user"),
-    "upper_soft_limit": Setting(
-        soft_limits.GetUpperSoftLimits, soft_limits.SetUpperSoftLimits, "user", PLACE
-    ),
-    "lower_soft_limit": Setting(
-        soft_limits.GetLowerSoftLimits, soft_limits.SetLowerSoftLimits, "user", PLACE
-    ),
-    "start_speed_pps": Setting(speeds.GetSelfStartSpeeds, speeds.SetSelfStartSpeeds, "motor"),
-    "homing_type": Setting(homing.GetHomingTypes, homing.SetHomingTypes, "motor"),
-    "homing_offset": Setting(homing.GetHomingOffsets, homing.SetHomingOffsets, "motor", PLACE),
-    "homing_speed": Setting(homing.GetHomingSpeeds, homing.SetHomingSpeeds, "motor", SPEED),
-    "index_search_speed": Setting(homing.GetIndexSearchSpeeds, homing.SetIndexSearchSpeeds, "motor", SPEED),
-    "motor_speed_percent": Setting(motor_axes.GetMotorSpeedPercent, motor_axes.SetMotorSpeedPercent, "motor"),
-    "motor_maximum_speed": Setting(
-        motor_axes.GetMotorMaximumSpeeds, motor_axes.SetMotorMaximumSpeeds, "motor", SPEED
-    ),
-    "motor_acceleration_time_ms": Setting(
-        motor_axes.GetMotorAccelerationTimes, motor_axes.SetMotorAccelerationTimes, "motor"
-    ),
-    "motor_deceleration_time_ms": Setting(
-        motor_axes.GetMotorDecelerationTimes, motor_axes.SetMotorDecelerationTimes, "motor"
-    ),
-    "motor_upper_soft_limit": Setting(
-        motor_axes.GetMotorUpperSoftLimits, motor_axes.SetMotorUpperSoftLimits, "motor", PLACE
-    ),
-    "motor_lower_soft_limit": Setting(
-        motor_axes.GetMotorLowerSoftLimits, motor_axes.SetMotorLowerSoftLimits, "motor", PLACE
-    ),
-}
-"""By the name that clients use, in the order in which they are read and written."""
-
-PERCENT = "Percent of the maximum speed, 0.1-100."
-TIME = "In milliseconds, 1-9999."
-START_SPEED = "In pulses per second, 0-9999."
-Percents = Annotated[dict[AxisName, PercentNumber] | None, Field(description=PERCENT)]
-Times = Annotated[dict[AxisName, Milliseconds] | None, Field(description=TIME)]
-
-
-class SettingsChange(RequestModel):
-    """Settings to change; what is not named stays as it is, and so do axes that are not named."""
-
-    smooth_acceleration: bool | None = Field(default=None, description="S-curve; of all axes of the unit.")
-    speed_percent: Percents = None
-    maximum_speed: AxisSpeeds | None = None
-    acceleration_time_ms: Times = None
-    deceleration_time_ms: Times = None
-    upper_soft_limit: Amounts | None = None
-    lower_soft_limit: Amounts | None = None
-    start_speed_pps: Annotated[dict[AxisName, FourDigits] | None, Field(description=START_SPEED)] = None
-    homing_type: Annotated[dict[AxisName, TypeNumber] | None, Field(description=TYPES)] = None
-    homing_offset: Amounts | None = None
-    homing_speed: AxisSpeeds | None = None
-    index_search_speed: AxisSpeeds | None = None
-    motor_speed_percent: Percents = None
-    motor_maximum_speed: AxisSpeeds | None = None
-    motor_acceleration_time_ms: Times = None
-    motor_deceleration_time_ms: Times = None
-    motor_upper_soft_limit: Amounts | None = None
-    motor_lower_soft_limit: Amounts | None = None
-
-
-class UnitSettings(BaseModel):
-    """The settings of a unit; after a change those that were changed, read back."""
-
-    robot_id: str
-    unit: int
-    smooth_acceleration: bool | None = Field(default=None, description="S-curve; of all axes of the unit.")
-    speed_percent: dict[str, float] | None = Field(default=None, description="100 after power-on.")
-    maximum_speed: dict[str, AxisValue] | None = None
-    acceleration_time_ms: dict[str, int] | None = None
-    deceleration_time_ms: dict[str, int] | None = None
-    upper_soft_limit: dict[str, AxisValue] | None = None
-    lower_soft_limit: dict[str, AxisValue] | None = None
-    start_speed_pps: dict[str, int] | None = None
-    homing_type: Annotated[dict[str, int] | None, Field(description=TYPES)] = None
-    homing_offset: dict[str, AxisValue] | None = None
-    homing_speed: dict[str, AxisValue] | None = None
-    index_search_speed: dict[str, AxisValue] | None = None
-    motor_speed_percent: dict[str, float] | None = Field(default=None, description="100 after power-on.")
-    motor_maximum_speed: dict[str, AxisValue] | None = None
-    motor_acceleration_time_ms: dict[str, int] | None = None
-    motor_deceleration_time_ms: dict[str, int] | None = None
-    motor_upper_soft_limit: dict[str, AxisValue] | None = None
-    motor_lower_soft_limit: dict[str, AxisValue] | None = None
-
-
-SMOOTH = "smooth_acceleration"
-
-
-@router.get(
-    "/robots/{robot_id}/units/{unit}/settings",
-    name="read_settings",
-    response_model=UnitSettings,
-    responses=DECLARED,
-)
+@router.get("/robots/{robot_id}/units/{unit}/settings", Right.VIEW, response_model=UnitSettings)
 async def read_settings(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot for all settings of a unit, one by one; refused while it moves."""
-    return json_response(await _read(unit_of(request, robot_id, unit), [SMOOTH, *SETTINGS]))
+    return json_response(await settings.read(plant_of(request), origin_of(request), robot_id, unit))
 
 
-@router.patch(
-    "/robots/{robot_id}/units/{unit}/settings",
-    name="change_settings",
-    response_model=UnitSettings,
-    responses=DECLARED,
-)
+@router.patch("/robots/{robot_id}/units/{unit}/settings", Right.SETUP, response_model=UnitSettings)
 async def change_settings(
     request: Request, robot_id: RobotId, unit: UnitNumber, change: SettingsChange
 ) -> Response:
@@ -159,51 +26,5 @@ async def change_settings(
     All are checked before the first is sent. They are sent one by one, each read back before the next; where
     the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
     """
-    axes = unit_of(request, robot_id, unit)
-    commands = {name: _command(axes, name, value) for name, value in change if value is not None}
-    if not commands:
-        raise InvalidRequest("No setting is named; nothing was sent.")
-    await _send_all(axes, await uncrossed(axes, commands))
-    with reading_back(f"The settings of {axes.address} were changed"):
-        return json_response(await _read(axes, list(commands)))
-
-
-async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]]) -> None:
-    for done, change in enumerate(changes):
-        try:
-            await unit.change(change)
-        except GatewayError as error:
-            changed = ", ".join(earlier.wire_name() for earlier in changes[:done]) or "nothing"
-            changed = f"Of the settings asked for, {changed} was changed"
-            if done and not isinstance(error, ControllerRefused | RobotFailed):
-                raise PartlyChanged(changed, error) from error
-            error.detail += f" {changed} before it."
-            raise
-
-
-def _command(unit: RobotUnit, name: str, value: Any) -> FicsCommand[Any]:
-    if name == SMOOTH:
-        return speeds.SetSmoothAcceleration(enabled=int(value))
-    setting = SETTINGS[name]
-    names = unit.names(setting.coordinates)
-    bare = in_order if setting.quantity is None else numbers
-    return build(name, setting.write, **{setting.field: bare(name, unit, names, value)})
-
-
-async def _read(unit: RobotUnit, names: list[str]) -> UnitSettings:
-    found = {name: await _value(unit, name) for name in names}
-    return UnitSettings(robot_id=unit.robot_id, unit=unit.number, **found)
-
-
-async def _value(unit: RobotUnit, name: str) -> Any:
-    if name == SMOOTH:
-        return bool((await unit.read(speeds.GetSmoothAcceleration())).enabled)
-    setting = SETTINGS[name]
-    reply = await unit.read(setting.read())
-    values = unit.by_axis(unit.names(setting.coordinates), getattr(reply, setting.field))
-    if setting.quantity is None:
-        return values
-    return {
-        axis: AxisValue(value=value, unit=unit.systems[axis].unit(setting.quantity))
-        for axis, value in values.items()
-    }
+    changed = await settings.change(plant_of(request), origin_of(request), robot_id, unit, change)
+    return json_response(changed)

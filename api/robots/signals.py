@@ -5,18 +5,17 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import RequestModel, json_response, new_router, plant_of
+from api.common.requests import json_response, new_router, origin_of, plant_of
 from api.robots.paths import RobotId
-from gateway.core.errors import InvalidRequest
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
-from gateway.fics.robot import Robot
+from gateway.operations import robots
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
-from protocols.fics.notation import LAST_CHANNEL, Bit, Number, Within
+from protocols.fics.notation import Bit, Number, Within
 from protocols.fics.notation import Channel as ChannelNumber
 from protocols.fics.variables import (
     LAST_VARIABLE,
     NUMBER,
-    GetVariable,
     SetVariable,
     Variable,
     VariableValue,
@@ -69,7 +68,7 @@ async def read_inputs(
     request: Request, robot_id: RobotId, first: FirstChannel = 1, count: ChannelCount = 1
 ) -> Response:
     """Ask the robot for inputs, channel by channel (IDI)."""
-    return await _read(plant_of(request).robot(robot_id), GetInputChannel, first, count)
+    return await _read(request, robot_id, GetInputChannel, first, count)
 
 
 @router.get("/robots/{robot_id}/outputs", Right.VIEW, response_model=Channels)
@@ -77,7 +76,7 @@ async def read_outputs(
     request: Request, robot_id: RobotId, first: FirstChannel = 1, count: ChannelCount = 1
 ) -> Response:
     """Ask the robot for outputs, channel by channel (IDO)."""
-    return await _read(plant_of(request).robot(robot_id), GetOutputChannel, first, count)
+    return await _read(request, robot_id, GetOutputChannel, first, count)
 
 
 @router.put("/robots/{robot_id}/outputs/{channel}/{bit}", Right.OPERATE, response_model=Channels)
@@ -89,9 +88,9 @@ async def switch_output(
     output: OutputState,
 ) -> Response:
     """Switch an output on or off (IOT), and read its channel back; `not-done` where it is not as asked."""
-    robot = plant_of(request).robot(robot_id)
-    told: ChannelBits = await robot.change(SwitchOutput(channel=channel, bit=bit, on=output.on))
-    return json_response(Channels(robot_id=robot.id, channels=[_channel(channel, told)]))
+    command = SwitchOutput(channel=channel, bit=bit, on=output.on)
+    told: ChannelBits = await robots.change(plant_of(request), origin_of(request), robot_id, command)
+    return json_response(Channels(robot_id=robot_id, channels=[_channel(channel, told)]))
 
 
 @router.get("/robots/{robot_id}/variables", Right.VIEW, response_model=Variables)
@@ -102,10 +101,8 @@ async def read_variables(
     count: Annotated[int, Within(1, LAST_VARIABLE + 1), Query(description="How many.")] = 1,
 ) -> Response:
     """Ask the robot for variables, one by one (VAR)."""
-    robot = plant_of(request).robot(robot_id)
-    wanted = _range("variables", first, count, LAST_VARIABLE)
-    values = [await robot.read(GetVariable(number=number)) for number in wanted]
-    return json_response(Variables(robot_id=robot.id, variables=values))
+    values = await robots.variables(plant_of(request), origin_of(request), robot_id, first, count)
+    return json_response(Variables(robot_id=robot_id, variables=list(values.values())))
 
 
 @router.put("/robots/{robot_id}/variables/{number}", Right.OPERATE, response_model=VariableValue)
@@ -116,23 +113,16 @@ async def set_variable(
     variable: VariableSetting,
 ) -> Response:
     """Set a variable (VAR), and read it back; `not-done` where it is not as asked."""
-    robot = plant_of(request).robot(robot_id)
-    return json_response(await robot.change(SetVariable(number=number, value=variable.value)))
-
-
-def _range(what: str, first: int, count: int, last: int) -> range:
-    if first + count - 1 > last:
-        raise InvalidRequest(f"count: {what} are numbered up to {last}; nothing was sent.")
-    return range(first, first + count)
+    command = SetVariable(number=number, value=variable.value)
+    return json_response(await robots.change(plant_of(request), origin_of(request), robot_id, command))
 
 
 async def _read(
-    robot: Robot, row: type[GetInputChannel | GetOutputChannel], first: int, count: int
+    request: Request, robot_id: str, row: type[GetInputChannel | GetOutputChannel], first: int, count: int
 ) -> Response:
-    wanted = _range("channels", first, count, LAST_CHANNEL)
-    replies: list[ChannelBits] = [await robot.read(row(channel=number)) for number in wanted]
-    channels = [_channel(number, reply) for number, reply in zip(wanted, replies, strict=True)]
-    return json_response(Channels(robot_id=robot.id, channels=channels))
+    found = await robots.channels(plant_of(request), origin_of(request), robot_id, row, first, count)
+    channels = [_channel(number, told) for number, told in found.items()]
+    return json_response(Channels(robot_id=robot_id, channels=channels))
 
 
 def _channel(number: int, told: ChannelBits) -> Channel:

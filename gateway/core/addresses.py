@@ -1,6 +1,7 @@
 """How bodies, groups and robots are addressed: in any case, and answered in one."""
 
 import re
+from collections.abc import Collection
 
 from gateway.core.errors import InvalidRequest
 
@@ -27,3 +28,8 @@ def canonical_address(text: str) -> str:
     raise InvalidRequest(
         f"{text!r} is no address of a body or robot.", "Give addresses such as 3F, line.3F, r1 or r1/units/1."
     )
+
+
+def there_are(names: Collection[str]) -> str:
+    """List what there is."""
+    return f"there {'is' if len(names) == 1 else 'are'} {', '.join(names) or 'none'}"

@@ -1,4 +1,4 @@
-"""What the records that the gateway gives to its clients have in common."""
+"""What the records that the gateway gives to its clients, and takes from them, have in common."""
 
 from typing import Any
 
@@ -13,3 +13,9 @@ class Record(BaseModel):
     """Something the gateway tells: every member is always there, be it null."""
 
     model_config = ConfigDict(extra="forbid", json_schema_extra=_all_required)
+
+
+class RequestModel(BaseModel):
+    """What a client asks for: nothing is converted, and nothing unknown is passed over."""
+
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)

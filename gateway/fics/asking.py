@@ -24,7 +24,7 @@ from protocols.fics.link import Failure
 from protocols.fics.positions import DownloadPositions
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
 from protocols.fics.system import HostMode, SelectUnit
-from protocols.table import Reply
+from protocols.table import Effect, Reply
 
 TURN_WITHIN_S = 5.0
 """So long a read or a command waits for the robot to be free, and then for the line; a move says how long."""
@@ -147,7 +147,12 @@ class Asking:
         return self._units[0].number
 
     def _admit(self, command: FicsCommand[Any], unit: int | None) -> int | None:
-        """Refuse what motion forbids, and give the unit to be selected: None for the whole system."""
+        """Refuse what moves or stops something and what motion forbids, and give the unit to be selected."""
+        if command.effect in (Effect.MOTION, Effect.STOP):
+            raise InvalidRequest(
+                f"{command.wire_name()} moves or stops something and is not merely asked; nothing was sent.",
+                "Start a move, or stop the robot.",
+            )
         number: int | None = None
         if unit is not None:
             number = unit if unit in self._by_number else unit_of(self._units, unit).number

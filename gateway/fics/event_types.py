@@ -3,11 +3,11 @@
 from pydantic import Field
 
 from gateway.core.event_types import EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
+from gateway.fics.axes import Coordinates
 from gateway.fics.jogs import JogSession
 from gateway.fics.move_record import RobotMove
 from gateway.fics.stops import RobotStopReport
 from gateway.fics.system_errors import RobotErrorRecord
-from gateway.fics.units import Coordinates
 
 ROBOT, UNIT = "/robots/{robot_id}", "/robots/{robot_id}/units/{unit}"
 

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from gateway.core.errors import ControllerRefused, GatewayError, NotFound
 from gateway.core.lanes import Lane
+from gateway.core.origin import Origin, acting
 from gateway.core.records import Record
 from gateway.fics.axes import unit_of
 from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected

@@ -20,7 +20,7 @@ class RobotMoves:
     """All moves of all robots: starts them, follows them, remembers them."""
 
     def __init__(self) -> None:
-        self._log = MoveLog[RobotMove]()
+        self.log = MoveLog[RobotMove]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
         """With what is known when the robot has taken the command, or why it has not."""
 
@@ -29,18 +29,18 @@ class RobotMoves:
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        return self._log.get(move_id)
+        return self.log.get(move_id)
 
     def of(self, unit: RobotUnit) -> list[RobotMove]:
         """The unit's moves, newest first."""
-        return self._log.of(unit.address)
+        return self.log.of(unit.address)
 
     async def wait(self, move_id: str, timeout_s: float) -> RobotMove:
         """Give the move when it is over, or as it is when the time is up.
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        return await self._log.wait(move_id, timeout_s)
+        return await self.log.wait(move_id, timeout_s)
 
     async def start(
         self, robot: Robot, unit: int, command: FicsCommand[Any], start_within_s: float = 5.0
@@ -78,7 +78,7 @@ class RobotMoves:
 
     def let_go(self) -> None:
         """Give those who wait for moves what is known now."""
-        self._log.let_go()
+        self.log.let_go()
 
     async def close(self) -> None:
         """Stop following, once the lines are closed; the robots keep doing what they do."""
@@ -102,7 +102,7 @@ class RobotMoves:
             frame=unit.frame_of(command),
             created_at=now,
         )
-        self._log.add(move)
+        self.log.add(move)
         robot.motion.begin_move(unit.number, move)
         move.event_cursor = _publish("queued", robot, move)
         return move
@@ -119,7 +119,7 @@ class RobotMoves:
         if status.final:
             move.ended_at = datetime.now(UTC)
             robot.motion.end_move(move.unit)
-            self._log.end(move)
+            self.log.end(move)
         _publish("started" if status is MoveStatus.MOVING else status, robot, move)
 
 

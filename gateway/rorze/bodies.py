@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, TypeVar, cast
 
-from gateway.core.errors import BodyBusy, GatewayError, NoReply
+from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move
 from gateway.core.waiting import happens
@@ -135,6 +135,7 @@ class Body:
 
         :raises GatewayError: it was refused, not sent, or not answered; the error says which.
         """
+        forbid_stop(self.address, command)
         self.forbid_renaming(command)
         lane = lane_of(command) if lane is None else lane
         future = self.line.submit(self.number, command, lane, expires_at=expires_at, on_written=on_written)
@@ -432,6 +433,7 @@ class Group:
 
         :raises GatewayError: nobody can have executed it, or nobody answered.
         """
+        forbid_stop(self.address, command)
         self.require_in_force()
         for member in self.members:
             member.forbid_renaming(command)
@@ -470,6 +472,19 @@ def _member_result(member: Body, command: RorzeCommand[Any], answered: Answered)
         return reply_of(member.number, command, answered, member.address)
     except GatewayError as error:
         return error
+
+
+def forbid_stop(address: str, command: RorzeCommand[Any]) -> None:
+    """Refuse a stop that nobody would repeat until standstill is proved.
+
+    :raises InvalidRequest: it is one.
+    """
+    if command.effect is Effect.STOP:
+        raise InvalidRequest(
+            f"{command.code} is not sent to {address} alone, for nobody would see to its standstill; nothing "
+            "was sent.",
+            "Stop it.",
+        )
 
 
 def answer_or_raise(address: str, command: RorzeCommand[Any], outcome: Outcome) -> Answered:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
 
-from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
+from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotAllowed
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import Move, MoveError, MoveKind, MoveStatus
 from gateway.rorze.bodies import Body, Group
@@ -22,9 +22,12 @@ from protocols.table import Reply
 class Moves:
     """All moves of a plant: starts them, follows them, remembers them."""
 
-    def __init__(self, publish: Callable[[str, Body, Move], str]) -> None:
+    def __init__(
+        self, publish: Callable[[str, Body, Move], str], *, allow_endless_moves: bool = False
+    ) -> None:
         self._publish = publish
-        self._log = MoveLog[Move]()
+        self._allow_endless_moves = allow_endless_moves
+        self.log = MoveLog[Move]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
 
     def get(self, move_id: str) -> Move:
@@ -32,18 +35,18 @@ class Moves:
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        return self._log.get(move_id)
+        return self.log.get(move_id)
 
     def of(self, body: Body) -> list[Move]:
         """The body's moves, newest first."""
-        return self._log.of(body.address)
+        return self.log.of(body.address)
 
     async def wait(self, move_id: str, timeout_s: float) -> Move:
         """Give the move when it is over, or as it is when the time is up.
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        return await self._log.wait(move_id, timeout_s)
+        return await self.log.wait(move_id, timeout_s)
 
     async def start(
         self, target: Body | Group, command: RorzeCommand[Any], start_within_s: float = 5.0
@@ -52,12 +55,14 @@ class Moves:
 
         One move comes back for a body, one for each member for a group.
 
+        :raises NotAllowed: it would never end, and the configuration does not allow that.
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
         :raises PowerCycled: a body has lost its power, and would go to another place; nothing was sent.
         :raises ControllerRefused: the body refused; nothing moved.
         :raises NotSent: the line is down, the body offline, the time was up, or the gateway ends or was held
             up; nothing was sent.
         """
+        self.require_end(command)
         target.line.admission.require()
         bodies = _idle_bodies_of(target)
         _require_power(bodies, command)
@@ -74,6 +79,17 @@ class Moves:
             raise refusal
         return [case.move for case in flight.cases]
 
+    def require_end(self, command: RorzeCommand[Any]) -> None:
+        """Refuse a move without an end where the configuration does.
+
+        :raises NotAllowed: it does.
+        """
+        if kind_of(command) == "continuous" and not self._allow_endless_moves:
+            raise NotAllowed(
+                "Moves without an end are switched off; nothing was sent.",
+                "Give a distance, or set allow_endless_moves in the configuration.",
+            )
+
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""
         if self._tasks:
@@ -81,7 +97,7 @@ class Moves:
 
     def let_go(self) -> None:
         """Give those who wait for moves what is known now."""
-        self._log.let_go()
+        self.log.let_go()
 
     async def close(self) -> None:
         """Stop following, once the lines are closed; the motors keep doing what they do."""
@@ -102,7 +118,7 @@ class Moves:
             frame=target.line.frame_of(target.number, command),
             created_at=now,
         )
-        self._log.add(move)
+        self.log.add(move)
         body.move = move
         body.free.clear()
         move.event_cursor = self._publish("body.move.queued", body, move)
@@ -119,7 +135,7 @@ class Moves:
             move.ended_at = datetime.now(UTC)
             body.move = None
             body.free.set()
-            self._log.end(move)
+            self.log.end(move)
         self._publish(
             "body.move.started" if status is MoveStatus.MOVING else f"body.move.{status}", body, move
         )

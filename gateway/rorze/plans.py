@@ -1,16 +1,24 @@
 """What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
 
+import asyncio
 from typing import Any
 
-from pydantic import Field
+from pydantic import BaseModel, Field
 
 from gateway.core.errors import ControllerRefused
 from gateway.core.lanes import Lane
 from gateway.core.records import Record
-from gateway.rorze.bodies import Body
+from gateway.rorze.bodies import Body, Group
 from protocols.rorze.encoder import GetEncoderRatio
 from protocols.rorze.modes import GetOperatingMode
-from protocols.rorze.moves import AbsoluteMove, RelativeMove
+from protocols.rorze.moves import (
+    AbsoluteMove,
+    MoveClockwise,
+    MoveClockwiseSlowly,
+    MoveCounterclockwiseSlowly,
+    MoveToSlowly,
+    RelativeMove,
+)
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.patterns import GetPattern, GetSpeedChange
 from protocols.rorze.position import GetPosition
@@ -28,6 +36,8 @@ from protocols.table import Ack
 
 SPEED_CHANGES = 16
 """Points a pattern may have (SES)."""
+_SLOW = MoveClockwiseSlowly, MoveCounterclockwiseSlowly, MoveToSlowly
+"""They run at the start speed (RC-420 manual 13.2)."""
 
 
 class PlannedMove(Record):
@@ -41,6 +51,22 @@ class PlannedMove(Record):
     target_position: int | None = Field(description="In pulses, where it can be known beforehand.")
     duration_s: float | None = Field(description="How long pulses would run, with the settings of now.")
     note: str | None = Field(None, description="Why something is not known, or would be refused.")
+
+
+class GroupPlan(BaseModel):
+    """A group's move that was checked and not sent."""
+
+    group_id: str
+    frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
+    members: list[PlannedMove]
+
+
+async def group_plan_of(group: Group, command: RorzeCommand[Any]) -> GroupPlan:
+    """Work out the moves of all members; errors as of `plan_of`."""
+    frame = group.line.frame_of(group.number, command)
+    plans = await asyncio.gather(*(plan_of(member, command) for member in group.members))
+    members = [plan.model_copy(update={"frame": frame}) for plan in plans]
+    return GroupPlan(group_id=group.address, frame=frame, members=members)
 
 
 async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
@@ -75,7 +101,7 @@ async def target_of(body: Body, command: RorzeCommand[Any], start: int, lane: La
     """Where the command should bring the motor, as far as it can be known beforehand."""
     if isinstance(command, RelativeMove):
         amount = await _amount(body, command.distance, lane)
-        sign = 1 if command.code[1] == "+" else -1
+        sign = 1 if isinstance(command, MoveClockwise | MoveClockwiseSlowly) else -1
         return None if amount is None else start + sign * amount
     if isinstance(command, AbsoluteMove):
         return await _amount(body, command.position, lane)
@@ -102,7 +128,7 @@ async def _pulses(body: Body, amount: int) -> int:
 
 async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:
     up, down = await _parameters_of_pattern(body, command.pattern)
-    make = plan_slow if command.code.startswith("2") else plan
+    make = plan_slow if isinstance(command, _SLOW) else plan
     return make(distance, up, down, await _speed_changes(body, command.pattern))
 
 

@@ -14,10 +14,10 @@ from httpx2 import ASGITransport, AsyncClient
 
 from api.app import create_app
 from gateway.config import Config
-from gateway.plant import Plant
 from simulator.rorze.line import build_line
 from tests.plants import is_known
 from tests.simulated_line import SimulatedLine
+from tests.tested_plant import TestedPlant
 from tests.virtual_time import run_virtual
 
 HOST = "127.0.0.1:8420"
@@ -33,7 +33,7 @@ RELATIVE = {"kind": "relative", "direction": "cw", "distance": {"value": 50_000,
 class Stand:
     """All that a story needs."""
 
-    plant: Plant
+    plant: TestedPlant
     app: FastAPI
     client: AsyncClient
     ports: dict[str, SimulatedLine]
@@ -85,7 +85,7 @@ async def build_stand(lines: Mapping[str, Bodies], server: Mapping[str, object])
     tables = [{"id": line, "address": addresses[line], "bodies": lines[line]} for line in lines]
     config = Config.model_validate({"server": server, "lines": tables})
     by_address = {addresses[line]: port for line, port in ports.items()}
-    plant = Plant(config, open_transport=lambda address: by_address[address])
+    plant = TestedPlant(config, open_transport=lambda address: by_address[address])
     ups = plant.events.subscribe(types=["line.up"])
     await plant.start()
     for _ in lines:

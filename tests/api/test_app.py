@@ -31,7 +31,7 @@ async def test_a_fault_of_the_gateway_is_a_problem_that_does_not_pretend(stand: 
     def broken(_: str) -> object:
         raise ZeroDivisionError
 
-    stand.plant.body = broken  # type: ignore[assignment,method-assign]  # a fault cannot be ordered otherwise
+    stand.plant.target = broken  # type: ignore[assignment,method-assign]  # a fault cannot be ordered otherwise
     answer = await stand.get("/bodies/3F/position")
     assert (answer.status_code, answer.json()["moved"]) == (500, "unknown")
     assert "ZeroDivision" not in answer.text

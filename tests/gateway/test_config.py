@@ -6,7 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from gateway.config import Body, ConfigError, Group, Line, Robot, RobotUnit, Server, load, parse
+from gateway.config import ConfigError, Server, load, parse
+from gateway.core import tables
+from gateway.fics import config as fics
+from gateway.fics.config import Robot, RobotUnit
+from gateway.rorze.config import Body, Group, Line
 
 PLANT = """\
 [server]
@@ -49,9 +53,13 @@ def changed(old: str, new: str) -> str:
     return PLANT.replace(old, new)
 
 
+def lines_of_bodies(text: str) -> list[Line]:
+    return [line for line in parse(text, "x").lines if isinstance(line, Line)]
+
+
 def test_a_plant_is_read_with_its_defaults() -> None:
     config = parse(PLANT, "gateway.toml")
-    main, aux = config.lines
+    main, aux = lines_of_bodies(PLANT)
     assert (config.server.host, config.server.port) == ("127.0.0.1", 9000)
     assert not config.server.raw_commands
     assert not config.server.allow_endless_moves
@@ -63,18 +71,18 @@ def test_a_plant_is_read_with_its_defaults() -> None:
 
 def test_addresses_become_canonical_and_numbers() -> None:
     config = parse(PLANT, "gateway.toml")
-    bodies, (group,) = config.lines[0].bodies, config.lines[0].groups
+    bodies, (group,) = lines_of_bodies(PLANT)[0].bodies, lines_of_bodies(PLANT)[0].groups
     assert [(body.id, body.number) for body in bodies] == [("00", 0x00), ("3F", 0x3F)]
     assert (group.id, group.number) == ("8A", 0x8A)
     assert config.server.allowed_hosts == ("gateway.example",)
 
 
 def test_a_group_keeps_the_order_it_was_written_in() -> None:
-    assert parse(PLANT, "gateway.toml").lines[0].groups[0].members == ("3F", "00")
+    assert lines_of_bodies(PLANT)[0].groups[0].members == ("3F", "00")
 
 
 def test_units_and_names_are_optional() -> None:
-    first, second = parse(PLANT, "gateway.toml").lines[0].bodies
+    first, second = lines_of_bodies(PLANT)[0].bodies
     assert (first.name, first.units) == (None, None)
     assert second.name == "旋回"
     assert second.units is not None
@@ -216,14 +224,14 @@ def with_group_of(count: int) -> str:
 
 
 def test_a_group_may_have_as_many_members_as_fit_in_60_characters() -> None:
-    assert len(parse(with_group_of(17), "x").lines[0].groups[0].members) == 17
+    assert len(lines_of_bodies(with_group_of(17))[0].groups[0].members) == 17
     assert "members: names too many bodies" in complaint(with_group_of(18))
 
 
 def test_a_line_with_one_digit_body_numbers_has_neither_higher_bodies_nor_groups() -> None:
     old_form = 'address = "tcp://127.0.0.1:4001"\nintroducer = "$"\n'
     line = f'[[lines]]\nid = "a"\n{old_form}'
-    assert parse(line + '[[lines.bodies]]\nid = "0F"\n', "x").lines[0].bodies[0].number == 15
+    assert lines_of_bodies(line + '[[lines.bodies]]\nid = "0F"\n')[0].bodies[0].number == 15
     assert complaint(line + '[[lines.bodies]]\nid = "10"\n').startswith(
         "gateway.toml:6: lines[0].bodies[0].id"
     )
@@ -298,13 +306,13 @@ REFERENCE = (Path(__file__).parents[2] / "docs/configuration.md").read_text("utf
 def test_the_example_in_the_documentation_is_a_configuration() -> None:
     example = re.search(r"```toml\n(.*?)```", REFERENCE, re.DOTALL)
     assert example is not None
-    assert [body.name for body in parse(example[1], "x").lines[0].bodies] == ["swivel", "arm", "lift"]
+    assert [body.name for body in lines_of_bodies(example[1])[0].bodies] == ["swivel", "arm", "lift"]
 
 
 def test_the_robot_in_the_documentation_is_a_configuration() -> None:
     (robot,) = re.findall(r"```toml\n([^`]*?\[lines\.robot\].*?)```", REFERENCE, re.DOTALL)
     (line,) = parse(robot, "x").lines
-    assert line.robot is not None
+    assert isinstance(line, fics.Line)
     scara, table = (unit.systems for unit in line.robot.units)
     assert [scara[axis].value for axis in "XYZ@AB"] == ["mm", "mm", "mm", "degree", "degree", "degree"]
     assert {axis: system.value for axis, system in table.items()} == {"X": "pulse", "Y": "pulse"}
@@ -314,7 +322,9 @@ def test_the_robot_in_the_documentation_is_a_configuration() -> None:
     ("table", "header"),
     [
         (Server, "[server]"),
-        (Line, "[[lines]]"),
+        (tables.Line, "[[lines]]"),
+        (Line, '[[lines]]` of protocol `"rorze"'),
+        (fics.Line, '[[lines]]` of protocol `"fics"'),
         (Body, "[[lines.bodies]]"),
         (Group, "[[lines.groups]]"),
         (Robot, "[lines.robot]"),
@@ -325,7 +335,9 @@ def test_the_documentation_has_every_key_with_its_default(table: type[BaseModel]
     section = re.search(rf"## `{re.escape(header)}`.*?(?=\n## |\Z)", REFERENCE, re.DOTALL)
     assert section is not None
     written = dict(re.findall(r"(?m)^\| `(\w+)` \| (.+?) \|", section[0]))
-    fields = {key: field for key, field in table.model_fields.items() if key not in {"bodies", "groups"}}
+    inherited = tables.Line.model_fields if table in (Line, fics.Line) else ()
+    elsewhere = {"bodies", "groups", *inherited}
+    fields = {key: field for key, field in table.model_fields.items() if key not in elsewhere}
     assert list(written) == list(fields)
     for key, field in fields.items():
         default = "required" if field.is_required() else shown(field.default)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway.config import Units, parse
+from gateway.config import parse
 from gateway.core.errors import (
     Ambiguous,
     BodyBusy,
@@ -16,8 +16,9 @@ from gateway.core.errors import (
     NotFound,
 )
 from gateway.core.move_record import Move
-from gateway.plant import HEALTH_POLL_S, Plant
 from gateway.rorze.bodies import MotorState
+from gateway.rorze.body_watch import HEALTH_POLL_S
+from gateway.rorze.config import Units
 from gateway.rorze.errors import refused as refusal_of
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.link_master import SetGroup
@@ -32,6 +33,7 @@ from simulator.rorze.line import build_line
 from simulator.rorze.rc400 import LinkSettings
 from simulator.rorze.world import EMS, Span
 from tests.plants import SET_UP_S, Rig, Wire, configuration, in_virtual_time, lose, rig
+from tests.tested_plant import TestedPlant
 
 FAR = MoveClockwise(distance=50_000)
 
@@ -513,11 +515,11 @@ async def test_a_pulled_cable_is_reported_and_everything_is_set_up_when_it_is_ba
 # what it is made of
 
 
-def tracing_plant(trace_file: Path, trace_entries: int) -> Plant:
+def tracing_plant(trace_file: Path, trace_entries: int) -> TestedPlant:
     """A plant that nobody starts, with a trace in a file."""
     options = f'trace_file = "{trace_file}"\ntrace_entries = {trace_entries}'
     config = parse(configuration(options=options), "test.toml")
-    return Plant(config, open_transport=lambda _: Wire(build_line((0x00, 0x01, 0x3F), 0.0)))
+    return TestedPlant(config, open_transport=lambda _: Wire(build_line((0x00, 0x01, 0x3F), 0.0)))
 
 
 @in_virtual_time
@@ -534,7 +536,7 @@ async def test_a_trace_that_is_not_kept_in_memory_is_written_to_its_file_all_the
 async def test_a_body_is_as_its_configuration_says() -> None:
     tables = 'bodies = [{id = "3F", position_tolerance = 3, units = {unit = "mm", pulses_per_unit = 100.0}}]'
     text = configuration(bodies=(), groups={}).replace("bodies = []", tables)
-    plant = Plant(parse(text, "test.toml"), open_transport=lambda _: Wire(build_line((0x3F,), 0.0)))
+    plant = TestedPlant(parse(text, "test.toml"), open_transport=lambda _: Wire(build_line((0x3F,), 0.0)))
     [body] = plant.bodies()
     assert (body.position_tolerance, body.scale) == (3, Units(unit="mm", pulses_per_unit=100.0))
 

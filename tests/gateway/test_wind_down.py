@@ -6,12 +6,12 @@ from typing import Literal
 import pytest
 
 from gateway.core.errors import GatewayError, ShuttingDown
+from gateway.core.family import ENDS_ITSELF, NOT_OURS
 from gateway.core.move_record import MoveStatus
 from gateway.core.silence import OUT_OF_REACH_S
 from gateway.core.stops import UNCONFIRMED
 from gateway.fics.errors import JogOver, UploadBrokenOff
-from gateway.plant import Plant
-from gateway.wind_down import ENDS_ITSELF, HURRY_S, NOT_OURS, WIND_DOWN_S
+from gateway.wind_down import HURRY_S, WIND_DOWN_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro
 from protocols.fics.moves import MoveRelative
@@ -22,6 +22,7 @@ from protocols.rorze.speeds import SetStartSpeed
 from simulator.faults import Direction, Fault, Switch
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time, lose, rig, start
+from tests.tested_plant import TestedPlant
 
 ENDLESS = MoveClockwise(distance="endless")
 LONG = MoveClockwise(distance=500_000)
@@ -34,10 +35,9 @@ def now() -> float:
     return asyncio.get_running_loop().time()
 
 
-def on_exit(plant: Plant, what: Literal["leave", "stop"]) -> None:
-    """Configure what becomes of motors that move at the end."""
-    server = plant.config.server.model_copy(update={"on_exit": what})
-    plant.config = plant.config.model_copy(update={"server": server})
+def on_exit(plant: TestedPlant, what: Literal["leave", "stop"]) -> None:
+    """Configure what becomes of motors when the gateway ends."""
+    plant._end._on_exit = what
 
 
 # bodies

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from api.bodies import command_routes
+from api import command_routes
+from gateway.rorze.family import Rorze
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.row import LinkMasterCommand
 from protocols.table import Reply, Retry
@@ -14,7 +15,9 @@ READS = [row for row in COMMANDS.values() if row.retry is Retry.READ and not row
 
 
 def test_every_row_has_its_routes() -> None:
-    paths = {getattr(route, "path", "") for router in command_routes.routers() for route in router.routes}
+    paths = {
+        getattr(route, "path", "") for router in command_routes.routers(Rorze) for route in router.routes
+    }
     for row in COMMANDS.values():
         to_line = issubclass(row, LinkMasterCommand)
         places = ["lines/{line_id}"] if to_line else ["bodies/{body_id}", "groups/{group_id}"]
@@ -23,7 +26,7 @@ def test_every_row_has_its_routes() -> None:
 
 @given(st.sampled_from(list(COMMANDS.values())))
 def test_every_row_is_described_with_its_code_title_and_errors(row: Row) -> None:
-    text = command_routes.describe(row)
+    text = command_routes.describe(Rorze, row)
     assert f"`{row.code}`" in text
     assert row.titles()[0] in text
     assert all(f"0x{code:02X}" in text for code in row.errors)

@@ -9,13 +9,13 @@ from pydantic import ValidationError
 
 from api.common.requests import (
     MAX_WAIT_S,
-    RequestModel,
     age_ms_of,
     json_response,
     utc_of,
     wait_headers,
     wait_s,
 )
+from gateway.core.records import RequestModel
 from tests.gateway.rorze.far_end import virtual
 
 

@@ -12,8 +12,9 @@ from starlette.testclient import TestClient
 
 from api.common import problems
 from api.common.access import Access
-from api.common.requests import RequestModel, new_router
+from api.common.requests import new_router
 from api.common.strict_json import MAX_BODY_BYTES, MAX_DEPTH, MAX_DIGITS, MAX_KEYS, NotStrict, parse
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 
 # No deeper than a request may be, and no numbers that are too large for JSON.

@@ -2,7 +2,8 @@
 
 import pytest
 
-from api.robots import command_routes
+from api import command_routes
+from gateway.fics.family import Fics
 from protocols.fics.commands import ROWS, Row, of_the_robot
 from protocols.table import Retry
 from tests.api.bodies.test_moves import refused
@@ -16,7 +17,7 @@ def place(row: Row) -> str:
 
 
 def test_every_row_has_one_route() -> None:
-    paths = [getattr(route, "path", "") for router in command_routes.routers() for route in router.routes]
+    paths = [getattr(route, "path", "") for router in command_routes.routers(Fics) for route in router.routes]
     for row in ROWS:
         assert len([path for path in paths if path.endswith(f"/commands/{row.name()}")]) == 1
     assert len(paths) == len(ROWS)
@@ -24,7 +25,7 @@ def test_every_row_has_one_route() -> None:
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name())
 def test_every_row_is_described_with_its_code_and_title(row: Row) -> None:
-    text = command_routes.describe(row)
+    text = command_routes.describe(Fics, row)
     assert (f"`{row.code}`" if row.code else "named by the macro") in text
     assert row.titles()[0] in text
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from api.robots.settings import SETTINGS, SMOOTH, SettingsChange, UnitSettings
+from gateway.fics.settings import SETTINGS, SMOOTH, SettingsChange, UnitSettings
 from protocols.fics.commands import ROWS
 from protocols.table import Retry
 from tests.api.bodies.test_moves import refused

@@ -3,6 +3,7 @@
 import pytest
 
 from gateway.config import ConfigError, parse
+from gateway.fics.config import Line
 from protocols.fics.notation import AxisSystem
 
 LINE = """
@@ -21,7 +22,7 @@ units = [{number = 1, axes = ["X", "Y", "@"]}, {number = 2, axes = ["X"], system
 
 def test_a_robot_has_its_units() -> None:
     (line,) = parse(LINE, "x").lines
-    assert line.robot is not None
+    assert isinstance(line, Line)
     assert (line.mode, line.robot.id, line.robot.name) == (2, "r1", "picker")
     picker, turner = line.robot.units
     assert picker.systems == {"X": AxisSystem.MILLIMETRE, "Y": AxisSystem.MILLIMETRE, "@": AxisSystem.DEGREE}
@@ -48,7 +49,7 @@ motor_system = ["degree", "pulse",  "mm", "degree"]
 
 def systems(text: str) -> dict[str, str]:
     (line,) = parse(text, "x").lines
-    assert line.robot is not None
+    assert isinstance(line, Line)
     return {axis: system.value for axis, system in line.robot.units[0].systems.items()}
 
 

@@ -15,7 +15,6 @@ from gateway.core.move_record import MoveStatus
 from gateway.core.port import LineState
 from gateway.fics.errors import RobotBusy
 from gateway.fics.robot import Robot
-from gateway.plant import Plant
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
 from protocols.fics.variables import GetVariable, VariableValue
@@ -23,6 +22,7 @@ from simulator.fics.layout import Layout
 from simulator.fics.line import build_line
 from tests.dpram_board import FICS_FLAG, FROM_HOST, HOST_FLAG, HOST_MODE, TO_HOST, WIRINGS, Board, Wiring
 from tests.fics_plants import SCARA
+from tests.tested_plant import TestedPlant
 from tests.virtual_time import run_virtual
 from transports import dpram
 
@@ -40,7 +40,7 @@ def _spinning_takes_no_virtual_time(monkeypatch: pytest.MonkeyPatch) -> None:
 class Cell:
     """A running plant with one robot on a board."""
 
-    plant: Plant
+    plant: TestedPlant
     board: Board
 
     def is_ready(self) -> bool:
@@ -79,7 +79,7 @@ async def cell(
         f'robot = {{id = "r1", units = [{SCARA}]}}\n',
         "test.toml",
     )
-    plant = Plant(config, rng=Random(0))
+    plant = TestedPlant(config, rng=Random(0))
     fics = asyncio.create_task(board.run())
     await plant.start()
     try:

@@ -6,6 +6,7 @@ import pytest
 
 from gateway.core.errors import NotSent
 from gateway.core.move_record import MoveStatus
+from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute
 from simulator.fics.settings import RobotSettings
@@ -33,7 +34,7 @@ def test_it_moves_stops_and_goes_nowhere_after_a_loss_of_power(other: str, mode:
             to_5 = MoveAbsolute(coordinates=[None, None, 5.0])
             assert (await rig.move(to_5)).status is MoveStatus.SUCCEEDED
             assert (await rig.robot.stop("immediate")).state == "confirmed"
-            await rig.robot.errors_of_system.reset()
+            await rig.robot.ask(ResetErrors())
             rig.power_cycle()
             await asyncio.sleep(5)
             with pytest.raises(NotSent):

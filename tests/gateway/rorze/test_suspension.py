@@ -8,7 +8,6 @@ from gateway.core.errors import GatewayError, HeldUp
 from gateway.core.loop_watch import DOUBT_S, SUSPENDED_S
 from gateway.core.move_record import MoveStatus
 from gateway.fics.errors import JogOver, UploadBrokenOff
-from gateway.plant import Plant
 from gateway.rorze.bodies import MotorState
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative
@@ -18,6 +17,7 @@ from protocols.rorze.position import GetPosition
 from protocols.rorze.speeds import SetStartSpeed
 from tests.fics_plants import fics_rig
 from tests.plants import ended, in_virtual_time, rig, start
+from tests.tested_plant import TestedPlant
 
 LONG = MoveClockwise(distance=100_000)
 SETTING = SetStartSpeed(speed_set=1, speed=1000)
@@ -30,7 +30,7 @@ A_WHILE_S = SUSPENDED_S + 1.0
 class Lid:
     """The lid of a laptop: while it is closed the loop's clock stands still, and the computer's does not."""
 
-    def __init__(self, plant: Plant) -> None:
+    def __init__(self, plant: TestedPlant) -> None:
         self._loop = asyncio.get_running_loop()
         self._closed_s = 0.0
         plant.watch._clock = lambda: self._loop.time() + self._closed_s

@@ -5,8 +5,8 @@ from typing import Any, ClassVar, Literal, TypeVar
 
 from pydantic import BaseModel, Field, ValidationError
 
-from api.common.requests import RequestModel
 from gateway.core.errors import InvalidRequest
+from gateway.core.records import RequestModel
 from gateway.fics.axes import UnitAxes
 from protocols.fics.notation import AxisName, Number, Quantity, SpeedNumber
 from protocols.fics.row import FicsCommand

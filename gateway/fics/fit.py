@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from api.robots.settings import SETTINGS, Row, Setting
 from gateway.fics.axes import UnitAxes
+from gateway.fics.settings import SETTINGS, Row, Setting
 from protocols.fics.jog import StartJog, StepAxis, StopJog
 from protocols.fics.row import FicsCommand
 

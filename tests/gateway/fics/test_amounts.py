@@ -2,8 +2,8 @@
 
 import pytest
 
-from api.robots.axes import Amount, AxisSpeed, build, in_order, numbers
 from gateway.core.errors import InvalidRequest
+from gateway.fics.amounts import Amount, AxisSpeed, build, in_order, numbers
 from gateway.fics.axes import UnitAxes
 from protocols.fics.moves import MoveAbsolute
 from protocols.fics.notation import AxisSystem

@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from api.robots.fit import require_fit
 from gateway.core.errors import InvalidRequest
 from gateway.fics.axes import UnitAxes
+from gateway.fics.fit import require_fit
 from protocols.fics.homing import SetHomingOffsets, SetHomingTypes
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.notation import AxisSystem

@@ -1,0 +1,104 @@
+"""One route for each row of the command tables, with its own types, for whatever the row is addressed to."""
+
+from collections.abc import Mapping
+from functools import cache
+from inspect import getdoc
+from typing import Annotated, Any, Final
+
+from fastapi import Body, Request, Response
+
+from api.common.parameters import Endpoint, names_in, taking
+from api.common.problems import DECLARED
+from api.common.requests import BodyId, GroupId, LineId, Wait, new_router, origin_of, plant_of, wait_s
+from api.common.results import AGE_HEADER, GroupMove, GroupReply, StopResult, render
+from api.common.routes import Router
+from api.common.words import WORDS, Responses, ends_declared, words_of
+from api.resources import resource_router
+from api.robots.paths import RobotId, UnitNumber
+from gateway.core.family import Family, Place, Row
+from gateway.core.rights import RIGHT_OF
+from gateway.operations.commands import do
+
+PARAMETERS: Final[Mapping[str, Any]] = {
+    "line_id": LineId,
+    "body_id": BodyId,
+    "group_id": GroupId,
+    "robot_id": RobotId,
+    "unit": UnitNumber,
+}
+"""What is told of the names in paths; of others, that they are text."""
+
+
+@cache
+def routers(family: type[Family]) -> list[Router]:
+    """Make the routes of the whole table of a family."""
+    made: dict[str, Router] = {}
+    for place, row in family.commands:
+        tag = words_of(place.path).tag
+        _add(made.setdefault(tag, new_router(tag)), family, place, row)
+    own = {place.path: place for place, _ in family.commands if place.path not in WORDS}
+    return [*made.values(), *map(resource_router, own.values())]
+
+
+def _add(router: Router, family: type[Family], place: Place, row: Row) -> None:
+    """Register a row's route."""
+    status, model, responses = _answers(family, place, row)
+    router.add(
+        "POST",
+        f"{place.path}/commands/{row.name()}",
+        RIGHT_OF[row.effect],
+        _endpoint(family, place, row),
+        name=f"send_{row.name().replace('-', '_')}{place.suffix}",
+        summary=row.titles()[1].capitalize(),
+        openapi_extra={"x-code": row.code} if row.code else None,
+        status_code=status,
+        response_model=model,
+        responses=responses,
+        description=describe(family, row),
+    )
+
+
+def describe(family: type[Family], row: Row) -> str:
+    """The row's documentation: what the manual's page says, in few words."""
+    japanese, english = row.titles()
+    more = (getdoc(row) or "").partition("\n")[2].strip()
+    return "\n\n".join(part for part in (f"{japanese}: {english}.", more, *family.facts(row)) if part)
+
+
+def _answers(family: type[Family], place: Place, row: Row) -> tuple[int, Any, Responses]:
+    """The status, the model and the declared responses of a row's route."""
+    if row in family.sessions:
+        return 201, family.sessions[row], DECLARED
+    if row.starts_motion():
+        model = GroupMove if place.members else place.move
+        return 202, model, ends_declared(place.path, model)
+    if row in family.stop_modes:
+        return 200, StopResult, DECLARED
+    model = family.answer_model(row)
+    if place.members:
+        generic: Any = GroupReply
+        return 200, generic[model], DECLARED
+    if not family.is_dated(row):
+        return 200, model, DECLARED
+    age = {"description": "How old the answer is, in milliseconds.", "schema": {"type": "number"}}
+    told = {"description": words_of(place.path).replied, "headers": {AGE_HEADER: age}}
+    return 200, model, {**DECLARED, 200: told}
+
+
+def _endpoint(family: type[Family], place: Place, row: Row) -> Endpoint:
+    """Make what carries a row out; its parameters may be left out altogether where none is required."""
+
+    async def send(request: Request, command: Any, wait: float | None = None, **names: object) -> Response:
+        waited_s = wait_s(request, wait) if waits else 0.0
+        target = place.path.format(**names)
+        result = await do(plant_of(request), origin_of(request), target, command, waited_s)
+        return render(request, result, waited_s)
+
+    waits = row.starts_motion() and row not in family.sessions
+    required = not row.may_be_empty() or any(field.is_required() for field in row.model_fields.values())
+    annotations = {
+        **names_in(place.path, PARAMETERS),
+        "command": row if required else Annotated[row, Body(default_factory=row)],
+        **({"wait": Wait} if waits else {}),
+    }
+    return taking(send, annotations)

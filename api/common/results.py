@@ -1,0 +1,107 @@
+"""Results of operations as responses."""
+
+from collections.abc import Mapping
+from typing import Any, Generic, TypeVar
+
+from fastapi import Request, Response
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic_core import to_json
+
+from api.common.problems import Problem, instance_of, problem_of, wants_japanese
+from api.common.requests import age_ms_of, json_response, wait_headers
+from gateway.core.errors import GatewayError
+from gateway.core.move_record import Move
+from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Result, Stopped
+from gateway.fics.stops import RobotStopReport
+from gateway.rorze.stops import StopReport
+from protocols.table import Reply
+
+R = TypeVar("R", bound=Reply)
+
+AGE_HEADER = "Age-Ms"
+
+
+class MemberReply(BaseModel, Generic[R]):
+    """What one member answered."""
+
+    model_config = ConfigDict(frozen=True)
+
+    body_id: str
+    reply: R | None = Field(description="Null if the member gave none: see `error`.")
+    error: Problem | None = Field(description="Why there is no reply.")
+
+
+class GroupReply(BaseModel, Generic[R]):
+    """What the members of a group answered to one command."""
+
+    model_config = ConfigDict(frozen=True)
+
+    group_id: str
+    members: list[MemberReply[R]]
+
+
+class GroupMove(BaseModel):
+    """One command to a group, with one move for each member."""
+
+    group_id: str
+    moves: list[Move]
+
+
+class StopResult(BaseModel):
+    """How far the stop has come, after two seconds at most."""
+
+    confirmed: bool = Field(
+        description="Whether every controller reports standstill. If not, use the hardware stop."
+    )
+    bodies: list[StopReport]
+    robots: list[RobotStopReport]
+
+
+def render(request: Request, result: Result | BaseModel, waited_s: float = 0.0) -> Response:
+    """Answer with what has come of an operation; `waited_s` is how long the ends of moves were waited for."""
+    match result:
+        case Answer():
+            return _answer(result)
+        case MemberAnswers():
+            return _member_answers(request, result)
+        case Begun():
+            return _begun(result, waited_s)
+        case Opened():
+            return json_response(result.session, 201, {"Location": result.path})
+        case Stopped():
+            reports = {"bodies": [], "robots": [], **result.reports}
+            return _json({"confirmed": result.confirmed, **reports})
+        case _:
+            return json_response(result)
+
+
+def _json(content: object, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+    return Response(to_json(content), status, headers, media_type="application/json")
+
+
+def _answer(answer: Answer) -> Response:
+    headers = None if answer.at is None else {AGE_HEADER: str(age_ms_of(answer.at))}
+    if answer.listed:
+        return _json({"replies": list(answer.replies)}, headers=headers)
+    return json_response(answer.replies[0], headers=headers)
+
+
+def _member_answers(request: Request, answers: MemberAnswers) -> Response:
+    members = [_member(request, body_id, reply) for body_id, reply in answers.members.items()]
+    return _json({"group_id": answers.group_id, "members": members})
+
+
+def _member(request: Request, body_id: str, reply: Reply | GatewayError) -> dict[str, Any]:
+    if isinstance(reply, Reply):
+        return {"body_id": body_id, "reply": reply, "error": None}
+    problem = problem_of(reply, instance_of(request), japanese=wants_japanese(request))
+    return {"body_id": body_id, "reply": None, "error": problem}
+
+
+def _begun(begun: Begun, waited_s: float) -> Response:
+    status = 200 if all(move.status.final for move in begun.moves) else 202
+    headers = wait_headers(waited_s)
+    if begun.group_id is not None:
+        return _json({"group_id": begun.group_id, "moves": list(begun.moves)}, status, headers)
+    headers["Location"] = f"{begun.path}/moves/{begun.moves[0].id}"
+    return json_response(begun.moves[0], status, headers)

@@ -1,0 +1,50 @@
+"""Moves and stops of families for which no routes are written by hand."""
+
+from fastapi import Request, Response
+from pydantic_core import to_json
+
+from api.common.parameters import Endpoint, names_in, taking
+from api.common.requests import Wait, json_response, new_router, plant_of, wait_headers, wait_s
+from api.common.results import StopResult
+from api.common.routes import Router
+from api.stops import StopBody, perform_stop
+from gateway.core.family import Place
+from gateway.core.rights import Right
+from gateway.operations import moves
+
+NEWEST = 100
+
+
+def resource_router(place: Place) -> Router:
+    """Make the routes by which moves are found again, and what stands at a place is stopped."""
+    what = place.path.split("/")[1]
+    router = new_router(what)
+    names, path = names_in(place.path, {}), f"{place.path}/moves"
+    list_all, get_one, stop_it = _endpoints(place)
+    get_it = taking(get_one, {**names, "move_id": str, "wait": Wait})
+    stop = taking(stop_it, {**names, "stop": StopBody})
+    one = {"name": f"get_move_of_{what}", "response_model": place.move}
+    router.add("GET", path, Right.VIEW, taking(list_all, names), name=f"list_moves_of_{what}")
+    router.add("GET", f"{path}/{{move_id}}", Right.VIEW, get_it, **one)
+    stopped = {"name": f"stop_one_of_{what}", "response_model": StopResult}
+    router.add("POST", f"{place.path}/stop", Right.STOP, stop, **stopped)
+    return router
+
+
+def _endpoints(place: Place) -> tuple[Endpoint, Endpoint, Endpoint]:
+    async def list_moves(request: Request, **names: object) -> Response:
+        """List the newest moves, newest first."""
+        newest = moves.newest(plant_of(request), place.path.format(**names), NEWEST)
+        return Response(to_json({"moves": newest}), media_type="application/json")
+
+    async def get_move(request: Request, move_id: str, wait: float | None, **names: object) -> Response:
+        """Get a move, at once or when it is over."""
+        waited_s, target = wait_s(request, wait), place.path.format(**names)
+        move = await moves.get(plant_of(request), target, move_id, waited_s)
+        return json_response(move, headers=wait_headers(waited_s))
+
+    async def stop(request: Request, stop: StopBody, **names: object) -> Response:
+        """Stop it by software: what waits is cancelled, and the stop goes out first."""
+        return await perform_stop(request, place.path.format(**names), stop)
+
+    return list_moves, get_move, stop

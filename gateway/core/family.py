@@ -1,0 +1,195 @@
+"""What a family of controllers brings: its lines, what is on them, and the commands it takes."""
+
+import asyncio
+import random
+from abc import ABC, abstractmethod
+from collections.abc import Awaitable, Collection, Coroutine, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, NamedTuple
+
+from pydantic import BaseModel, Field
+
+from gateway.core import tables
+from gateway.core.errors import NotFound
+from gateway.core.event_types import EventType
+from gateway.core.events import EventHub
+from gateway.core.line import LineDriver
+from gateway.core.move_record import MoveRecord
+from gateway.core.port import LineState
+from gateway.core.records import Record
+from gateway.core.stops import UNCONFIRMED, StopMode
+from gateway.core.targets import Stopped, Target
+from protocols.table import Command
+from transports.base import Transport
+
+Row = type[Command[Any]]
+AnyLine = LineDriver[Any, Any, Any]
+
+ENDS_ITSELF = "It goes on to the end of its move."
+NOT_OURS = "No move that the gateway follows explains it."
+
+
+@dataclass(frozen=True)
+class Site:
+    """What all families share."""
+
+    events: EventHub
+    allow_endless_moves: bool = False
+    """Whether moves without an end may be started."""
+    rng: random.Random | None = None
+    """Dice that tests load."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A kind of targets: where they stand among the resources, and what is told of their moves."""
+
+    path: str
+    """With the names of its parameters, such as `/bodies/{body_id}`."""
+    move: type[MoveRecord] | None = None
+    suffix: str = ""
+    """What tells the operations of this place from those of others with the same rows."""
+    members: bool = False
+    """Whether each of several members answers, and makes a move of its own."""
+
+
+class LeftMoving(NamedTuple):
+    """What may move on when the gateway has ended."""
+
+    what: Literal["body", "robot"]
+    subject: str
+    why: str
+    move_id: str | None
+
+
+def why_it_moves(*, stopped: bool, moving: bool | None, under_way: bool) -> str | None:
+    """Why something may still move; None where it stands still, as far as is known."""
+    if stopped:
+        return UNCONFIRMED
+    if not moving:
+        return None
+    return ENDS_ITSELF if under_way else NOT_OURS
+
+
+class PortInfo(BaseModel):
+    """A line as it is now; a family adds what is on it."""
+
+    line_id: str
+    address: str = Field(description="The port.")
+    state: LineState
+    down_reason: str | None = Field(
+        description="Why the line is `down` or `silent`, and what to check; null while it is neither."
+    )
+    waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
+    counters: dict[str, int] = Field(description="What has happened on the line since the start.")
+
+
+class Family(ABC):
+    """All controllers of one kind, with their lines. A plant has one of each kind."""
+
+    line_table: ClassVar[type[tables.Line]]
+    """What the configuration says of a line."""
+    collections: ClassVar[Collection[str]]
+    """The resources its targets are among, such as `bodies`."""
+    commands: ClassVar[Sequence[tuple[Place, Row]]]
+    """Its whole command table, by what the commands are addressed to."""
+    stop_modes: ClassVar[Mapping[Row, StopMode]] = {}
+    """The rows that stop all of what they are addressed to."""
+    event_types: ClassVar[Sequence[EventType]] = ()
+    """What it publishes, beside what all lines do."""
+    sessions: ClassVar[Mapping[Row, type[Record]]] = {}
+    """The rows whose motion lasts only as long as somebody says so."""
+
+    def __init__(self, site: Site) -> None:
+        self.site = site
+
+    # what there is
+
+    @abstractmethod
+    def add(self, table: Any, port: Transport) -> AnyLine:
+        """Build a line, and everything on it, as `table` of `line_table` says."""
+
+    @abstractmethod
+    def target(self, collection: str, names: Sequence[str]) -> Target:
+        """Find what commands are addressed to.
+
+        :raises GatewayError: there is no such thing, or several.
+        """
+
+    def link_of(self, line_id: str) -> Target:
+        """Find what answers for a line as a whole.
+
+        :raises GatewayError: nobody does.
+        """
+        raise NotFound(f"Nobody on line {line_id} answers for the line; nothing was sent.")
+
+    @abstractmethod
+    def addresses(self) -> Iterable[str]:
+        """All addresses by which events can be wanted."""
+
+    @abstractmethod
+    def info(self, line: Any) -> PortInfo:
+        """Tell the state of one of its lines."""
+
+    @classmethod
+    def facts(cls, row: Any) -> Sequence[str]:
+        """Tell about a row of its table what all clients should know."""
+        return (f"Retry class `{row.retry}`.",)
+
+    @classmethod
+    def answer_model(cls, row: Any) -> Any:
+        """What a row is answered with."""
+        return row.reply_type()
+
+    @classmethod
+    def is_dated(cls, row: Any) -> bool:
+        """Whether the age of its answer means something."""
+        return bool(row.reply_type().model_fields)
+
+    # life
+
+    def watches(self) -> Iterable[Coroutine[Any, Any, None]]:
+        """What looks after the controllers for as long as the plant lives."""
+        return ()
+
+    @abstractmethod
+    def was_left_alone(self) -> None:
+        """Nothing was looked at for seconds: believe nothing that was read before."""
+
+    @abstractmethod
+    def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
+        """Stop everything; every stop is queued before this returns."""
+
+    # the end
+
+    @abstractmethod
+    def end_motion(self, *, everything: bool) -> Sequence["asyncio.Task[Any]"]:
+        """Stop what would never end, or `everything` that moves; the stops are queued at once."""
+
+    @abstractmethod
+    async def at_rest(self) -> None:
+        """Wait for these stops, and for those who are told that nothing was sent."""
+
+    @abstractmethod
+    def left_moving(self) -> Iterable[LeftMoving]:
+        """Name what may still move."""
+
+    @abstractmethod
+    async def let_go(self) -> None:
+        """Give those who wait for moves what is known now."""
+
+    @abstractmethod
+    async def close(self) -> None:
+        """End all work and close the lines; the motors keep doing what they do."""
+
+
+def facts_of(line: AnyLine) -> dict[str, Any]:
+    """Tell what every line has, in the words of `PortInfo`."""
+    return {
+        "line_id": line.id,
+        "address": line.transport.address,
+        "state": line.state,
+        "down_reason": line.trouble,
+        "waiting": line.waiting(),
+        "counters": dict(line.counters),
+    }

@@ -1,0 +1,139 @@
+"""What commands are addressed to, and what comes of them: all that the operations know of a family."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Awaitable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic, TypeVar
+
+from pydantic import BaseModel, ConfigDict
+
+from gateway.core.errors import GatewayError, InvalidRequest, NotAllowed
+from gateway.core.move_log import MoveLog
+from gateway.core.move_record import MoveRecord
+from gateway.core.records import Record
+from gateway.core.stops import Report, StopMode
+from protocols.table import Command, Reply
+
+R = TypeVar("R", bound=Reply)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """All replies to one command, in turn; none where the command is silent."""
+
+    replies: Sequence[Reply]
+    at: float | None = None
+    """When the first one came, on the event loop's clock; None where that means nothing."""
+    listed: bool = False
+    """Whether there may be any number of replies."""
+
+
+@dataclass(frozen=True)
+class MemberAnswers:
+    """What each member of a group answered, by the members' addresses."""
+
+    group_id: str
+    members: Mapping[str, Reply | GatewayError]
+
+
+@dataclass(frozen=True)
+class Begun:
+    """The moves of a command: one for each member of a group, else one."""
+
+    path: str
+    """Where the target stands, such as `/bodies/line1.3F`."""
+    moves: Sequence[MoveRecord]
+    group_id: str | None = None
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A session in which a motor moves for as long as somebody says so."""
+
+    path: str
+    session: Record
+
+
+@dataclass(frozen=True)
+class Stopped:
+    """How far stops have come, after two seconds at most; by what was stopped: `bodies`, `robots`."""
+
+    reports: Mapping[str, Sequence[Report]]
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether every controller reports standstill."""
+        return all(report.state == "confirmed" for those in self.reports.values() for report in those)
+
+
+async def stopped(what: str, stopping: Awaitable[Sequence[Report]]) -> Stopped:
+    """Wait for the reports of stops that are queued already."""
+    return Stopped({what: await stopping})
+
+
+Result = Answer | MemberAnswers | Begun | Opened | Stopped
+AnyCommand = Command[Any]
+
+
+class Replies(BaseModel, Generic[R]):
+    """All replies to one command, in turn."""
+
+    model_config = ConfigDict(frozen=True)
+
+    replies: list[R]
+
+
+class Target(ABC):
+    """A body, a group, a unit or a robot, as the operations see it."""
+
+    address: str
+    """Its unique address, such as `line1.3F`."""
+    path: str
+    """Where it stands among all resources: also the subject of its events."""
+    log: MoveLog[Any]
+    """The moves that its family remembers."""
+    stop_modes: ClassVar[Mapping[type[AnyCommand], StopMode]] = {}
+    """The rows that stop all of it."""
+
+    @abstractmethod
+    async def ask(self, command: AnyCommand) -> Answer | MemberAnswers:
+        """Send a command that starts no move.
+
+        :raises GatewayError: it was refused, not sent, or not answered; the error says which.
+        """
+
+    async def start(self, command: AnyCommand) -> Begun | Opened:
+        """Send a command that starts a move, once the move has its record.
+
+        :raises GatewayError: it was refused, or not sent.
+        """
+        raise InvalidRequest(f"{self.address} makes no moves by {command.name()}; nothing was sent.")
+
+    def command_for(self, request: Any) -> AnyCommand:
+        """Put a client's wish for a move into a command of the table.
+
+        :raises InvalidRequest: it cannot be written so, or is in another unit.
+        """
+        raise InvalidRequest(f"{self.address} makes no moves of this kind ({request!r}); nothing was sent.")
+
+    async def plan(self, command: AnyCommand) -> BaseModel:
+        """Work out a move without moving; only reads are sent.
+
+        :raises GatewayError: it could not be worked out, or never be carried out.
+        """
+        raise InvalidRequest(f"{self.address} plans no moves by {command.name()}; nothing was sent.")
+
+    async def stop(self, mode: StopMode) -> Stopped:
+        """Stop it; every stop frame is queued before anything is awaited."""
+        raise InvalidRequest(f"{self.address} has no motor to be stopped ({mode}); nothing was sent.")
+
+    async def stop_by(self, command: AnyCommand) -> Answer | Stopped:
+        """Stop as a command of the table says."""
+        return await self.stop(self.stop_modes[type(command)])
+
+    def read(self, text: str) -> AnyCommand:
+        """Read a command as it stands on the line, without frame.
+
+        :raises InvalidRequest: it is not in the table's form.
+        """
+        raise NotAllowed(f"{self.address} takes no plain text ({text}); nothing was sent.")

@@ -1,0 +1,101 @@
+"""Robots and their units as the operations see them."""
+
+import asyncio
+from typing import Any, Final
+
+from gateway.core.errors import InvalidRequest
+from gateway.core.stops import StopMode
+from gateway.core.targets import Answer, Begun, Opened, Stopped, Target, stopped
+from gateway.fics.fit import require_fit
+from gateway.fics.move_requests import RobotMoveRequest
+from gateway.fics.moves import RobotMoves
+from gateway.fics.plans import PlannedRobotMove, plan_of
+from gateway.fics.robot import Robot
+from gateway.fics.soft_limits import uncrossed
+from gateway.fics.units import RobotUnit
+from protocols.fics.jog import StartJog, StopJog
+from protocols.fics.row import FicsCommand
+from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
+
+STOP_MODES: Final[dict[type[Any], StopMode]] = {
+    StopAllDecelerating: "decelerate",
+    StopAllImmediately: "immediate",
+}
+
+
+class RobotTarget(Target):
+    """A robot as a whole."""
+
+    stop_modes = STOP_MODES
+
+    def __init__(self, robot: Robot, moves: RobotMoves) -> None:
+        self.robot = robot
+        self.address = robot.id
+        self.path = f"/robots/{robot.id}"
+        self._moves, self.log = moves, moves.log
+
+    async def ask(self, command: Any) -> Answer:
+        """Send a command that starts no move; errors as of `Robot.ask`."""
+        return await self._ask(command, None)
+
+    async def _ask(self, command: FicsCommand[Any], unit: int | None) -> Answer:
+        replies, at = await self.robot.ask_all(command, unit)
+        listed = bool(command.ends_with)
+        told = replies if replies or listed else (command.reply_type()(),)
+        return Answer(told, at if command.is_query() else None, listed=listed)
+
+    async def start(self, command: Any) -> Begun | Opened:
+        """Start a move on the only unit; errors as of `RobotMoves.start`."""
+        if len(self.robot.units) > 1:
+            raise InvalidRequest(
+                f"unit: {self.robot.id} has several units; nothing was sent.", "Say on which."
+            )
+        return await UnitTarget(self.robot, self.robot.units[0], self._moves).start(command)
+
+    async def stop(self, mode: StopMode) -> Stopped:
+        """Stop all axes: a robot knows no stop of a single unit."""
+        return await stopped("robots", asyncio.gather(self.robot.stop(mode)))
+
+
+class UnitTarget(RobotTarget):
+    """A unit of a robot."""
+
+    def __init__(self, robot: Robot, unit: RobotUnit, moves: RobotMoves) -> None:
+        super().__init__(robot, moves)
+        self.unit = unit
+        self.address = unit.address
+        self.path = f"/robots/{unit.address}"
+
+    async def ask(self, command: Any) -> Answer:
+        """Send a command that the unit can take; errors as of `Robot.ask`, and of `uncrossed`."""
+        require_fit(self.unit, command)
+        (settled,) = await uncrossed(self.unit, {"coordinates": command})
+        return await self._ask(settled, self.unit.number)
+
+    async def start(self, command: Any) -> Begun | Opened:
+        """Start a move, or open a JOG session; errors as of `RobotMoves.start` and `Jogs.start`."""
+        if isinstance(command, StartJog):
+            return await self.jog(command)
+        move = await self._moves.start(self.robot, self.unit.number, command)
+        return Begun(self.path, [move])
+
+    async def jog(self, command: StartJog) -> Opened:
+        """Jog an axis, only as long as heartbeats come; errors as of `Jogs.start`."""
+        session = await self.robot.jogs.start(self.unit.number, command.axis, command.direction)
+        return Opened(f"/robots/{self.robot.id}/jogs/{session.id}", session)
+
+    async def stop_by(self, command: Any) -> Answer | Stopped:
+        """Stop one axis, with its session, or all axes."""
+        if not isinstance(command, StopJog):
+            return await super().stop_by(command)
+        require_fit(self.unit, command)
+        await self.robot.jogs.stop(self.unit.number, command.axis)
+        return Answer((command.reply_type()(),))
+
+    def command_for(self, request: RobotMoveRequest) -> FicsCommand[Any]:
+        """Put a wish for a move into a command; errors as of `amounts.numbers`."""
+        return request.command(self.unit)
+
+    async def plan(self, command: Any) -> PlannedRobotMove:
+        """Work out a move; errors as of `plan_of`."""
+        return await plan_of(self.unit, command)

@@ -1,0 +1,207 @@
+"""Fics robots: all of a plant, each alone on its line, with their moves."""
+
+import asyncio
+from collections.abc import Awaitable, Coroutine, Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Final, Literal
+
+from pydantic import Field
+
+from gateway.core.addresses import there_are
+from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
+from gateway.core.lanes import Lane
+from gateway.core.stops import StopMode
+from gateway.core.targets import Replies, Stopped, Target, stopped
+from gateway.fics import config
+from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
+from gateway.fics.axes import UnitAxes
+from gateway.fics.event_types import TYPES
+from gateway.fics.guards import motion_without_proof
+from gateway.fics.jogs import JogSession
+from gateway.fics.line import FicsLine
+from gateway.fics.move_record import RobotMove
+from gateway.fics.moves import RobotMoves
+from gateway.fics.robot import Robot
+from gateway.fics.watch import watch
+from protocols.fics.commands import ROWS, Row, of_the_robot
+from protocols.fics.jog import StartJog
+from protocols.fics.row import WhenAnswered
+from transports.base import Transport
+
+ROBOT = Place("/robots/{robot_id}", RobotMove)
+UNIT = Place("/robots/{robot_id}/units/{unit}", RobotMove)
+_ANSWERED: Final[Mapping[WhenAnswered, str]] = {
+    WhenAnswered.ALWAYS: "answered at once",
+    WhenAnswered.ON_COMPLETION: "answered when it is done, in Ver.2 not at all",
+    WhenAnswered.AT_ONCE: "answered when it is accepted, in Ver.2 not at all",
+}
+
+
+class RobotLineInfo(PortInfo):
+    """A line: one port with a robot."""
+
+    protocol: Literal["fics"]
+    robot_id: str
+    mode: int = Field(description="The robot's communication mode, 3 or 2 (C-HOST manual 1-1-1).")
+    online: bool = Field(description="Whether the robot can be asked now, as far as is known.")
+
+
+class Fics(Family):
+    """All lines with robots."""
+
+    line_table = config.Line
+    collections = ("robots",)
+    event_types = TYPES
+    commands = tuple((ROBOT if of_the_robot(row) else UNIT, row) for row in ROWS)
+    stop_modes = STOP_MODES
+    sessions: ClassVar = {StartJog: JogSession}
+
+    def __init__(self, site: Site) -> None:
+        super().__init__(site)
+        self._robots: dict[str, Robot] = {}
+        self.moves = RobotMoves()
+
+    def add(self, table: config.Line, port: Transport) -> FicsLine:
+        """Build a line with its robot and its units."""
+        it = table.robot
+        line = FicsLine(
+            table.id,
+            port,
+            it.id,
+            mode=table.mode,
+            terminator=table.terminator,
+            reply_timeout_s=table.reply_timeout_s,
+            late_reply_s=table.late_reply_s,
+            rng=self.site.rng,
+        )
+        units = [
+            UnitAxes(it.id, unit.number, list(unit.axes), list(unit.motor_axes or unit.axes), unit.systems)
+            for unit in it.units
+        ]
+        line.gate.add(motion_without_proof)
+        self._robots[it.id] = Robot(
+            it.id, it.name or "", line, units, self._publish, poll_interval_s=table.poll_interval_s
+        )
+        return line
+
+    def _publish(self, kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
+        return self.site.events.publish(kind, subject, data, correlation).cursor
+
+    # finding
+
+    def robots(self) -> list[Robot]:
+        """All robots, in the order of the configuration."""
+        return list(self._robots.values())
+
+    def robot(self, robot_id: str) -> Robot:
+        """Find a robot.
+
+        :raises NotFound: there is none of this id.
+        """
+        if robot_id not in self._robots:
+            raise NotFound(f"There is no robot {robot_id}; {there_are(self._robots)}.")
+        return self._robots[robot_id]
+
+    def target(self, collection: str, names: Sequence[str]) -> Target:
+        """Find a robot or a unit; errors as of `robot` and `Robot.unit`."""
+        robot_id, *of_robot = names
+        robot = self.robot(robot_id)
+        if not of_robot:
+            return RobotTarget(robot, self.moves)
+        if len(of_robot) != 2 or of_robot[0] != "units" or not of_robot[1].isdecimal():
+            raise NotFound(f"There is no /{collection}/{'/'.join(names)}; nothing was sent.")
+        return UnitTarget(robot, robot.unit(int(of_robot[1])), self.moves)
+
+    def link_of(self, line_id: str) -> Target:
+        """Nobody stands between a line and its robot."""
+        raise InvalidRequest(
+            f"Line {line_id} leads to a robot and has no bodies; nothing was sent.",
+            "GET /robots lists the robots, with their lines.",
+        )
+
+    def addresses(self) -> Iterator[str]:
+        """Robots and units."""
+        for robot in self.robots():
+            yield robot.id
+            yield from (unit.address for unit in robot.units)
+
+    def info(self, line: FicsLine) -> RobotLineInfo:
+        """Tell the state of a line."""
+        (robot_id,) = (robot.id for robot in self.robots() if robot.line is line)
+        return RobotLineInfo(
+            **facts_of(line), protocol="fics", robot_id=robot_id, mode=line.mode, online=line.online
+        )
+
+    @classmethod
+    def facts(cls, row: Row) -> list[str]:
+        """Tell what stands in the row's line of the manual's table."""
+        blocks = ", ".join(sorted(f"({block})" for block in row.blocked)) or "nothing"
+        return [
+            f"Command `{row.code or 'named by the macro'}`; {_ANSWERED[row.answered]}; blocked by {blocks} "
+            f"(C-HOST manual 1-7); retry class `{row.retry}`.",
+            f"Example: `{row.example[0]}`.",
+        ]
+
+    @classmethod
+    def answer_model(cls, row: Row) -> Any:
+        """One reply, or any number of them."""
+        generic: Any = Replies
+        return generic[row.reply_type()] if row.ends_with else row.reply_type()
+
+    @classmethod
+    def is_dated(cls, row: Row) -> bool:
+        """Only queries tell something."""
+        return row.is_query()
+
+    # life
+
+    def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
+        """Look after each robot."""
+        return map(watch, self.robots())
+
+    def was_left_alone(self) -> None:
+        """Stop what jogs, and look at every robot."""
+        for robot in self.robots():
+            robot.was_left_alone()
+
+    def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
+        """Stop all robots."""
+        return stopped("robots", asyncio.gather(*(robot.stop(mode) for robot in self.robots())))
+
+    # the end
+
+    def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
+        """Stop what jogs, or everything that moves."""
+        for robot in self.robots():
+            robot.jogs.end_all("stopped")
+        return [robot.stop("decelerate") for robot in self.robots() if everything and robot.moving]
+
+    async def at_rest(self) -> None:
+        """Wait for stops, for those who are told that nothing was sent, and for the ends of uploads."""
+        for robot in self.robots():
+            await robot.jogs.settled()
+            await robot.stops.confirmed()
+        await self.moves.begun()
+        for robot in self.robots():
+            if robot.line.uploading:
+                async with robot.line.sequence_lock.held(Lane.STOP):
+                    pass
+
+    def left_moving(self) -> Iterator[LeftMoving]:
+        """Name the robots that may move on."""
+        for robot in self.robots():
+            moves = [unit.move.id for unit in robot.units if unit.move is not None]
+            stopped = robot.stops.unconfirmed is not None
+            why = why_it_moves(stopped=stopped, moving=robot.moving, under_way=bool(moves))
+            if why is not None:
+                yield LeftMoving("robot", f"/robots/{robot.id}", why, next(iter(moves), None))
+
+    async def let_go(self) -> None:
+        """Give those who wait for moves what is known now."""
+        self.moves.let_go()
+
+    async def close(self) -> None:
+        """End all work and close the lines."""
+        for robot in self.robots():
+            await robot.close()
+        await self.moves.close()

@@ -1,0 +1,104 @@
+"""Moves of units in the words of clients: their kinds, and the commands they come to."""
+
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import Field
+
+from gateway.core.records import RequestModel
+from gateway.fics.amounts import Amounts, build, numbers
+from gateway.fics.axes import Coordinates, UnitAxes
+from protocols.fics import motor_axes, moves
+from protocols.fics.homing import HomeRobot
+from protocols.fics.jog import StepAxis, Steps
+from protocols.fics.notation import AxisName, PositionNumber
+from protocols.fics.row import FicsCommand
+
+MotionRow = type[FicsCommand[Any]]
+_ABSOLUTE: Final[dict[Coordinates, MotionRow]] = {
+    "user": moves.MoveAbsolute,
+    "motor": motor_axes.MoveMotorsAbsolute,
+}
+_RELATIVE: Final[dict[Coordinates, MotionRow]] = {
+    "user": moves.MoveRelative,
+    "motor": motor_axes.MoveMotorsRelative,
+}
+
+
+class _RobotMoveRequest(RequestModel):
+    validate_only: bool = Field(
+        default=False, description="Only say what would be sent and how long it would take; nothing moves."
+    )
+
+
+class _AxesMoveRequest(_RobotMoveRequest):
+    coordinates: Coordinates = Field(
+        default="user", description="Whether axes are those of the user or the motors (C-HOST manual 1-6)."
+    )
+    axes: Amounts = Field(min_length=1, description="By name; an axis that is not named stays where it is.")
+
+    def _built(self, row: MotionRow, unit: UnitAxes) -> FicsCommand[Any]:
+        names = unit.names(self.coordinates)
+        return build("axes", row, coordinates=numbers("axes", unit, names, self.axes))
+
+
+class RobotAbsoluteMoveRequest(_AxesMoveRequest):
+    """Move axes to a position (C-HOST manual 2-6, 4-3)."""
+
+    kind: Literal["absolute"]
+
+    def command(self, unit: UnitAxes) -> FicsCommand[Any]:
+        """The robot's command for it."""
+        return self._built(_ABSOLUTE[self.coordinates], unit)
+
+
+class RobotRelativeMoveRequest(_AxesMoveRequest):
+    """Move axes by an amount (C-HOST manual 2-5, 4-2)."""
+
+    kind: Literal["relative"]
+
+    def command(self, unit: UnitAxes) -> FicsCommand[Any]:
+        """The robot's command for it."""
+        return self._built(_RELATIVE[self.coordinates], unit)
+
+
+class RobotPositionMoveRequest(_RobotMoveRequest):
+    """Move to a stored position (C-HOST manual 2-16)."""
+
+    kind: Literal["position"]
+    position: PositionNumber = Field(description="Number of the position, 1-1999; it has to be set.")
+
+    def command(self, _: UnitAxes) -> FicsCommand[Any]:
+        """The robot's command for it."""
+        return moves.MoveToPosition(position=self.position)
+
+
+class RobotHomeRequest(_RobotMoveRequest):
+    """Home all axes, or the mechanism as its program does it (C-HOST manual 2-4)."""
+
+    kind: Literal["home"]
+
+    def command(self, _: UnitAxes) -> FicsCommand[Any]:
+        """The robot's command for it."""
+        return HomeRobot()
+
+
+class RobotStepRequest(_RobotMoveRequest):
+    """Move one axis by a few of the smallest amounts it displays (C-HOST manual 2-3)."""
+
+    kind: Literal["step"]
+    axis: AxisName
+    steps: Steps = Field(description="1-255 in either direction.")
+
+    def command(self, _: UnitAxes) -> FicsCommand[Any]:
+        """The robot's command for it."""
+        return StepAxis(axis=self.axis, steps=self.steps)
+
+
+RobotMoveRequest = Annotated[
+    RobotAbsoluteMoveRequest
+    | RobotRelativeMoveRequest
+    | RobotPositionMoveRequest
+    | RobotHomeRequest
+    | RobotStepRequest,
+    Field(discriminator="kind"),
+]

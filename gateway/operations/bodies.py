@@ -1,0 +1,57 @@
+"""What is asked of bodies and their lines beside single commands: groups, scans, places, power."""
+
+from gateway.core.errors import NotFound
+from gateway.operations.caller import for_caller
+from gateway.plant import Plant
+from gateway.rorze.bodies import Group
+from gateway.rorze.family import Rorze
+from gateway.rorze.line import Line
+from gateway.rorze.move_requests import Length
+from gateway.rorze.scans import Scan
+from protocols.rorze.position import SetPosition
+
+
+@for_caller
+async def set_position(plant: Plant, body_id: str, position: Length) -> tuple[int, float]:
+    """Call the present position by another number; gives the pulses, and when that was answered.
+
+    :raises GatewayError: it was refused, not sent, or not answered.
+    """
+    body = plant.family(Rorze).body(body_id)
+    pulses = position.pulses(body.scale)
+    _, answered = await body.ask(SetPosition(position=pulses))
+    return pulses, answered.at
+
+
+@for_caller
+async def acknowledge_power_cycle(plant: Plant, body_id: str) -> None:
+    """Allow motions to places again; errors as of `Body.acknowledge_power_cycle`."""
+    await plant.family(Rorze).body(body_id).acknowledge_power_cycle()
+
+
+@for_caller
+async def define_group(plant: Plant, group_id: str, members: list[str], name: str) -> Group:
+    """Define a group at the link master; errors as of `Rorze.define_group`."""
+    return await plant.family(Rorze).define_group(group_id, members, name)
+
+
+@for_caller
+async def start_scan(plant: Plant, line_id: str) -> Scan:
+    """Begin to ask who is on a line; errors as of `Scans.start`."""
+    return plant.family(Rorze).scans.start(_line(plant, line_id))
+
+
+async def get_scan(plant: Plant, line_id: str, scan_id: str, wait_s: float) -> Scan:
+    """Give a scan when it is over, or as it is when the time is up.
+
+    :raises NotFound: the line has no such scan.
+    """
+    line, scans = _line(plant, line_id), plant.family(Rorze).scans
+    if scans.get(scan_id).line_id != line.id:
+        raise NotFound(f"Line {line.id} has no scan {scan_id}.")
+    return await scans.wait(scan_id, wait_s)
+
+
+def _line(plant: Plant, line_id: str) -> Line:
+    plant.target(f"/lines/{line_id}")  # a line that leads to a robot says so
+    return plant.family(Rorze).lines[line_id]

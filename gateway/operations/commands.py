@@ -1,0 +1,54 @@
+"""Commands of the tables: what becomes of each is decided by its effect."""
+
+import asyncio
+
+from gateway.core.errors import NotAllowed
+from gateway.core.origin import Origin
+from gateway.core.targets import Answer, AnyCommand, Begun, Result
+from gateway.operations.caller import for_caller
+from gateway.plant import Plant
+from protocols.table import Effect
+
+
+@for_caller
+async def do(plant: Plant, target: str, command: AnyCommand, wait_s: float = 0.0) -> Result:
+    """Carry out a command: a motion makes a move, a stop is seen through to standstill, all else is asked.
+
+    `wait_s` is how long the end of a move is waited for.
+
+    :raises GatewayError: it was not carried out, or nobody knows; the error says which.
+    """
+    addressed = plant.target(target)
+    if command.effect is Effect.STOP:
+        return await addressed.stop_by(command)
+    if not command.starts_motion():
+        return await addressed.ask(command)
+    begun = await addressed.start(command)
+    if isinstance(begun, Begun) and wait_s:
+        await asyncio.gather(*(addressed.log.wait(move.id, wait_s) for move in begun.moves))
+    return begun
+
+
+async def ask(plant: Plant, caller: Origin, target: str, command: AnyCommand) -> Answer:
+    """Carry out a command to one controller that neither moves nor stops it, and give its answer.
+
+    :raises GatewayError: it was refused, not sent, or not answered.
+    """
+    answer = await do(plant, caller, target, command)
+    if not isinstance(answer, Answer):
+        raise TypeError(f"{command.name()} is not only asked")
+    return answer
+
+
+def read_text(plant: Plant, target: str, text: str) -> AnyCommand:
+    """Read a command as it stands on the line, without frame.
+
+    :raises NotAllowed: the configuration has no plain text.
+    :raises InvalidRequest: it is not in the table's form.
+    """
+    if not plant.config.server.raw_commands:
+        raise NotAllowed(
+            "Plain text commands are switched off; nothing was sent.",
+            "Use the command's own route, or set raw_commands in the configuration.",
+        )
+    return plant.target(target).read(text)

@@ -1,0 +1,49 @@
+"""Stored positions of a robot's units."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from gateway.core.errors import InvalidRequest
+from gateway.fics.amounts import Amounts, numbers
+from gateway.fics.family import Fics
+from gateway.operations.caller import for_caller
+from gateway.plant import Plant
+
+Numbered = tuple[int, list[float | None]]
+"""A position's number, and its coordinates in the order of the axes."""
+
+
+class Stored(NamedTuple):
+    """Positions that a robot holds."""
+
+    positions: list[Numbered]
+    ended_at: int | None
+    """The number that is not set, where the robot ended before the last that was asked for."""
+
+
+@for_caller
+async def read(plant: Plant, robot_id: str, unit: int, first: int, last: int) -> Stored:
+    """Read stored positions; the robot ends at the first number that is not set.
+
+    :raises InvalidRequest: the last is before the first.
+    :raises GatewayError: they were not read; errors as of `download`.
+    """
+    robot = plant.family(Fics).robot(robot_id)
+    robot.unit(unit)
+    if last < first:
+        raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
+    stored = await robot.positions(first, last, unit)
+    following = stored[-1][0] + 1 if stored else first
+    return Stored(stored, following if following <= last else None)
+
+
+@for_caller
+async def store(plant: Plant, robot_id: str, unit: int, positions: Sequence[Numbered]) -> None:
+    """Store positions undivided, and see that the robot holds them; errors as of `tables.store`."""
+    await plant.family(Fics).robot(robot_id).upload_positions(positions, unit)
+
+
+def in_order(plant: Plant, robot_id: str, unit: int, field: str, axes: Amounts) -> list[float | None]:
+    """Put coordinates given by name into the order of the axes; errors as of `amounts.numbers`."""
+    it = plant.family(Fics).robot(robot_id).unit(unit)
+    return numbers(field, it, it.axes, axes)

@@ -1,0 +1,98 @@
+"""What takes several commands to a robot: where units stand, how they are, inputs, outputs, variables."""
+
+from typing import Any, NamedTuple
+
+from gateway.core.errors import InvalidRequest
+from gateway.fics.axes import Coordinates, at_rest
+from gateway.fics.family import Fics
+from gateway.fics.units import UnknownReason
+from gateway.operations.caller import for_caller
+from gateway.plant import Plant
+from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
+from protocols.fics.notation import LAST_CHANNEL
+from protocols.fics.row import FicsCommand
+from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, SensorStates
+from protocols.fics.variables import LAST_VARIABLE, GetVariable, SetVariable, VariableValue
+
+Settable = SwitchOutput | SetVariable
+
+
+class Places(NamedTuple):
+    """Where the axes of a unit stand."""
+
+    axes: dict[str, float | None]
+    reasons: dict[str, UnknownReason]
+    """Why an axis has no place."""
+    at: float
+
+
+class Condition(NamedTuple):
+    """How the motor axes of a unit are."""
+
+    moving: bool
+    axes: dict[str, AxisStatus]
+    sensors: dict[str, AxisSensors]
+    at: float
+
+
+@for_caller
+async def position(plant: Plant, robot_id: str, unit: int, coordinates: Coordinates) -> Places:
+    """Ask where a unit stands, and why axes do not know it.
+
+    :raises GatewayError: it was not read.
+    """
+    axes = plant.family(Fics).robot(robot_id).unit(unit)
+    places, at = await axes.position_at(coordinates)
+    return Places(places, await axes.why_unknown(places), at)
+
+
+@for_caller
+async def status(plant: Plant, robot_id: str, unit: int) -> Condition:
+    """Ask how the motor axes of a unit are, and for their sensors.
+
+    :raises GatewayError: it was not read.
+    """
+    axes = plant.family(Fics).robot(robot_id).unit(unit)
+    statuses, at = await axes.status_at()
+    reply: SensorStates = await axes.read(GetAxisSensors())
+    return Condition(not at_rest(statuses.values()), statuses, axes.by_axis(axes.motor_axes, reply.axes), at)
+
+
+@for_caller
+async def acknowledge_power_cycle(plant: Plant, robot_id: str) -> None:
+    """Allow motion again after a loss of power; errors as of `Power.acknowledge`."""
+    plant.family(Fics).robot(robot_id).power.acknowledge()
+
+
+@for_caller
+async def channels(
+    plant: Plant, robot_id: str, row: type[GetInputChannel | GetOutputChannel], first: int, count: int
+) -> dict[int, ChannelBits]:
+    """Ask for inputs (IDI) or outputs (IDO), channel by channel; errors as of `Robot.read`."""
+    return await _read(plant, robot_id, row, "channel", _range("channels", first, count, LAST_CHANNEL))
+
+
+@for_caller
+async def variables(plant: Plant, robot_id: str, first: int, count: int) -> dict[int, VariableValue]:
+    """Ask for variables, one by one (VAR); errors as of `Robot.read`."""
+    wanted = _range("variables", first, count, LAST_VARIABLE)
+    return await _read(plant, robot_id, GetVariable, "number", wanted)
+
+
+@for_caller
+async def change(plant: Plant, robot_id: str, command: Settable) -> Any:
+    """Switch an output or set a variable, and give what is read back; errors as of `Robot.change`."""
+    return await plant.family(Fics).robot(robot_id).change(command)
+
+
+async def _read(
+    plant: Plant, robot_id: str, row: type[FicsCommand[Any]], field: str, wanted: range
+) -> dict[int, Any]:
+    robot = plant.family(Fics).robot(robot_id)
+    return {number: await robot.read(row(**{field: number})) for number in wanted}
+
+
+def _range(what: str, first: int, count: int, last: int) -> range:
+    if first + count - 1 > last:
+        raise InvalidRequest(f"count: {what} are numbered up to {last}; nothing was sent.")
+    return range(first, first + count)

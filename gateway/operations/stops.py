@@ -1,0 +1,23 @@
+"""Software stops: ahead of everything, repeated until standstill is proved."""
+
+from gateway.core.stops import StopMode
+from gateway.core.targets import Stopped
+from gateway.operations.caller import for_caller
+from gateway.plant import Plant
+
+
+@for_caller
+async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
+    """Stop a body, a group, or a robot; the frames are queued before anything is awaited.
+
+    :raises GatewayError: there is no such target.
+    """
+    return await plant.target(target).stop(mode)
+
+
+@for_caller
+async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
+    """Stop everything; the frames are queued before anything is awaited."""
+    stopping = [family.stop_all(mode) for family in plant.families.values()]
+    reports = [(await stopped).reports for stopped in stopping]
+    return Stopped({name: those for report in reports for name, those in report.items()})

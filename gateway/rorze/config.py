@@ -1,0 +1,132 @@
+"""What the configuration file may say of a line with an RC-400: its bodies and groups."""
+
+import re
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, PlainValidator, model_validator
+
+from gateway.core import tables
+from gateway.core.tables import Array, Fault, Name, Table, refuse_repeats
+from gateway.rorze.units import Scale
+from protocols.rorze.link import frame
+from protocols.rorze.row import FIRST_GROUP, LAST_BODY, LAST_GROUP, LINK_MASTER
+
+
+def _hex_between(lowest: int, highest: int) -> AfterValidator:
+    def canonical(text: str) -> str:
+        if not re.fullmatch("[0-9A-Fa-f]{2}", text) or not lowest <= int(text, 16) <= highest:
+            raise ValueError(f"must be two hex digits from {lowest:02X} to {highest:02X}, not {text!r}")
+        return text.upper()
+
+    return AfterValidator(canonical)
+
+
+def _check_pipeline(value: int) -> int:
+    if value != 1:
+        raise ValueError(
+            "must be 1: replies carry no number, so with a second command under way"
+            " a late reply could be credited to the wrong one"
+        )
+    return value
+
+
+LAST_COMMENT = 7
+"""User comments of a controller (RC-420 manual 14, 9VS)."""
+
+BodyId = Annotated[str, _hex_between(0, LAST_BODY)]
+GroupId = Annotated[str, _hex_between(FIRST_GROUP, LAST_GROUP)]
+
+
+class Units(Table, Scale):
+    """How pulses of a body relate to a physical unit."""
+
+
+def _check_comment(number: object) -> int:
+    if number is False:
+        return 0
+    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= LAST_COMMENT:
+        raise ValueError(f"must be from 1 to {LAST_COMMENT}, or 0 or false for none")
+    return number
+
+
+class Body(Table):
+    """A controller on a line."""
+
+    id: BodyId
+    """Setting of the rotary switches, 00-77 hex (RC-420 manual 2.2)."""
+    name: Name | None = None
+    units: Units | None = None
+    position_tolerance: int = Field(0, ge=0, le=1_000_000)
+    """Pulses by which a move may miss its target in encoder mode, where the motor need not stop exactly at it
+    (RC-420 manual 13.7.5)."""
+
+    power_comment: Annotated[int, PlainValidator(_check_comment)] = 7
+    """User comment (9VS), 1-7, in which a mark tells that the power was kept; 0 or false: none."""
+    needs_origin: bool = True
+    """After a loss of power it refuses motions to places until it is homed, or somebody agrees."""
+
+    @property
+    def number(self) -> int:
+        """The body number as it is, 0-119."""
+        return int(self.id, 16)
+
+
+class Group(Table):
+    """A virtual body: a command to it goes to all members at once (RC-420 manual 12)."""
+
+    id: GroupId
+    members: Array[BodyId]
+    """In the order they are sent to the link master."""
+
+    @property
+    def number(self) -> int:
+        """The virtual body number as it is, 128-158."""
+        return int(self.id, 16)
+
+    @model_validator(mode="after")
+    def _fit_the_frame_that_defines_it(self) -> Self:
+        if len(self.members) < 2:
+            raise Fault("must name at least 2 bodies", "members")
+        refuse_repeats(self.members, "members")
+        try:
+            frame(LINK_MASTER, f"XVS{','.join((self.id, *self.members))}")
+        except ValueError as error:
+            raise Fault(f"names too many bodies for one definition: {error}", "members") from error
+        return self
+
+
+class Line(tables.Line):
+    """A port with a link master and its bodies behind it."""
+
+    introducer: Literal["&", "$", "#"] = "&"
+    """What begins a command; after `$` and `#` a body number has one digit (RC-420 manual 12)."""
+    pipeline: Annotated[int, AfterValidator(_check_pipeline)] = 1
+    stop_mode: Literal["interject", "after_reply"] = "interject"
+    """Whether a stop is sent at once or, should the link master not take it, after the reply under way."""
+    bodies: Array[Body] = ()
+    groups: Array[Group] = ()
+
+    @model_validator(mode="after")
+    def _be_consistent(self) -> Self:
+        refuse_repeats([body.id for body in self.bodies], "bodies", key="id")
+        refuse_repeats([group.id for group in self.groups], "groups", key="id")
+        if self.introducer != "&":
+            self._need_one_digit_bodies()
+        bodies = {body.id for body in self.bodies}
+        for index, group in enumerate(self.groups):
+            for position, member in enumerate(group.members):
+                if member not in bodies:
+                    raise Fault(
+                        f"{member} is no body of line {self.id}", "groups", index, "members", position
+                    )
+        return self
+
+    def _need_one_digit_bodies(self) -> None:
+        if self.groups:
+            raise Fault(f'cannot be addressed after {self.introducer!r}; use introducer = "&"', "groups")
+        for index, body in enumerate(self.bodies):
+            if body.number > 0xF:
+                raise Fault(
+                    f"must be from 00 to 0F on a line with introducer {self.introducer!r}, not {body.id!r}",
+                    *("bodies", index, "id"),
+                )

@@ -1,0 +1,367 @@
+"""RC-420 bodies behind RC-400 link masters: all of a plant, with their groups, moves, stops and scans."""
+
+import asyncio
+from collections.abc import Awaitable, Coroutine, Iterable, Iterator, Sequence
+from functools import partial
+from typing import Any, Literal, TypeVar
+
+from pydantic import Field
+
+from gateway.core.addresses import numbered_address
+from gateway.core.errors import Ambiguous, NotFound
+from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
+from gateway.core.move_record import Move, MoveStatus
+from gateway.core.stops import StopMode
+from gateway.core.targets import Stopped, Target, stopped
+from gateway.rorze import config
+from gateway.rorze.bodies import Body, Group
+from gateway.rorze.body_watch import BodyWatch
+from gateway.rorze.event_types import TYPES
+from gateway.rorze.group_definition import define, planned_group, watch_groups
+from gateway.rorze.guards import Guards
+from gateway.rorze.line import Line
+from gateway.rorze.moves import Moves
+from gateway.rorze.power import Power
+from gateway.rorze.scans import Scans
+from gateway.rorze.stops import Stops
+from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
+from protocols.rorze.commands import COMMANDS, Row
+from protocols.rorze.errors import lookup
+from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage
+from protocols.rorze.link_master import SetGroup
+from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
+from transports.base import Transport
+
+BODY = Place("/bodies/{body_id}", Move)
+LINE = Place("/lines/{line_id}")
+GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True)
+
+
+class LineInfo(PortInfo):
+    """A line: one port with an RC-400 and the bodies behind it."""
+
+    protocol: Literal["rorze"]
+    controllers: str = Field(description="What the link master answered to XID.")
+    stop_mode: Literal["interject", "after_reply"] = Field(
+        description="Whether a stop goes out at the next frame boundary, or after the reply under way."
+    )
+    strict: bool = Field(
+        description="A reply came twice here lately: an acknowledgement counts only when a fence before and "
+        "one after it have shown that it was no copy."
+    )
+    bodies: list[str]
+    offline: list[str] = Field(description="Bodies that do not answer.")
+    groups: list[str]
+
+
+class Rorze(Family):
+    """All lines with RC-400s, and what is on them."""
+
+    line_table = config.Line
+    collections = ("bodies", "groups")
+    event_types = TYPES
+    commands = tuple(
+        (place, row)
+        for place in (BODY, LINE, GROUP)
+        for row in COMMANDS.values()
+        if issubclass(row, LinkMasterCommand) is (place is LINE)
+    )
+    stop_modes = STOP_MODES
+
+    def __init__(self, site: Site) -> None:
+        super().__init__(site)
+        self.lines: dict[str, Line] = {}
+        self._bodies: dict[str, Body] = {}
+        self._groups: dict[str, Group] = {}
+        self._defining = asyncio.Lock()
+        self.moves = Moves(self._publish_move, allow_endless_moves=site.allow_endless_moves)
+        self.stops = Stops(site.events, self.groups_of)
+        self.scans = Scans(site.events)
+
+    # building
+
+    def add(self, table: config.Line, port: Transport) -> Line:
+        """Build a line with its bodies and groups."""
+        line = Line(
+            table.id,
+            port,
+            [body.number for body in table.bodies],
+            {group.number: [int(member, 16) for member in group.members] for group in table.groups},
+            introducer=table.introducer,
+            reply_timeout_s=table.reply_timeout_s,
+            late_reply_s=table.late_reply_s,
+            interject_stops=table.stop_mode == "interject",
+            rng=self.site.rng,
+        )
+        line.on_message = partial(self._on_message, line)
+        line.on_change = partial(self._on_change, line)
+        self.lines[line.id] = line
+        for it in table.bodies:
+            body = Body(
+                line,
+                it.number,
+                it.name or "",
+                it.units,
+                position_tolerance=it.position_tolerance,
+                poll_interval_s=table.poll_interval_s,
+                power=Power(it.power_comment, it.needs_origin),
+            )
+            body.on_news = partial(self._on_news, body)
+            self._bodies[body.address] = body
+        Guards(line, self.bodies_of(line), self.stops.under_way)
+        for group in table.groups:
+            members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
+            self._add_group(Group(line, group.number, members))
+        return line
+
+    def _add_group(self, group: Group) -> None:
+        group.on_strangers = partial(self._on_strangers, group)
+        self._groups[group.address] = group
+
+    # finding
+
+    def bodies(self) -> list[Body]:
+        """All bodies, in the order of the configuration."""
+        return list(self._bodies.values())
+
+    def bodies_of(self, line: Line) -> list[Body]:
+        """The bodies of one line, in the order of the configuration."""
+        return [body for body in self.bodies() if body.line is line]
+
+    def groups(self) -> list[Group]:
+        """All groups."""
+        return list(self._groups.values())
+
+    def groups_of(self, body: Body) -> list[Group]:
+        """The groups a body is in."""
+        return [group for group in self._groups.values() if body in group.members]
+
+    def _groups_on(self, line: Line) -> list[Group]:
+        return [group for group in self.groups() if group.line is line]
+
+    def body(self, address: str) -> Body:
+        """Find a body by `3F`, if only one line has it, or by `LINE.3F`; lower case will do.
+
+        :raises NotFound: no line has it.
+        :raises Ambiguous: several lines have it.
+        """
+        return _find(self._bodies, self.lines, address, "body")
+
+    def group(self, address: str) -> Group:
+        """Find a group by `80`, if only one line has it, or by `LINE.80`.
+
+        :raises NotFound: no line has it.
+        :raises Ambiguous: several lines have it.
+        """
+        return _find(self._groups, self.lines, address, "group")
+
+    def target(self, collection: str, names: Sequence[str]) -> Target:
+        """Find a body or a group; errors as of `body` and `group`."""
+        address = "/".join(names)
+        if collection == "groups":
+            return GroupTarget(self.group(address), self.moves, self.stops)
+        return BodyTarget(self.body(address), self.moves, self.stops)
+
+    def link_of(self, line_id: str) -> Target:
+        """The link master of a line."""
+        return LinkMasterTarget(self.lines[line_id], partial(self._define_as_told, line_id))
+
+    def addresses(self) -> Iterator[str]:
+        """Bodies and groups, with and without their lines."""
+        things: list[Body | Group] = [*self.bodies(), *self.groups()]
+        for thing in things:
+            yield from (thing.address, thing.short)
+
+    def info(self, line: Line) -> LineInfo:
+        """Tell the state of a line."""
+        return LineInfo(
+            **facts_of(line),
+            protocol="rorze",
+            controllers=line.controllers,
+            stop_mode="interject" if line.interject_stops else "after_reply",
+            strict=line.strict,
+            bodies=_addresses(line, line.bodies),
+            offline=_addresses(line, sorted(line.offline)),
+            groups=_addresses(line, list(line.groups)),
+        )
+
+    @classmethod
+    def facts(cls, row: Row) -> list[str]:
+        """Tell what stands on the row's page of the manual."""
+        modes = ", ".join(f"{mode} ({MODE_NAMES[mode]})" for mode in row.modes)
+        facts = [
+            f"Command `{row.code}`; operating modes {modes}; "
+            f"{'allowed' if row.moving else 'refused'} while the motor moves; "
+            f"{'allowed' if row.program else 'not allowed'} in user programs; retry class `{row.retry}`.",
+            f"Example: `{row.example[0]}`"
+            + (f" is answered `{row.example[1]}`." if len(row.example) > 1 else "."),
+        ]
+        errors = [f"- 0x{code:02X}: {lookup(code, row.code).en}" for code in sorted(row.errors)]
+        return [*facts, "Errors:\n\n" + "\n".join(errors)] if errors else facts
+
+    @classmethod
+    def is_dated(cls, _: Row) -> bool:
+        """All its rows are answered."""
+        return True
+
+    # groups
+
+    async def define_group(self, address: str, members: list[str], name: str = "") -> Group:
+        """Define a virtual body at the link master (XVS), in the order of the members.
+
+        :raises GatewayError: the members are not on one line, or one moves, or the link master refused.
+        """
+        address = numbered_address(address)
+        home = address.rpartition(".")[0]
+        bodies = [self.body(f"{home}.{it}" if home and "." not in it else it) for it in members]
+        group = planned_group(address, bodies, name)
+        async with self._defining:
+            await define(group, self._groups.get(group.address))
+            self._add_group(group)
+        return group
+
+    async def _define_as_told(self, line_id: str, command: SetGroup) -> None:
+        members = [f"{line_id}.{member}" for member in command.members]
+        await self.define_group(f"{line_id}.{command.group}", members)
+
+    # life
+
+    def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
+        """Look after bodies, and after the groups of each line."""
+        for body in self.bodies():
+            yield BodyWatch(body, self.stops.on_line).run()
+        for line in self.lines.values():
+            yield watch_groups(line, partial(self._groups_on, line))
+
+    def was_left_alone(self) -> None:
+        """Look at every body."""
+        for body in self.bodies():
+            body.may_move()
+
+    def stop_all(self, mode: StopMode) -> Awaitable[Stopped]:
+        """Stop all bodies."""
+        return stopped("bodies", self.stops.stop(self.bodies(), mode))
+
+    # news
+
+    def _publish_move(self, kind: str, body: Body, move: Move) -> str:
+        return self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id).cursor
+
+    def _on_message(self, line: Line, frame: MoveEnded | StatusChanged | UnknownMessage) -> None:
+        publish = self.site.events.publish
+        if isinstance(frame, UnknownMessage):
+            publish("line.message", f"/lines/{line.id}", {"frame": frame.text})
+            return
+        body = self._bodies.get(f"{line.id}.{frame.body:02X}")
+        subject = f"/bodies/{line.id}.{frame.body:02X}"
+        if isinstance(frame, StatusChanged):
+            publish("body.controller_event", subject, dict(frame.fields))
+        elif body is None:
+            publish("body.end_frame", subject, {"command": frame.code, "cause": frame.cause})
+        else:
+            self.moves.ended(body, frame)
+
+    def _on_change(self, line: Line, what: str, facts: dict[str, object]) -> None:
+        number = facts.pop("body", None)
+        if number is None:
+            self._line_changed(line, what)
+            self.site.events.publish(what, f"/lines/{line.id}", facts)
+            return
+        address = f"{line.id}.{number:02X}"
+        body = self._bodies.get(address)
+        if body is not None and what == "body.offline":
+            if facts["asked"]:
+                body.fell_silent()
+            else:
+                body.out_of_sight()
+        if body is not None and what == "body.online":
+            body.look_due.set()
+            self.stops.in_reach_again(body)
+        self.site.events.publish(what, f"/bodies/{address}", facts)
+
+    def _line_changed(self, line: Line, what: str) -> None:
+        """What happens while a line is down is known only when its bodies have been asked."""
+        for body in self.bodies_of(line):
+            if what == "line.down":
+                body.out_of_sight()
+            elif what == "line.up":
+                self.stops.in_reach_again(body)
+                if body.moving is None:
+                    body.look_due.set()
+
+    def _on_news(self, body: Body, kind: str, facts: dict[str, object]) -> None:
+        self.site.events.publish(kind, f"/bodies/{body.address}", facts)
+
+    def _on_strangers(self, group: Group, numbers: set[int]) -> None:
+        """The link master means others by the group than we do: who has obeyed may move now."""
+        strangers = [f"{group.line.id}.{number:02X}" for number in sorted(numbers)]
+        for address in strangers:
+            if address in self._bodies:
+                self._bodies[address].may_move()
+        group.line.counters["strangers_in_groups"] += 1
+        self.site.events.publish("group.strangers", f"/groups/{group.address}", {"bodies": strangers})
+        group.line.set_up_again(f"{', '.join(strangers)} obeyed group {group.short}")
+
+    # the end
+
+    def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
+        """Stop what would never end, or everything that moves."""
+        bodies = [it for it in self.bodies() if (everything and it.moving) or self._never_ends(it)]
+        return [self.stops.stop(bodies, "decelerate")] if bodies else []
+
+    def _never_ends(self, body: Body) -> bool:
+        """Whether its last move is one that only a stop ends, and nobody has seen that end."""
+        move = next(iter(self.moves.of(body)), None)
+        if move is None or move.kind != "continuous" or move.sent_at is None:
+            return False
+        unseen = move.status in (MoveStatus.LOST, MoveStatus.UNKNOWN) and body.moving is not False
+        return unseen or not move.status.final
+
+    async def at_rest(self) -> None:
+        """Wait for stops, and for those who are told that nothing was sent."""
+        await self.stops.confirmed()
+        await self.moves.begun()
+
+    def left_moving(self) -> Iterator[LeftMoving]:
+        """Name the bodies that may move on."""
+        for body in self.bodies():
+            stopped = self.stops.unconfirmed(body) is not None
+            why = why_it_moves(stopped=stopped, moving=body.moving, under_way=body.move is not None)
+            if why is not None:
+                move_id = None if body.move is None else body.move.id
+                yield LeftMoving("body", f"/bodies/{body.address}", why, move_id)
+
+    async def let_go(self) -> None:
+        """Give those who wait for moves what is known now."""
+        await self.scans.close()
+        self.moves.let_go()
+
+    async def close(self) -> None:
+        """End all work and close the lines."""
+        await self.stops.close()
+        for line in self.lines.values():
+            await line.close()
+        await self.scans.close()
+        await self.moves.close()
+
+
+def _addresses(line: Line, numbers: list[int]) -> list[str]:
+    return [f"{line.id}.{number:02X}" for number in numbers]
+
+
+T = TypeVar("T", Body, Group)
+
+
+def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -> T:
+    line_id, _, short = numbered_address(address).rpartition(".")
+    wanted = [line_id] if line_id else lines
+    found = [things[key] for line in wanted if (key := f"{line}.{short}") in things]
+    if not found:
+        raise NotFound(f"There is no {what} {address} in the configuration; nothing was sent.")
+    if len(found) > 1:
+        names = [thing.address for thing in found]
+        raise Ambiguous(
+            f"Several lines have {what} {short}: {', '.join(names)}; nothing was sent.",
+            f"Say which {what} is meant: {' or '.join(names)}.",
+        )
+    return found[0]

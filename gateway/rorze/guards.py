@@ -1,0 +1,84 @@
+"""Rules across the bodies of a line, asked in the instant in which a frame is written."""
+
+from collections.abc import Callable, Iterator, Sequence
+
+from gateway.core.errors import BodyBusy, Cancelled, GatewayError, InvalidRequest
+from gateway.rorze.bodies import Body
+from gateway.rorze.exchange import RorzeExchange
+from gateway.rorze.line import Line
+from gateway.rorze.power import needs_place
+from protocols.table import Effect
+
+
+class Guards:
+    """The guards of one line, which stand at its gate."""
+
+    def __init__(self, line: Line, bodies: Sequence[Body], stopping: Callable[[Body], bool]) -> None:
+        self._line = line
+        self._bodies = bodies
+        self._stopping = stopping
+        """Whether a stop of a body is not confirmed yet."""
+        for guard in (
+            self._flash_while_moving,
+            self._motion_while_stopping,
+            self._motion_to_a_lost_place,
+            self._motion_without_a_move,
+        ):
+            line.gate.add(guard)
+
+    def _reached_by(self, exchange: RorzeExchange) -> Iterator[Body]:
+        numbers = self._line.groups.get(exchange.body, [exchange.body])
+        return (body for body in self._bodies if body.number in numbers)
+
+    def _flash_while_moving(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
+        """A flash command holds up the line for 1.5 s: not while anything moves there, or may move."""
+        if not exchange.command.takes_s:
+            return None
+        code = exchange.command.code
+        moving = [body.address for body in self._bodies if body.moving]
+        if moving:
+            return BodyBusy(f"{', '.join(moving)} moves; {code} was not sent.", "Wait for standstill.")
+        unread = [body.address for body in self._bodies if body.moving is None and body.online]
+        if unread:
+            return BodyBusy(
+                f"Whether {', '.join(unread)} moves is not known yet; {code} was not sent.",
+                "Try again when the status has been read.",
+            )
+        return None
+
+    def _motion_while_stopping(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
+        """Until a stop is confirmed nothing is sent that could move the motor again."""
+        if exchange.command.effect is not Effect.MOTION:
+            return None
+        stopping = [body.address for body in self._reached_by(exchange) if self._stopping(body)]
+        if not stopping:
+            return None
+        return Cancelled(
+            f"The stop of {', '.join(stopping)} is not confirmed yet; nothing was sent.",
+            "Wait for standstill.",
+        )
+
+    def _motion_to_a_lost_place(self, exchange: RorzeExchange, now: float) -> GatewayError | None:
+        """A motion to a place is written only where the place is what it was when it was asked for."""
+        if not needs_place(exchange.command):
+            return None
+        for body in self._reached_by(exchange):
+            refusal = body.power.refuses_write(body.address, exchange.command, now)
+            if refusal is not None:
+                return refusal
+        return None
+
+    def _motion_without_a_move(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
+        """Whatever way it came here: a motion that nobody would follow to its end is not begun."""
+        command = exchange.command
+        if not command.starts_motion():
+            return None
+        frame = self._line.frame_of(exchange.body, command)
+        for body in self._reached_by(exchange):
+            if body.move is None or body.move.frame != frame:
+                return InvalidRequest(
+                    f"{command.code} starts a move, and {body.address} has no record of it; "
+                    "nothing was sent.",
+                    "Start a move.",
+                )
+        return None

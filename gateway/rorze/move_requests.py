@@ -1,0 +1,149 @@
+"""Moves in the words of clients: their kinds, with lengths in units, and the commands they come to."""
+
+from typing import Annotated, Any, Final, Literal, Self
+
+from pydantic import Field, ValidationError, WithJsonSchema, model_validator
+
+from gateway.core.errors import InvalidRequest
+from gateway.core.records import RequestModel
+from gateway.rorze.bodies import Group
+from gateway.rorze.units import Scale, Unit, to_pulses
+from protocols.rorze import moves, origin
+from protocols.rorze.row import RorzeCommand
+from protocols.wording import expectation
+
+Direction = Literal["cw", "ccw"]
+Speed = Literal["high", "low"]
+Pattern = Annotated[
+    int | None,
+    Field(ge=0, le=29, description="Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."),
+]
+MotionRow = type[RorzeCommand[Any]]
+
+_RELATIVE: Final[dict[tuple[Direction, Speed], MotionRow]] = {
+    ("cw", "high"): moves.MoveClockwise,
+    ("ccw", "high"): moves.MoveCounterclockwise,
+    ("cw", "low"): moves.MoveClockwiseSlowly,
+    ("ccw", "low"): moves.MoveCounterclockwiseSlowly,
+}
+_ABSOLUTE: Final[dict[Speed, MotionRow]] = {"high": moves.MoveTo, "low": moves.MoveToSlowly}
+_HOME: Final[dict[str, MotionRow]] = {
+    "standard": origin.Home,
+    "stall_detection": origin.HomeWithStallDetection,
+    "fast_then_stop": origin.HomeFastThenStop,
+    "fast_then_decelerate": origin.HomeFastThenDecelerate,
+    "rc204": origin.HomeLikeRc204,
+}
+
+
+class Length(RequestModel):
+    """A distance or a position with its unit."""
+
+    value: Annotated[int | float, WithJsonSchema({"type": "number"})] = Field(
+        gt=-1e9, lt=1e9, description="Pulses are whole numbers, written without a point."
+    )
+    unit: Unit = Field(description="mm, um, deg and mdeg need the body's scale in the configuration.")
+
+    def pulses(self, scale: Scale | None) -> int:
+        """The same in pulses.
+
+        :raises InvalidRequest: the body has no scale for this unit.
+        """
+        return to_pulses(self.value, self.unit, scale)
+
+    @model_validator(mode="after")
+    def _whole_pulses(self) -> Self:
+        if self.unit == "pulse" and isinstance(self.value, float):
+            raise ValueError(f"pulses must be a whole number without a point, not {self.value}")
+        return self
+
+
+class _MoveRequest(RequestModel):
+    validate_only: bool = Field(
+        default=False, description="Only say what would be sent and how long it would take; nothing moves."
+    )
+
+
+class RelativeMoveRequest(_MoveRequest):
+    """Move by a distance (RC-420 manual 13.2)."""
+
+    kind: Literal["relative"]
+    direction: Direction
+    distance: Length
+    speed: Speed = Field(default="high", description="`low` runs at the start speed, without ramps.")
+    pattern: Pattern = None
+
+    def command(self, scale: Scale | None) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        row = _RELATIVE[self.direction, self.speed]
+        return _built(row, distance=self.distance.pulses(scale), pattern=self.pattern)
+
+
+class AbsoluteMoveRequest(_MoveRequest):
+    """Move to a position (RC-420 manual 13.2)."""
+
+    kind: Literal["absolute"]
+    position: Length
+    speed: Speed = Field(default="high", description="`low` runs at the start speed, without ramps.")
+    pattern: Pattern = None
+
+    def command(self, scale: Scale | None) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        return _built(_ABSOLUTE[self.speed], position=self.position.pulses(scale), pattern=self.pattern)
+
+
+class HomeRequest(_MoveRequest):
+    """Search the origin (RC-420 manual 13.5)."""
+
+    kind: Literal["home"]
+    method: Literal["standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204"] = Field(
+        default="standard", description="Commands 00M, 01M, 02M, 03M and 04M, in this order."
+    )
+
+    def command(self, _: Scale | None) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        return _HOME[self.method]()
+
+
+class ContinuousMoveRequest(_MoveRequest):
+    """Move until stopped; only where the configuration has `allow_endless_moves`."""
+
+    kind: Literal["continuous"]
+    direction: Direction
+    speed: Speed = Field(default="high", description="`low` runs at the start speed, without ramps.")
+    pattern: Pattern = None
+
+    def command(self, _: Scale | None) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        return _built(_RELATIVE[self.direction, self.speed], distance="endless", pattern=self.pattern)
+
+
+MoveRequest = Annotated[
+    RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+    Field(discriminator="kind"),
+]
+
+
+def _built(row: MotionRow, **parameters: object) -> RorzeCommand[Any]:
+    try:
+        return row(**parameters)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        raise InvalidRequest(
+            f"{fault['loc'][0]} comes to {parameters[str(fault['loc'][0])]} pulses: {expectation(fault)}; "
+            "nothing was sent."
+        ) from None
+
+
+def common_command(group: Group, move: MoveRequest) -> RorzeCommand[Any]:
+    """The one command that moves all members of a group.
+
+    :raises InvalidRequest: their scales ask for different ones.
+    """
+    first, *others = [move.command(member.scale) for member in group.members]
+    if any(command != first for command in others):
+        raise InvalidRequest(
+            f"The members of {group.address} have different scales, but get one command; nothing was sent.",
+            "Give pulses.",
+        )
+    return first

@@ -1,0 +1,117 @@
+"""Bodies, groups and link masters as the operations see them."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar, Final
+
+from gateway.core.stops import StopMode
+from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
+from gateway.rorze import plain_text
+from gateway.rorze.bodies import Body, Group, answer_or_raise, reply_of
+from gateway.rorze.line import Line, lane_of
+from gateway.rorze.move_requests import MoveRequest, common_command
+from gateway.rorze.moves import Moves
+from gateway.rorze.plans import GroupPlan, PlannedMove, group_plan_of, plan_of
+from gateway.rorze.stops import Stops
+from protocols.rorze.link_master import SetGroup
+from protocols.rorze.row import LINK_MASTER, RorzeCommand
+from protocols.rorze.stops import StopDecelerating, StopImmediately
+from protocols.table import Reply
+
+STOP_MODES: Final[dict[type[Any], StopMode]] = {
+    StopDecelerating: "decelerate",
+    StopImmediately: "immediate",
+}
+
+
+class _Motors(Target):
+    """Bodies that are commanded together."""
+
+    collection: ClassVar[str]
+    stop_modes = STOP_MODES
+
+    def __init__(self, thing: Body | Group, moves: Moves, stops: Stops) -> None:
+        self.thing = thing
+        self.address = thing.address
+        self.path = f"/{self.collection}/{thing.address}"
+        self._moves, self._stops = moves, stops
+        self.log = moves.log
+
+    @property
+    def _bodies(self) -> Sequence[Body]:
+        return self.thing.members if isinstance(self.thing, Group) else [self.thing]
+
+    async def start(self, command: Any) -> Begun | Opened:
+        """Start the moves of its bodies; errors as of `Moves.start`."""
+        moves = await self._moves.start(self.thing, command)
+        return Begun(self.path, moves, self.address if isinstance(self.thing, Group) else None)
+
+    async def stop(self, mode: StopMode) -> Stopped:
+        """Stop its bodies."""
+        return await stopped("bodies", self._stops.stop(self._bodies, mode))
+
+
+class BodyTarget(_Motors):
+    """A body."""
+
+    collection = "bodies"
+    thing: Body
+
+    async def ask(self, command: Any) -> Answer:
+        """Send a command that starts no move; errors as of `Body.ask`."""
+        reply, answered = await self.thing.ask(command)
+        return Answer((reply,), answered.at)
+
+    def read(self, text: str) -> RorzeCommand[Any]:
+        """Read a command as it stands on the line; errors as of `plain_text.read`."""
+        return plain_text.read(text)
+
+    def command_for(self, request: MoveRequest) -> RorzeCommand[Any]:
+        """Put a wish for a move into a command, by the body's scale."""
+        return request.command(self.thing.scale)
+
+    async def plan(self, command: Any) -> PlannedMove:
+        """Work out a move; errors as of `plan_of`."""
+        self._moves.require_end(command)
+        return await plan_of(self.thing, command)
+
+
+class GroupTarget(_Motors):
+    """A group."""
+
+    collection = "groups"
+    thing: Group
+
+    async def ask(self, command: Any) -> MemberAnswers:
+        """Send a command to all members; errors as of `Group.ask`."""
+        results = await self.thing.ask(command)
+        return MemberAnswers(self.address, {body.address: result for body, result in results.items()})
+
+    def command_for(self, request: MoveRequest) -> RorzeCommand[Any]:
+        """Put a wish for a move into one command for all members; errors as of `common_command`."""
+        return common_command(self.thing, request)
+
+    async def plan(self, command: Any) -> GroupPlan:
+        """Work out the moves of all members; errors as of `plan_of`."""
+        self._moves.require_end(command)
+        return await group_plan_of(self.thing, command)
+
+
+class LinkMasterTarget(Target):
+    """The link master of a line."""
+
+    def __init__(self, line: Line, define: Callable[[SetGroup], Any]) -> None:
+        self.line = line
+        self.address = f"{line.id}.{LINK_MASTER:02X}"
+        self.path = f"/lines/{line.id}"
+        self._define = define
+
+    async def ask(self, command: Any) -> Answer:
+        """Send it a command; a group is defined so that the gateway knows its members."""
+        if isinstance(command, SetGroup):
+            await self._define(command)
+            return Answer((SetGroup.reply_type()(),), asyncio.get_running_loop().time())
+        outcome = await self.line.submit(LINK_MASTER, command, lane_of(command))
+        answered = answer_or_raise(self.address, command, outcome)
+        reply: Reply = reply_of(LINK_MASTER, command, answered, self.address)
+        return Answer((reply,), answered.at)

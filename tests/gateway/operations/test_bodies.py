@@ -1,0 +1,52 @@
+"""Groups, scans, places and power of bodies, without HTTP."""
+
+import pytest
+
+from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.origin import Origin
+from gateway.operations import bodies
+from gateway.rorze.move_requests import Length
+from tests.fics_plants import fics_rig
+from tests.plants import in_virtual_time, rig
+
+ME = Origin("test")
+
+
+@in_virtual_time
+async def test_a_place_is_called_by_another_number_in_the_units_of_the_body() -> None:
+    async with rig(body_options='units = {unit = "mm", pulses_per_unit = 100.0}') as it:
+        pulses, _ = await bodies.set_position(it.plant, ME, "3F", Length(value=1.5, unit="mm"))
+        assert pulses == 150
+        assert "&3F6PS150" in it.wire.frames()
+
+
+@in_virtual_time
+async def test_a_group_is_defined_by_an_address_in_any_case() -> None:
+    async with rig(bodies=(0, 1, 0x3F)) as it:
+        group = await bodies.define_group(it.plant, ME, "LINE1.8a", ["00", "3f"], "pair")
+        assert (group.address, group.name) == ("line1.8A", "pair")
+
+
+@in_virtual_time
+async def test_a_scan_finds_who_answers_and_belongs_to_its_line() -> None:
+    async with rig(lines=("left", "right"), present=(0x3F,)) as it:
+        scan = await bodies.start_scan(it.plant, ME, "left")
+        over = await bodies.get_scan(it.plant, "left", scan.id, 120.0)
+        assert (over.status, [found.body_id for found in over.found]) == ("finished", ["left.3F"])
+        with pytest.raises(NotFound, match="Line right has no scan"):
+            await bodies.get_scan(it.plant, "right", scan.id, 0.0)
+
+
+@in_virtual_time
+async def test_a_line_with_a_robot_has_nobody_to_scan_for() -> None:
+    async with fics_rig() as it:
+        with pytest.raises(InvalidRequest, match="leads to a robot and has no bodies"):
+            await bodies.start_scan(it.plant, ME, "cell")
+
+
+@in_virtual_time
+async def test_a_power_cycle_is_acknowledged() -> None:
+    async with rig() as it:
+        it.body().power.lost(certain=True)
+        await bodies.acknowledge_power_cycle(it.plant, ME, "3F")
+        assert not it.body().power.cycled
