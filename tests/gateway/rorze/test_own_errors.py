@@ -25,7 +25,7 @@ async def test_the_remedy_is_that_of_the_command_in_both_languages(
     async with rig() as it:
         it.touch(0x3F, lambda axis: axis.world.forced.update({STALL: False}))
         with pytest.raises(ControllerRefused) as caught:
-            await it.body().ask(command)
+            await it.plant.moves.start(it.body(), command)
         english, japanese = problem_of(caught.value, "/"), problem_of(caught.value, "/", japanese=True)
         assert (english.code, english.moved) == (code, "no")
         assert cause in english.detail

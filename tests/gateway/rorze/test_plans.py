@@ -118,7 +118,7 @@ async def test_a_move_that_would_be_refused_says_so(command: RorzeCommand[Ack]) 
         await prepare(it)
         planned = await plan_of(it.body(), command)
         with pytest.raises(ControllerRefused):
-            await it.body().ask(command)
+            await it.plant.moves.start(it.body(), command)
         assert isinstance(planned, PlannedMove)
         assert planned.duration_s is None
         assert planned.note is not None
