@@ -10,6 +10,8 @@ class Admission:
     def __init__(self, watch: LoopWatch | None = None) -> None:
         self._watch = watch or LoopWatch()
         self._ended = False
+        self.revise = self._watch.look
+        """See that nothing is written that was admitted before a suspension."""
 
     def require(self) -> None:
         """Refuse what comes too late.
@@ -21,10 +23,6 @@ class Admission:
             raise ShuttingDown
         if self._watch.in_doubt():
             raise HeldUp
-
-    def revise(self) -> None:
-        """See that nothing is written that was admitted before a suspension."""
-        self._watch.look()
 
     def end(self) -> None:
         """Let nothing begin any more."""

@@ -19,21 +19,21 @@ class Copies(Generic[X, F]):
         self._said: dict[int, dict[Hashable, dict[Hashable, Said]]] = {}
         """By speaker, by name, and by the command's frame and the kind of reply."""
 
-    def note(self, exchange: X, frame: F, now: float, until: float) -> None:
-        """A reply was credited, or may come until then."""
-        said = self._said.setdefault(exchange.speaker, {}).setdefault(exchange.name_of(frame), {})
-        if len(said) >= self._remembered:
-            for key in [key for key, it in said.items() if it.until <= now]:
-                del said[key]
-        said[exchange.frame, exchange.kind_of(frame)] = Said(exchange, frame, exchange.number, until)
+    def note(self, speaker: int, name: Hashable, said: Said, now: float) -> None:
+        """A reply was credited, or may come; of one command and one kind the last is remembered."""
+        others = self._said.setdefault(speaker, {}).setdefault(name, {})
+        if len(others) >= self._remembered:
+            for key in [key for key, it in others.items() if it.until <= now]:
+                del others[key]
+        others[said.exchange.frame, said.kind] = said
 
     def forget(self, speaker: int) -> None:
         """Its fence has passed: no copy of what it has said is on its way any more."""
         self._said.pop(speaker, None)
 
-    def could_answer(self, exchange: X, now: float) -> bool:
-        """Whether a copy could be taken for the reply to this command, and be wrong."""
-        said = self._said.get(exchange.speaker)
+    def could_answer(self, exchange: X, speaker: int, now: float) -> bool:
+        """Whether a copy of what somebody said could be taken for the reply to this, and be wrong."""
+        said = self._said.get(speaker)
         if not said:
             return False
         found = [said[name] for name in exchange.reply_names if name in said]

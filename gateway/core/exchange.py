@@ -31,6 +31,8 @@ class Said(NamedTuple):
 
     exchange: "Exchange[Any, Any, Any]"
     frame: Any
+    kind: Hashable
+    """What a reply fits depends on this: whom a copy could deceive, and whom not."""
     number: int
     """The place of the command's frame among all that were written."""
     until: float
@@ -127,33 +129,15 @@ class Exchange(ABC, Generic[C, F, O]):
     # copies of replies
 
     @property
-    def speaker(self) -> int:
-        """Who answers: what one speaker says comes in order."""
-        return self.target
-
-    @property
     @abstractmethod
     def reply_names(self) -> Iterable[Hashable]:
         """The names its replies may have: only what was said by one of them could be taken for its own."""
-
-    @abstractmethod
-    def name_of(self, frame: F) -> Hashable:
-        """The name of a reply."""
-
-    @abstractmethod
-    def kind_of(self, frame: F) -> Hashable:
-        """Of one command and one kind, only the last reply has to be remembered."""
 
     @abstractmethod
     def mistakes(self, said: Said) -> bool:
         """Whether a copy of something said before would be taken for its reply, and be wrong."""
 
     # waiters
-
-    @property
-    def queue(self) -> Hashable:
-        """What it waits in line with: its series, or all else for its target."""
-        return self.target if self.series is None else self.series
 
     def shares(self, other: "Exchange[C, F, O]") -> bool:
         """Whether one trip on the wire serves both."""
@@ -200,11 +184,6 @@ class Exchange(ABC, Generic[C, F, O]):
         return self.lane in QUESTIONS and all(map(_IS_DONE, self.waiters))
 
     # on the wire
-
-    def begin(self, number: int, deadline: float | None) -> None:
-        """Its frame has been handed to the port; an earlier attempt is forgotten."""
-        self.number, self.doubt = number, None
-        self.deadline, self.due_at = deadline, deadline or 0.0
 
     def await_until(self, deadline: float | None) -> None:
         """Set the time at which its reply, or the next part of it, is overdue."""

@@ -1,12 +1,13 @@
 """The write gate: every frame for a controller passes here, in the same instant in which it is written."""
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable
-from typing import Any, Generic
+from typing import Generic
 
 from gateway.core.errors import Expired, GatewayError, Overtaking, StoppedFirst
-from gateway.core.exchange import Exchange, X
+from gateway.core.exchange import X
 from gateway.core.lanes import Lane
+from protocols.table import Effect
 
 Guard = Callable[[X, float], GatewayError | None]
 """Looks at an exchange about to be written: None lets it pass, an error refuses it with nothing written."""
@@ -18,15 +19,15 @@ class Gate(Generic[X]):
     def __init__(self, set_up_target: int | None = None) -> None:
         self.set_up_target = set_up_target
         """What the line's own set-up is for: it goes on whatever is revoked."""
-        self._stops: Counter[int] = Counter()
+        self._stops: defaultdict[int, int] = defaultdict(int)
         self._revocations = 0
         self._last: dict[int, Overtaking] = {}
         """What has begun the present epoch of a target, if not that of all."""
         self._last_of_all: Overtaking = StoppedFirst
-        self._guards: list[Guard[X]] = [self._not_overtaken, not_too_late]
+        self._guards: list[Guard[X]] = []
 
     def add(self, guard: Guard[X]) -> None:
-        """Add a rule that every frame must pass from now on."""
+        """Add a rule that every frame must pass from now on, unless it is that of a mere question."""
         self._guards.append(guard)
 
     def epoch(self, target: int) -> int:
@@ -58,18 +59,14 @@ class Gate(Generic[X]):
 
     def refuses(self, exchange: X, now: float) -> GatewayError | None:
         """The reason why this must not be written, if there is one."""
+        if self.is_overtaken(exchange):
+            return self.overtaken(exchange.target)
+        if exchange.expires_at is not None and now >= exchange.expires_at:
+            return Expired()
+        if exchange.command.effect is Effect.READ:
+            return None
         for guard in self._guards:
             reason = guard(exchange, now)
             if reason is not None:
                 return reason
         return None
-
-    def _not_overtaken(self, exchange: X, _: float) -> GatewayError | None:
-        return self.overtaken(exchange.target) if self.is_overtaken(exchange) else None
-
-
-def not_too_late(exchange: Exchange[Any, Any, Any], now: float) -> GatewayError | None:
-    """No command starts later than its sender allowed."""
-    if exchange.expires_at is None or now < exchange.expires_at:
-        return None
-    return Expired()

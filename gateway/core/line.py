@@ -10,7 +10,7 @@ from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, NoReply
 from gateway.core.exchange import F, X
 from gateway.core.gate import Gate
 from gateway.core.lanes import Lane
-from gateway.core.origin import acting
+from gateway.core.origin import ORIGIN
 from gateway.core.port import PortLoop
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
@@ -107,8 +107,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def _pump(self) -> None:
         """Write whatever may go now; a frame at a time, so that a stop leaves at the next frame boundary."""
-        while self._open and self._has_something():
+        while self._open and self._session.has_something():
             now = self._loop.time()
+            self.admission.revise()  # what was asked for before a suspension is not written
             if not self._port_is_free(now):
                 return
             exchange = self._session.next(now, ready=self._ready)
@@ -116,30 +117,20 @@ class LineDriver(PortLoop, Generic[X, W, F]):
                 return
             self._write(exchange, now)
 
-    def _has_something(self) -> bool:
-        """Whether anything could go that was not asked for before a suspension."""
-        if not self._session.has_something():
-            return False
-        self.admission.revise()
-        return self._session.has_something()
-
     def _write(self, exchange: X, now: float) -> None:
         """Write for the one who asked: what that begins belongs to the same origin."""
-        with acting(exchange.origin):
-            self._hand_out(exchange, now)
-
-    def _hand_out(self, exchange: X, now: float) -> None:
+        before = ORIGIN.set(exchange.origin)
         try:
-            written = self._send(exchange.frame, now)
+            if self._send(exchange.frame, now):
+                deadline = self._tx_free_at + exchange.timeout_s
+                self._session.written(exchange, now, deadline)
+                self._wake_at(deadline)
+            else:
+                exchange.settle(self._down())
         except TransportRefused as error:
             exchange.settle(InvalidRequest(f"{error} Nothing was sent.", "Send less at once."))
-            return
-        if not written:
-            exchange.settle(self._down())
-            return
-        deadline = self._tx_free_at + exchange.timeout_s
-        self._session.written(exchange, now, deadline)
-        self._wake_at(deadline)
+        finally:
+            ORIGIN.reset(before)
 
     def data_received(self, data: bytes) -> None:
         """Bytes from the port."""
@@ -158,7 +149,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def _promise(self, exchange: X) -> "asyncio.Future[Any]":
         future: asyncio.Future[Any] = self._loop.create_future()
-        exchange.wait_for(future)
+        exchange.waiters[future] = exchange.expires_at
         return future
 
     def _queue(self, exchange: X) -> "asyncio.Future[Any]":

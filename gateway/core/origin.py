@@ -20,17 +20,17 @@ PROBE = Origin("gateway: probe")
 POLL = Origin("gateway: poll")
 SET_UP = Origin("gateway: set-up")
 
-_ORIGIN: ContextVar[Origin] = ContextVar("origin", default=GATEWAY)
+ORIGIN: ContextVar[Origin] = ContextVar("origin", default=GATEWAY)
 
-current = _ORIGIN.get
+current = ORIGIN.get
 """The origin of what is asked here and now; a task keeps that of its beginning."""
 
 
 @contextmanager
 def acting(origin: Origin) -> Iterator[None]:
     """Give all exchanges that are made within this origin."""
-    before = _ORIGIN.set(origin)
+    before = ORIGIN.set(origin)
     try:
         yield
     finally:
-        _ORIGIN.reset(before)
+        ORIGIN.reset(before)

@@ -53,6 +53,7 @@ class PortLoop(ABC):
         self._silence: str | None = None
         """Why nobody seems to answer, while that is so."""
         self._told_up = False
+        self._byte_time_s = 0.0
         self._tx_free_at = 0.0
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
@@ -138,6 +139,7 @@ class PortLoop(ABC):
             try:
                 await self.transport.open(self)
                 self.counters["openings"] += 1
+                self._byte_time_s = self.transport.byte_time_s
                 self._open = True
                 if await self._serve_until_lost():
                     pause_s = REOPEN_S[0]
@@ -220,7 +222,7 @@ class PortLoop(ABC):
             self._hand_over(opening)
         except TransportLost:
             return
-        self._tx_free_at = self._loop.time() + len(opening) * self.transport.byte_time_s
+        self._tx_free_at = self._loop.time() + len(opening) * self._byte_time_s
         self._last_rx_at = self._tx_free_at
         patience_ends_at = self._tx_free_at + patience_s
         while self._open:
@@ -258,7 +260,7 @@ class PortLoop(ABC):
             self._went_down(str(error))
             return False
         self._heard_out = False
-        self._tx_free_at = now + len(frame) * self.transport.byte_time_s
+        self._tx_free_at = now + len(frame) * self._byte_time_s
         return True
 
     def _hand_over(self, data: bytes) -> None:

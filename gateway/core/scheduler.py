@@ -9,14 +9,19 @@ from collections import OrderedDict, deque
 from collections.abc import Callable, Hashable, Iterator
 from itertools import chain
 from math import inf
-from typing import Generic
+from typing import Any, Generic
 
-from gateway.core.exchange import X
+from gateway.core.exchange import Exchange, X
 from gateway.core.lanes import IMPATIENT, STOPS, Lane, require_room
 
 TURN_S = 0.5
 """Commands and reads that others went before for so long have one turn, ahead of all but stops."""
 LANES = tuple(Lane)
+
+
+def _queue_of(exchange: Exchange[Any, Any, Any]) -> Hashable:
+    """What it waits in line with: its series, or all else for its target."""
+    return exchange.target if exchange.series is None else exchange.series
 
 
 class _Turns(OrderedDict[Hashable, deque[X]], Generic[X]):
@@ -33,8 +38,9 @@ class _Turns(OrderedDict[Hashable, deque[X]], Generic[X]):
             queue.append(exchange)
 
     def add_first(self, exchange: X) -> None:
-        self.setdefault(exchange.queue, deque()).appendleft(exchange)
-        self.move_to_end(exchange.queue, last=False)
+        name = _queue_of(exchange)
+        self.setdefault(name, deque()).appendleft(exchange)
+        self.move_to_end(name, last=False)
 
     def take(self, may_go: Callable[[X], bool] | None) -> X | None:
         """The first exchange of the first queue whose turn it can be; the queue then goes to the end."""
@@ -51,10 +57,10 @@ class _Turns(OrderedDict[Hashable, deque[X]], Generic[X]):
     def remove(self, unwanted: Callable[[X], bool]) -> list[X]:
         removed = [exchange for exchange in self.exchanges() if unwanted(exchange)]
         for exchange in removed:
-            queue = self[exchange.queue]
-            queue.remove(exchange)
-            if not queue:
-                del self[exchange.queue]
+            name = _queue_of(exchange)
+            self[name].remove(exchange)
+            if not self[name]:
+                del self[name]
         return removed
 
 
@@ -63,44 +69,40 @@ class Scheduler(Generic[X]):
 
     def __init__(self, waits_for: str = "body") -> None:
         self._waits_for = waits_for
-        self._lanes: list[_Turns[X]] = [_Turns() for _ in Lane]
+        self.lanes: list[_Turns[X]] = [_Turns() for _ in Lane]
+        """What waits in each lane; a lane in which nothing waits is false."""
+        self.stops = [self.lanes[lane] for lane in STOPS]
+        """The lanes of stops."""
         self._passed_over: dict[Lane, float] = {}
         """Since when a lane has had no turn, where people wait for it or a fence has gone ahead."""
 
-    def __bool__(self) -> bool:
-        return any(self._lanes)
-
-    def has_stops(self) -> bool:
-        """Whether any stop waits."""
-        return any(self._lanes[lane] for lane in STOPS)
-
     def exchanges(self, lane: Lane) -> Iterator[X]:
         """What waits in a lane."""
-        return self._lanes[lane].exchanges()
+        return self.lanes[lane].exchanges()
 
     def waiting(self, lane: Lane) -> int:
         """How many exchanges wait in a lane."""
-        return sum(map(len, self._lanes[lane].values()))
+        return sum(map(len, self.lanes[lane].values()))
 
     def submit(self, exchange: X) -> X:
         """Queue an exchange; an equal one that already waits takes over its waiters and is returned instead.
 
         :raises QueueFull: too many wait for this target already.
         """
-        turns, name = self._lanes[exchange.lane], exchange.queue
-        queue = turns.get(name, ())
-        for other in queue:
-            if other.shares(exchange):
-                other.take_over(exchange)
-                return other
-        if exchange.lane not in STOPS:
-            require_room(len(queue), self._waits_for)
+        turns, name = self.lanes[exchange.lane], _queue_of(exchange)
+        if queue := turns.get(name):
+            for other in queue:
+                if other.shares(exchange):
+                    other.take_over(exchange)
+                    return other
+            if exchange.lane not in STOPS:
+                require_room(len(queue), self._waits_for)
         turns.add(exchange, name)
         return exchange
 
     def put_back(self, exchange: X) -> None:
         """Queue an exchange again before everything else of its lane: it has had its turn already."""
-        self._lanes[exchange.lane].add_first(exchange)
+        self.lanes[exchange.lane].add_first(exchange)
 
     def owe_turn(self, lane: Lane) -> None:
         """Let a lane have the next turn: what goes before it meanwhile could ask for another fence."""
@@ -109,14 +111,14 @@ class Scheduler(Generic[X]):
     def next(self, lanes: tuple[Lane, ...], may_go: Callable[[X], bool] | None = None) -> X | None:
         """Take out the exchange whose turn it is among the lanes that may send now."""
         for lane in lanes:
-            turns = self._lanes[lane]
+            turns = self.lanes[lane]
             if turns and (exchange := turns.take(may_go)) is not None:
                 return exchange
         return None
 
     def next_wanted(self, now: float, may_go: Callable[[X], bool] | None = None) -> X | None:
         """Take out the exchange whose turn it is of all; reads that nobody waits for any more are dropped."""
-        while (exchange := self.next(self._in_turn(now), may_go)) is not None:
+        while exchange := self.next(self._in_turn(now) if self._passed_over else LANES, may_go):
             if not exchange.abandoned():
                 if self._passed_over or exchange.lane is not Lane.READ:
                     self._note_turn(exchange.lane, now)
@@ -131,16 +133,16 @@ class Scheduler(Generic[X]):
         return LANES
 
     def _note_turn(self, taken: Lane, now: float) -> None:
-        waiting = [lane for lane in IMPATIENT if lane is not taken and self._lanes[lane]]
+        waiting = [lane for lane in IMPATIENT if lane is not taken and self.lanes[lane]]
         self._passed_over = {lane: self._passed_over.get(lane, now) for lane in waiting}
 
     def remove(self, unwanted: Callable[[X], bool]) -> list[X]:
         """Take out everything unwanted, in whatever lane it waits."""
-        return [exchange for turns in self._lanes for exchange in turns.remove(unwanted)]
+        return [exchange for turns in self.lanes for exchange in turns.remove(unwanted)]
 
     def expire(self, now: float) -> float | None:
         """Settle what is too late, and give the time at which to look again, if any."""
         self.remove(lambda it: it.expire(now))
-        waiting = chain.from_iterable(turns.exchanges() for turns in self._lanes)
+        waiting = chain.from_iterable(turns.exchanges() for turns in self.lanes)
         deadlines = chain.from_iterable(exchange.waiters.values() for exchange in waiting)
         return min((it for it in deadlines if it is not None), default=None)

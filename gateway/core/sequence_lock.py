@@ -46,10 +46,6 @@ class SequenceLock:
         """How many wait in a lane."""
         return len(self._waiting[lane])
 
-    def admits(self, series: Series | None) -> bool:
-        """Whether what belongs to this series, or to none, may be written now."""
-        return self.holder is None or self.holder is series
-
     @asynccontextmanager
     async def held(
         self, lane: Lane = Lane.COMMAND, expires_at: float | None = None, *, series: Series | None = None

@@ -159,7 +159,7 @@ class Session(ABC, Generic[X, F]):
 
         :raises QueueFull: too many wait for its target already.
         """
-        if self.gate.is_overtaken(exchange):
+        if exchange.lane is Lane.COMMAND and self.gate.is_overtaken(exchange):
             exchange.settle(self.gate.overtaken(exchange.target))
             return exchange
         if self._locks and exchange.lane in IMPATIENT:
@@ -181,8 +181,8 @@ class Session(ABC, Generic[X, F]):
     def has_something(self) -> bool:
         """Whether anything could go; asked first, because it costs less than asking the port."""
         if self._awaiting is not None:
-            return self.scheduler.has_stops()
-        return not self._fence.in_step or bool(self._urgent) or bool(self.scheduler)
+            return any(self.scheduler.stops)
+        return any(self.scheduler.lanes) or bool(self._urgent) or not self._fence.in_step
 
     def next(self, now: float, *, ready: bool) -> X | None:
         """Take the exchange that is to be written now, the gate's refusals settled; None if none may go."""
@@ -227,7 +227,7 @@ class Session(ABC, Generic[X, F]):
         if exchange.lane not in IMPATIENT or not self._locks:
             return True
         locks = (self._locks.get(target) for target in self.targets(exchange.target))
-        return all(lock is None or lock.admits(exchange.series) for lock in locks)
+        return all(lock is None or lock.holder in (None, exchange.series) for lock in locks)
 
     def _interposed(self, exchange: X | None, now: float, put_back: Callable[[X], None]) -> X | None:
         """Where a copy of an earlier reply would answer this command, a fence goes first."""
@@ -258,7 +258,8 @@ class Session(ABC, Generic[X, F]):
         """Note that the frame has been handed to the port, and until when its reply is waited for."""
         self.counters["frames_sent"] += 1
         self._written += 1
-        exchange.begin(self._written, deadline)
+        exchange.number, exchange.doubt = self._written, None
+        exchange.deadline = exchange.due_at = deadline
         if exchange.proves is not None:
             exchange.proves.note_asked(self._written, deadline)
         awaited = self.was_written(exchange, now)

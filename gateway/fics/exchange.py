@@ -38,7 +38,8 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
     """The number of the last frame that was no mere read: what was asked before it may be outdated."""
     unheard: int = 0
     """What `FicsLine.unheard` was when it had been written."""
-    _replies: list[Reply] = field(default_factory=list)
+    parts: list[Reply] = field(default_factory=list)
+    """The answers to this attempt, while more are to come."""
 
     @property
     def sent(self) -> str:
@@ -53,23 +54,10 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
         return remedy_of(self.command)
 
     @property
-    def speaker(self) -> int:
-        """The robot, whatever is asked for."""
-        return ROBOT
-
-    @property
     def reply_names(self) -> set[str]:
         """Those of a refusal, of an answer, and of what ends several."""
         name = self.command.wire_name()
         return {name, self.command.answered_as or name, self.command.ends_with}
-
-    def name_of(self, frame: ReplyFrame) -> str:
-        """The name."""
-        return frame.name
-
-    def kind_of(self, frame: ReplyFrame) -> str:
-        """What a reply fits depends on its kind and its command, whatever it says."""
-        return type(frame).__name__
 
     def mistakes(self, said: Said) -> bool:
         """Whether a copy would be credited, and be wrong (decision 12).
@@ -96,14 +84,9 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
         if found is None or isinstance(found, Refusal | Failure):
             return found
         if isinstance(found, Reply):
-            self._replies.append(found)
+            self.parts.append(found)
             if self.command.ends_with:
                 return More.MORE
-        replies = tuple(self._replies)
-        self._replies.clear()
+        replies = tuple(self.parts)
+        self.parts.clear()
         return Answered(replies)
-
-    def begin(self, number: int, deadline: float | None) -> None:
-        """Its frame has been handed to the port; the answers to an earlier attempt are forgotten."""
-        self._replies.clear()
-        Exchange.begin(self, number, deadline)

@@ -244,7 +244,7 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
         """
         if not self._open:
             raise self._down()
-        if not self._session.online and exchange.lane is not Lane.STOP:
+        if ROBOT in self._session.offline and exchange.lane is not Lane.STOP:
             raise offline_error(self._session.robot_id)
         if not self._ready and exchange.lane is not Lane.STOP:
             self._wait_for_set_up(exchange)

@@ -11,6 +11,7 @@ from math import inf
 from typing import Any
 
 from gateway.core.errors import Cancelled, GatewayError, NoReply, StoppedFirst
+from gateway.core.exchange import Said
 from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS, Awaited, Session
@@ -136,7 +137,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def _could_get_a_copy(self, exchange: FicsExchange, now: float) -> bool:
         exchange.outdated_before = self._last_action
-        return self._copies.could_answer(exchange, now)
+        return self._copies.could_answer(exchange, ROBOT, now)
 
     def rule_out_copies(self, commands: Iterable[FicsCommand[Any]], now: float) -> None:
         """Put a fence before whatever comes next, if a copy could be taken for the answer to one of these."""
@@ -202,6 +203,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
     def was_written(self, exchange: FicsExchange, now: float) -> Awaited:
         """Note what it begins or ends; stops and motion are answered while others are asked."""
         command, silent = exchange.command, self._is_silent(exchange.command)
+        exchange.parts.clear()  # of an earlier attempt
         if isinstance(command, GetVariable) and exchange is not self._fence_query:
             self._asked_for.append(command.number)
         if command.retry is not Retry.READ:
@@ -225,11 +227,15 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """It outdates what was read before, and its answer may come at any time."""
         self._last_action = exchange.number
         if not silent and not exchange.command.is_query():
-            self._copies.note(exchange, Completion(exchange.command.wire_name()), now, inf)
+            self._remember(exchange, Completion(exchange.command.wire_name()), now, inf)
 
     def note_reply(self, exchange: FicsExchange, frame: ReplyFrame, now: float) -> None:
         """Remember it, for a copy may come."""
-        self._copies.note(exchange, frame, now, now + self.late_reply_s)
+        self._remember(exchange, frame, now, now + self.late_reply_s)
+
+    def _remember(self, exchange: FicsExchange, frame: ReplyFrame, now: float, until: float) -> None:
+        said = Said(exchange, frame, type(frame).__name__, exchange.number, until)  # whatever it says
+        self._copies.note(ROBOT, frame.name, said, now)
 
     def learn(self, exchange: FicsExchange, outcome: Any, _now: float) -> None:
         """The robot is there; and an upload that only its refusal shows has to be ended."""

@@ -72,14 +72,6 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
         """The code."""
         return (self.command.code,)
 
-    def name_of(self, frame: ReplyFrame) -> str:
-        """The code."""
-        return frame.code
-
-    def kind_of(self, frame: ReplyFrame) -> ReplyFrame:
-        """What a reply fits depends on what it says: a status is not a bit of it."""
-        return frame
-
     def mistakes(self, said: Said) -> bool:
         """Whether a copy would be credited, and be wrong (decision 10).
 

@@ -17,10 +17,8 @@ from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.session import RorzeSession, offline_error
 from protocols.rorze.link import (
     POISON,
-    Answer,
     Frame,
     Garbage,
-    GroupAnswer,
     LinkReader,
     MoveEnded,
     Refusal,
@@ -272,7 +270,7 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
     # reading
 
     def _take(self, frame: Frame) -> None:
-        if isinstance(frame, Answer | Refusal | GroupAnswer):
+        if isinstance(frame, ReplyFrame):
             self._hear(frame)
         elif isinstance(frame, Garbage):
             self._hear_noise(frame.why)

@@ -7,6 +7,7 @@ from math import inf
 from typing import Any
 
 from gateway.core.errors import BodyOffline, Cancelled, NoReply
+from gateway.core.exchange import Said
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.session import READ_REPEATS as READ_REPEATS
 from gateway.core.session import Session, Settle
@@ -133,7 +134,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def wants_fence(self, exchange: RorzeExchange, now: float) -> bool:
         """Before what a copy would answer, and before what is bracketed."""
         opens_bracket = self.is_bracketed(exchange) and exchange.target not in self._fenced
-        return opens_bracket or self._copies.could_answer(exchange, now)
+        return opens_bracket or self._copies.could_answer(exchange, exchange.target, now)
 
     # what comes back
 
@@ -150,7 +151,8 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         self._last[exchange.target] = frame
         if not exchange.self_identifying and not exchange.command.is_only_question():
             until = max(now, exchange.deadline or now) + self.late_reply_s
-            self._copies.note(exchange, frame, now, until)
+            said = Said(exchange, frame, frame, exchange.number, until)  # a status is not a bit of it
+            self._copies.note(exchange.target, frame.code, said, now)
 
     def learn(self, exchange: RorzeExchange, _outcome: Any, now: float) -> None:
         """A body has answered: it is there."""
@@ -192,7 +194,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def is_bracketed(self, exchange: RorzeExchange) -> bool:
         """Whether a fence has to prove that its reply was the last before its waiters have it."""
-        return self.strict and exchange.lane is Lane.COMMAND
+        return self._strict_until is not None and exchange.lane is Lane.COMMAND
 
     def _stray(self, frame: ReplyFrame, now: float, kind: str = "strays") -> None:
         """A reply that has been credited before has come twice."""

@@ -121,6 +121,7 @@ def encode(body: int, command: RorzeCommand[Any], introducer: str = "&") -> byte
     return frame(body, command.code + command.written(), introducer)
 
 
+@lru_cache(LINES_KEPT)
 def frame(body: int, text: str, introducer: str = "&") -> bytes:
     """Build a frame from a code and its parameters.
 

@@ -45,12 +45,6 @@ class ToyExchange(Exchange[ToyCommand, str, Reply | GatewayError]):
     def reply_names(self) -> Iterable[Hashable]:
         return (self.command.code,)
 
-    def name_of(self, frame: str) -> str:
-        return frame.partition(" ")[0]
-
-    def kind_of(self, frame: str) -> str:
-        return frame
-
     def mistakes(self, said: Said) -> bool:
         return False
 

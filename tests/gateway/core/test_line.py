@@ -77,7 +77,7 @@ class Speech:
 
     def next(self, now: float, *, ready: bool) -> Said | None:
         self.asked.append(now)
-        return self.waiting.pop(0) if ready else None
+        return self.waiting.pop(0) if ready and self.waiting else None
 
     def written(self, exchange: Said, now: float, deadline: float) -> None:
         self.said.append((exchange.frame, now, deadline))

@@ -53,12 +53,6 @@ class LetterExchange(Exchange[Command[Any], Letter, Letter]):
     def reply_names(self) -> tuple[str]:
         return (self.command.code,)
 
-    def name_of(self, frame: Letter) -> str:
-        return frame.code
-
-    def kind_of(self, frame: Letter) -> Letter:
-        return frame
-
     def mistakes(self, _said: Said) -> bool:
         return not self.command.may_repeat()
 
@@ -92,10 +86,11 @@ class LetterSession(Session[LetterExchange, Letter]):
         return fence
 
     def wants_fence(self, exchange: LetterExchange, now: float) -> bool:
-        return self._copies.could_answer(exchange, now)
+        return self._copies.could_answer(exchange, AXIS, now)
 
     def note_reply(self, exchange: LetterExchange, frame: Letter, now: float) -> None:
-        self._copies.note(exchange, frame, now, now + self.late_reply_s)
+        said = Said(exchange, frame, frame, exchange.number, now + self.late_reply_s)
+        self._copies.note(AXIS, frame.code, said, now)
 
     def fence_passed(self, _fence: LetterExchange) -> None:
         self._copies.forget(AXIS)

@@ -4,7 +4,6 @@ import asyncio
 
 import pytest
 
-from gateway.core.errors import NoReply
 from gateway.core.exchange import More
 from gateway.core.lanes import Lane
 from gateway.fics.exchange import Answered, FicsExchange, ReplyFrame
@@ -58,16 +57,6 @@ def test_a_download_is_over_when_its_end_is_heard_and_not_with_its_first_positio
     assert download.credit(Answer("POS", "2,")) is More.MORE
     assert download.credit(Completion("POR")) is None
     assert download.credit(Completion("POE")) == Answered((stored(1.0), stored(2.0)))
-
-
-def test_an_attempt_that_was_not_completed_leaves_nothing_behind() -> None:
-    download = exchange(DOWNLOAD)
-    download.credit(Answer("POS", "1,"))
-    download.doubt = NoReply("POR was sent, and no answer came.")
-    download.begin(2, None)
-    assert download.doubt is None
-    download.credit(Answer("POS", "1,"))
-    assert download.credit(Completion("POE")) == Answered((stored(1.0),))
 
 
 @virtual

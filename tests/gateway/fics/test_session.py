@@ -19,7 +19,9 @@ from protocols.fics.link import Answer, Completion, Refusal
 from protocols.fics.moves import MoveRelative
 from protocols.fics.positions import (
     BeginPositionUpload,
+    DownloadPositions,
     EndPositionUpload,
+    StoredPosition,
     UploadPosition,
 )
 from protocols.fics.row import FicsCommand
@@ -445,6 +447,19 @@ def test_a_proof_is_asked_for_anew_and_gets_no_copy_of_an_earlier_answer() -> No
     it.session.submit(again)
     it.pass_fence()
     assert it.write() == "MOD"
+
+
+def test_an_attempt_that_was_not_completed_leaves_nothing_behind() -> None:
+    it = Bench()
+    download = it.submit(DownloadPositions(first=1, count=2), Lane.READ)
+    outcome = it.wait_for(download)
+    assert it.write() == "POR 1,2"
+    it.hear(Answer("POS", "1,"))
+    it.session.pass_deadlines(1.0, None)
+    it.pass_fence()
+    assert it.write() == "POR 1,2", "it is repeated"
+    it.hear(Answer("POS", "2,"), Completion("POE"))
+    assert outcome.result() == Answered((StoredPosition(coordinates=[2.0, None]),))
 
 
 def test_what_moves_nothing_is_not_said_to_have_moved_when_the_port_goes() -> None:
