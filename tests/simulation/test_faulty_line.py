@@ -323,7 +323,7 @@ def test_the_wire_is_as_bad_as_it_should_be(monkeypatch: pytest.MonkeyPatch) -> 
 def test_without_the_fence_replies_are_credited_to_the_wrong_command(monkeypatch: pytest.MonkeyPatch) -> None:
     never_be_strict(monkeypatch)
     monkeypatch.setattr(RorzeSession, "_lose_step", lambda session, *_, **__: session._settle_suspect())
-    monkeypatch.setattr(Copies, "could_answer", lambda _copies, _exchange, _now: False)
+    monkeypatch.setattr(Copies, "could_answer", lambda *_: False)
     report = run_virtual(Simulation(0, COMMANDS_PER_SEED // 2, monkeypatch).run())
     assert len(report.miscredited) > 2
 
@@ -332,6 +332,6 @@ def test_without_a_fence_between_copies_are_credited_to_the_wrong_command(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     never_be_strict(monkeypatch)
-    monkeypatch.setattr(Copies, "could_answer", lambda _copies, _exchange, _now: False)
+    monkeypatch.setattr(Copies, "could_answer", lambda *_: False)
     report = run_virtual(Simulation(0, COMMANDS_PER_SEED // 2, monkeypatch, DOUBLING_WIRE).run())
     assert len(report.miscredited) > 2
