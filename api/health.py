@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field
 
 from api.common.requests import json_response, new_router, plant_of
 from api.common.version import VERSION
-from gateway.core.port import LineState
+from gateway.core.line_state import LineState
 from gateway.core.rights import Right
 from gateway.fics.family import Fics
 from gateway.plant import Plant

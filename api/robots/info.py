@@ -10,7 +10,7 @@ from api.common.requests import age_ms_of, json_response, new_router, origin_of,
 from api.common.results import StopResult
 from api.robots.paths import RobotId, UnitNumber, robot_of, unit_of
 from api.stops import StopBody, perform_stop
-from gateway.core.port import LineState
+from gateway.core.line_state import LineState
 from gateway.core.rights import Right
 from gateway.fics.axes import Coordinates
 from gateway.fics.family import Fics

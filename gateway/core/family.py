@@ -14,8 +14,8 @@ from gateway.core.errors import NotFound
 from gateway.core.event_types import EventType
 from gateway.core.events import EventHub
 from gateway.core.line import LineDriver
+from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveRecord
-from gateway.core.port import LineState
 from gateway.core.records import Record
 from gateway.core.stops import UNCONFIRMED, StopMode
 from gateway.core.targets import Stopped, Target

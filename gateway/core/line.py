@@ -1,26 +1,40 @@
-"""A session carried over its port: what may go is written, what comes is cut into frames and heard."""
+"""The driver of a line: its port kept open, set up and paced, and a session carried over it.
+
+What may go is written; what comes is cut into frames and heard.
+"""
 
 import asyncio
-from abc import abstractmethod
-from collections.abc import AsyncIterator, Callable, Iterable
+import logging
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterable
 from contextlib import asynccontextmanager
 from typing import Any, Generic, Protocol, TypeVar
 
-from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, NoReply, Overtaking
+from gateway.core.admission import Admission
+from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, LineDown, NoReply, Overtaking
 from gateway.core.exchange import F, X
 from gateway.core.gate import Gate
 from gateway.core.lanes import Lane
-from gateway.core.origin import ORIGIN
-from gateway.core.port import PortLoop
+from gateway.core.line_state import LineState
+from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
-from transports.base import Transport, TransportRefused
+from transports.base import Transport, TransportError, TransportLost, TransportRefused
+from transports.recorder import Recorder
 
+log = logging.getLogger(__name__)
+
+SILENCE_S = 0.05
+"""The line must be quiet this long after the first bytes of an opening."""
+REOPEN_S = (0.2, 5.0)
+"""First and longest pause before a lost port is tried again; it doubles in between."""
+
+REMEDY = "Mend that, or check the cable; the port is tried again by itself."
 GAP_S = 0.1
 """A reply that has begun may pause this long before it counts as cut off."""
 EXPIRY_STEP_S = 0.05
 """What has expired is looked for at most this often: a crowd that waits must not cost the line its time."""
-
 
 W_co = TypeVar("W_co", covariant=True)
 W = TypeVar("W")
@@ -35,6 +49,259 @@ class Reader(Protocol[W_co]):
 
     def pending(self) -> int:
         """Bytes of a frame that has begun and not ended."""
+
+
+class PortLoop(ABC):
+    """What lines of all protocols have in common. All its methods belong to the event loop's thread."""
+
+    def __init__(self, line_id: str, transport: Transport, counters: Counter[str]) -> None:
+        self.id = line_id
+        self.transport = transport
+        self.counters = counters
+        self.down_reason = "not opened yet"
+        self.admission = Admission()
+        """What may be begun now; a plant's lines share one."""
+        self.recorder = Recorder(capacity=0)
+        """That of the port, if it is recorded."""
+        self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
+        self._open = False
+        self._ready = False
+        self._silence: str | None = None
+        """Why nobody seems to answer, while that is so."""
+        self._told_up = False
+        self._byte_time_s = 0.0
+        self._tx_free_at = 0.0
+        self._last_rx_at = 0.0
+        self._stuck_since: float | None = None
+        self._heard_out = False
+        """Whether all that was written has been answered: none of it can wait in the port."""
+        self._timer: asyncio.Handle | None = None
+        self._timer_at = 0.0
+        self._attention = asyncio.Event()
+        self._set_up_due = False
+        self._tasks: list[asyncio.Task[None]] = []
+        self._loop: asyncio.AbstractEventLoop
+
+    # what a protocol adds
+
+    @abstractmethod
+    async def _set_up(self, *, fresh: bool) -> None:
+        """Make the far end ready for use; `fresh` after the port was opened."""
+
+    @abstractmethod
+    def _break_off(self, reason: str) -> None:
+        """The port has gone: tell everybody who waits, and forget what was half read."""
+
+    @abstractmethod
+    def _pump(self) -> None:
+        """Write whatever may go now."""
+
+    @abstractmethod
+    def _pass_deadlines(self, now: float) -> float | None:
+        """Give up waiting for what is overdue, and tell when to look again."""
+
+    @abstractmethod
+    def data_received(self, data: bytes) -> None:
+        """Bytes from the port."""
+
+    @abstractmethod
+    def _in_step(self) -> bool:
+        """Whether replies can be believed."""
+
+    def _beside(self) -> Iterable[Coroutine[Any, Any, None]]:
+        """What runs beside the port for as long as the line lives."""
+        return ()
+
+    # life
+
+    def start(self) -> None:
+        """Begin to open the port, and to open it again whenever it is lost."""
+        self._loop = asyncio.get_running_loop()
+        with acting(SET_UP):
+            self._tasks = [self._begun(self._keep_open())]
+        with acting(PROBE):
+            self._tasks += map(self._begun, self._beside())
+
+    def _begun(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
+        return asyncio.create_task(work, name=f"line {self.id}")
+
+    async def close(self) -> None:
+        """Cancel what waits, close the port and end all tasks. What was written stays written."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        self._went_down("the gateway is shutting down")
+        await self.transport.close()
+
+    @property
+    def state(self) -> LineState:
+        """What the line can do now."""
+        if not self._open:
+            return LineState.DOWN
+        if self._silence is not None:
+            return LineState.SILENT
+        if not self._ready:
+            return LineState.SETTING_UP
+        return LineState.READY if self._in_step() else LineState.OUT_OF_STEP
+
+    @property
+    def trouble(self) -> str | None:
+        """Why the port is not open, or nobody answers on it; None if neither is so."""
+        return self._silence if self._open else self.down_reason
+
+    async def _keep_open(self) -> None:
+        pause_s = REOPEN_S[0]
+        while True:
+            try:
+                await self.transport.open(self)
+                self.counters["openings"] += 1
+                self._byte_time_s = self.transport.byte_time_s
+                self._open = True
+                if await self._serve_until_lost():
+                    pause_s = REOPEN_S[0]
+            except TransportError as error:
+                self._went_down(str(error))
+            except Exception as fault:  # passed on, it would leave the line down for good, and nobody told
+                self._went_down(f"{type(fault).__name__}: {fault}", fault)
+            await self.transport.close()
+            await asyncio.sleep(pause_s)
+            pause_s = min(2 * pause_s, REOPEN_S[1])
+
+    async def _serve_until_lost(self) -> bool:
+        """Whether the line ever was ready: a port that is lost at once is tried less and less often."""
+        was_ready = False
+        self._set_up_due = fresh = True
+        while self._open:
+            if self._set_up_due:
+                self._set_up_due = False
+                await self._set_up(fresh=fresh)
+                was_ready, fresh = was_ready or self._ready, False
+            else:
+                self._attention.clear()
+                await self._attention.wait()
+        return was_ready
+
+    def _went_down(self, why: str, fault: Exception | None = None) -> None:
+        reason = why.removesuffix("Nothing was sent.").rstrip(" .")  # sentences say so themselves
+        was_open, self._open, self._ready = self._open, False, False
+        self._heard_out = False
+        changed = was_open or reason != self.down_reason
+        self.down_reason = reason
+        self._stuck_since = self._silence = None
+        self._break_off(reason)
+        if changed:
+            log.warning("line %s is down: %s", self.id, reason, exc_info=fault)
+        self._tell_down(reason)
+        self._attention.set()
+
+    def _came_up(self, facts: dict[str, object]) -> None:
+        """Somebody answers and is set up; told once, until the line is down or silent."""
+        self._ready, self._silence = True, None
+        log.info("line %s is up", self.id)
+        if not self._told_up:
+            self._told_up = True
+            self.on_change("line.up", facts)
+
+    def _is_silent(self, why: str) -> None:
+        """Nobody answers: for those who use the line that is as if it were down."""
+        if why != self._silence:
+            log.warning("line %s is silent: %s", self.id, why)
+        self._silence = why
+        self._tell_down(why)
+
+    def _tell_down(self, reason: str) -> None:
+        """Every line.down follows a line.up."""
+        if self._told_up:
+            self._told_up = False
+            self.on_change("line.down", {"reason": reason})
+
+    def _down(self) -> LineDown:
+        return LineDown(f"Line {self.id} is down: {self.down_reason}. Nothing was sent.", REMEDY)
+
+    def set_up_again(self, reason: str) -> None:
+        """The far end shows signs of a restart: tell it everything again."""
+        log.warning("line %s: %s; setting it up again", self.id, reason)
+        self.counters["set_ups_again"] += 1
+        self._set_up_due = True
+        self._attention.set()
+
+    def connection_lost(self, error: TransportLost) -> None:
+        """The port has gone by itself."""
+        self._went_down(str(error))
+
+    async def _clear_with(self, opening: bytes, patience_s: float) -> None:
+        """End whatever an earlier life may have left half said at the far end, then wait for silence.
+
+        A line that is never silent is used nevertheless: what it does then tells people more than waiting.
+        """
+        try:
+            self._hand_over(opening)
+        except TransportLost:
+            return
+        self._tx_free_at = self._loop.time() + len(opening) * self._byte_time_s
+        self._last_rx_at = self._tx_free_at
+        patience_ends_at = self._tx_free_at + patience_s
+        while self._open:
+            rest_s = min(self._last_rx_at + SILENCE_S, patience_ends_at) - self._loop.time()
+            if rest_s <= 0:
+                return
+            await asyncio.sleep(rest_s)
+
+    # writing
+
+    def _port_is_free(self, now: float) -> bool:
+        """Whether a frame may begin now; when not, everything is looked at again at the right moment.
+
+        A port that stays blocked is opened anew.
+        """
+        if now < self._tx_free_at:
+            self._wake_at(self._tx_free_at)
+            return False
+        if self._heard_out or self.transport.unsent() == 0:
+            self._stuck_since = None
+            return True
+        if self._stuck_since is None:
+            self._stuck_since = now
+        if now - self._stuck_since > self.transport.stuck_s:
+            self._went_down(f"{self.transport.address} takes no bytes")
+        else:
+            self._wake_at(now + 0.001)
+        return False
+
+    def _send(self, frame: bytes, now: float) -> bool:
+        """Hand a frame to the port, and know when its last bit will have left; False if the port has gone."""
+        try:
+            self._hand_over(frame)
+        except TransportLost as error:
+            self._went_down(str(error))
+            return False
+        self._heard_out = False
+        self._tx_free_at = now + len(frame) * self._byte_time_s
+        return True
+
+    def _hand_over(self, data: bytes) -> None:
+        """Let the recorder know who writes, and write."""
+        origin = current()
+        self.recorder.sender = origin.caller, origin.request_id
+        self.transport.write(data)
+
+    # time
+
+    def _wake_at(self, at: float) -> None:
+        """Keep one timer, at the earliest moment anything is due."""
+        if self._timer is not None:
+            if self._timer_at <= at:
+                return
+            self._timer.cancel()
+        # Kept beside the handle: uvloop's handles of timers that are due at once do not tell their time.
+        self._timer, self._timer_at = self._loop.call_at(at, self._wake), at
+
+    def _wake(self) -> None:
+        self._timer = None
+        deadline = self._pass_deadlines(self._loop.time())
+        if deadline is not None:
+            self._wake_at(deadline)
+        self._pump()
 
 
 class LineDriver(PortLoop, Generic[X, W, F]):

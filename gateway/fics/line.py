@@ -10,9 +10,9 @@ from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, 
 from gateway.core.exchange import Proof
 from gateway.core.lanes import Lane
 from gateway.core.line import LineDriver
+from gateway.core.line_state import LineState
 from gateway.core.origin import SET_UP as SET_UP_ORIGIN
 from gateway.core.origin import acting
-from gateway.core.port import LineState
 from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, Outcome, ReplyFrame
 from gateway.fics.session import FicsSession, offline_error
 from protocols.fics.alarms import TakeCurrentError

@@ -3,7 +3,7 @@
 from contextlib import suppress
 
 from gateway.core.errors import ControllerRefused, Expired, GatewayError, PowerCycled
-from gateway.core.port import LineState
+from gateway.core.line_state import LineState
 from gateway.core.waiting import happens
 from gateway.fics.axes import at_rest
 from gateway.fics.errors import RobotBusy

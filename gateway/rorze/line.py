@@ -9,8 +9,8 @@ from typing import Any
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
 from gateway.core.lanes import IMPATIENT, STOPS, Lane
 from gateway.core.line import LineDriver
+from gateway.core.line_state import LineState as LineState
 from gateway.core.origin import PROBE, SET_UP, acting
-from gateway.core.port import LineState as LineState
 from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange

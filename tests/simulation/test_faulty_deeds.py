@@ -11,8 +11,8 @@ from random import Random
 import pytest
 
 from gateway.core.errors import GatewayError
+from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus
-from gateway.core.port import LineState
 from gateway.fics.move_record import RobotMove
 from protocols.fics.homing import HomeRobot
 from protocols.fics.inputs_outputs import SwitchOutput

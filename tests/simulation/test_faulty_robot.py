@@ -16,8 +16,8 @@ from gateway.core.copies import Copies
 from gateway.core.errors import GatewayError
 from gateway.core.exchange import More
 from gateway.core.lanes import Lane
+from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus
-from gateway.core.port import LineState
 from gateway.fics.exchange import Answered, FicsExchange, ReplyFrame
 from gateway.fics.move_record import RobotMove
 from gateway.fics.session import FicsSession

@@ -8,7 +8,7 @@ from gateway.core.errors import Cancelled, GatewayError, StoppedFirst
 from gateway.core.exchange import Exchange, Said
 from gateway.core.lanes import Lane
 from gateway.core.line import LineDriver
-from gateway.core.port import LineState
+from gateway.core.line_state import LineState
 from gateway.core.session import READ_REPEATS, Session
 from protocols.lines import Lines
 from protocols.table import Reply, WireFault

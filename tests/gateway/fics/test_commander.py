@@ -6,8 +6,8 @@ import pytest
 
 from gateway.core.errors import CommandGarbled, ControllerRefused, NoReply, NotSent
 from gateway.core.lanes import Lane
+from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus
-from gateway.core.port import LineState
 from gateway.fics.errors import NotDone
 from protocols.fics.homing import HomeRobot
 from protocols.fics.inputs_outputs import SwitchOutput

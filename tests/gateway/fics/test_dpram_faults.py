@@ -11,8 +11,8 @@ import pytest
 
 from gateway.config import parse
 from gateway.core.errors import NoReply, NotSent
+from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveStatus
-from gateway.core.port import LineState
 from gateway.fics.errors import RobotBusy
 from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot

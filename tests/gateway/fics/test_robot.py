@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.core.errors import ControllerRefused, InvalidRequest, NotFound
-from gateway.core.port import LineState
+from gateway.core.line_state import LineState
 from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StartJog, StopJog

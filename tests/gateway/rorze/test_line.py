@@ -20,7 +20,7 @@ from gateway.core.errors import (
 )
 from gateway.core.fence import FENCE_TRIES
 from gateway.core.lanes import QUEUE_LIMIT, Lane
-from gateway.core.port import REOPEN_S, SILENCE_S
+from gateway.core.line import REOPEN_S, SILENCE_S
 from gateway.core.scheduler import TURN_S, Scheduler
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.line import WRITTEN_WITHIN_S, Line, LineState, lane_of

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from gateway.core.port import REOPEN_S, SILENCE_S, LineState, PortLoop
+from gateway.core.line import REOPEN_S, SILENCE_S, PortLoop
+from gateway.core.line_state import LineState
 from protocols.rorze.link import POISON
 from tests.gateway.rorze.far_end import FarEnd, until, virtual
 from transports.base import STUCK_S, Receiver, TransportUnavailable

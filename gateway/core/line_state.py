@@ -1,0 +1,14 @@
+"""What a line can do for its users."""
+
+from enum import StrEnum
+
+
+class LineState(StrEnum):
+    """What a line can do for its users now."""
+
+    DOWN = "down"
+    SILENT = "silent"
+    """The port is open, and nobody answers on it."""
+    SETTING_UP = "setting_up"
+    READY = "ready"
+    OUT_OF_STEP = "out_of_step"
