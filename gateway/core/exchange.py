@@ -5,7 +5,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from enum import Enum, auto
-from operator import methodcaller
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from gateway.core.errors import Expired, GatewayError, NoReply
@@ -13,8 +12,6 @@ from gateway.core.lanes import QUESTIONS, Lane
 from gateway.core.origin import Origin, current
 from gateway.core.sequence_lock import Series
 from protocols.table import Command, Retry
-
-_IS_DONE = methodcaller("done")
 
 C = TypeVar("C", bound=Command[Any])
 """A family's commands."""
@@ -178,10 +175,6 @@ class Exchange(ABC, Generic[C, F, O]):
         for waiter in self.waiters:
             _give(waiter, outcome)
         self.waiters.clear()
-
-    def abandoned(self) -> bool:
-        """Whether nobody waits any more: a read of this kind need not be sent."""
-        return self.lane in QUESTIONS and all(map(_IS_DONE, self.waiters))
 
     # on the wire
 

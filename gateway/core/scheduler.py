@@ -9,14 +9,21 @@ from collections import OrderedDict, deque
 from collections.abc import Callable, Hashable, Iterator
 from itertools import chain
 from math import inf
+from operator import methodcaller
 from typing import Any, Generic
 
 from gateway.core.exchange import Exchange, X
-from gateway.core.lanes import IMPATIENT, STOPS, Lane, require_room
+from gateway.core.lanes import IMPATIENT, QUESTIONS, STOPS, Lane, require_room
 
 TURN_S = 0.5
 """Commands and reads that others went before for so long have one turn, ahead of all but stops."""
 LANES = tuple(Lane)
+_IS_DONE = methodcaller("done")
+
+
+def is_abandoned(exchange: Exchange[Any, Any, Any]) -> bool:
+    """Whether it is a question that nobody waits for any more: it need not be sent."""
+    return exchange.lane in QUESTIONS and all(map(_IS_DONE, exchange.waiters))
 
 
 def _queue_of(exchange: Exchange[Any, Any, Any]) -> Hashable:
@@ -119,7 +126,7 @@ class Scheduler(Generic[X]):
     def next_wanted(self, now: float, may_go: Callable[[X], bool] | None = None) -> X | None:
         """Take out the exchange whose turn it is of all; reads that nobody waits for any more are dropped."""
         while exchange := self.next(self._in_turn(now) if self._passed_over else LANES, may_go):
-            if not exchange.abandoned():
+            if not is_abandoned(exchange):
                 if self._passed_over or exchange.lane is not Lane.READ:
                     self._note_turn(exchange.lane, now)
                 return exchange

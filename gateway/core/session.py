@@ -21,7 +21,7 @@ from gateway.core.fence import FENCE_TRIES, Action, Event, Fence, State
 from gateway.core.gate import Gate
 from gateway.core.lanes import IMPATIENT, STOPS, Lane
 from gateway.core.origin import FENCE, acting
-from gateway.core.scheduler import Scheduler
+from gateway.core.scheduler import Scheduler, is_abandoned
 from gateway.core.sequence_lock import SequenceLock, current_series
 
 READ_REPEATS = 2
@@ -91,6 +91,10 @@ class Session(ABC, Generic[X, F]):
 
     def goes_before_fence(self) -> X | None:
         """What has to be sent before the fence can be answered, if anything."""
+        return None
+
+    def goes_before_stop(self) -> X | None:
+        """What has to be sent before a stop can be heard, if anything."""
         return None
 
     @abstractmethod
@@ -164,7 +168,12 @@ class Session(ABC, Generic[X, F]):
             return exchange
         if self._locks and exchange.lane in IMPATIENT:
             exchange.series = current_series()
-        return self.scheduler.submit(exchange)
+        queued = self.scheduler.submit(exchange)
+        if exchange.lane is Lane.STOP and queued is exchange:
+            first = self.goes_before_stop()
+            if first is not None:
+                self.scheduler.submit(first)
+        return queued
 
     def put_first(self, exchange: X) -> None:
         """Queue an exchange of the line's own set-up ahead of everything but stops and fences."""
@@ -418,7 +427,7 @@ class Session(ABC, Generic[X, F]):
             return
         if suspect.late_answer is not None:
             suspect.settle(suspect.late_answer)
-        elif suspect.repeats > 0 and not suspect.abandoned() and suspect.target not in self.offline:
+        elif suspect.repeats > 0 and not is_abandoned(suspect) and suspect.target not in self.offline:
             suspect.repeats -= 1
             self.counters["repeats"] += 1
             if suspect.lane is Lane.COMMAND:

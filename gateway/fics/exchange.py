@@ -56,7 +56,7 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
     @property
     def reply_names(self) -> set[str]:
         """Those of a refusal, of an answer, and of what ends several."""
-        name = self.command.wire_name()
+        name = self.command.code or self.command.wire_name()
         return {name, self.command.answered_as or name, self.command.ends_with}
 
     def mistakes(self, said: Said) -> bool:

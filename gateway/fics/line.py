@@ -72,6 +72,8 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
             rng=rng,
         )
         super().__init__(line_id, transport, session, Ver3Reader)
+        self.exchange = session.exchange
+        """Build an exchange of this line, admitted now."""
         self.mode = mode
         """The mode the robot is to be in: 3, or 2, in which most commands are silent."""
         self.sequence_lock = self.lock_of(ROBOT)
@@ -269,10 +271,6 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
     def withdraw(self, exchange: FicsExchange, reason: GatewayError) -> None:
         """Take back an exchange that is not written yet; one that is stays as it is."""
         self.cancel(lambda it: it is exchange, reason)
-
-    def exchange(self, command: FicsCommand[Any], lane: Lane) -> FicsExchange:
-        """Build an exchange of this line, admitted now."""
-        return self._session.exchange(command, lane)
 
     def shows_silence(self, error: GatewayError) -> bool:
         """Whether an error shows that the robot does not answer, on a port that is open."""

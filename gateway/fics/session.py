@@ -95,13 +95,11 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
             rank=_RANKS.get(type(command), 0) if lane is Lane.STOP else 0,
         )
 
-    def submit(self, exchange: FicsExchange) -> FicsExchange:
-        """Queue an exchange; before a stop goes the end of an upload, as often as nobody has heard it."""
-        queued = super().submit(exchange)
-        is_new_stop = queued is exchange and exchange.lane is Lane.STOP
-        if is_new_stop and self.upload.may_be_open and not self._closing():
-            super().submit(self.exchange(EndPositionUpload(), Lane.STOP))
-        return queued
+    def goes_before_stop(self) -> FicsExchange | None:
+        """The end of an upload, as often as nobody has heard it."""
+        if not self.upload.may_be_open or self._closing():
+            return None
+        return self.exchange(EndPositionUpload(), Lane.STOP)
 
     def _closing(self) -> bool:
         """Whether the end of an upload is on its way."""

@@ -5,6 +5,7 @@ import pytest
 
 from gateway.core.errors import NoReply
 from gateway.core.lanes import Lane
+from gateway.core.scheduler import is_abandoned
 from gateway.rorze.exchange import Answered, is_group
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.moves import MoveClockwise
@@ -100,12 +101,12 @@ async def test_only_a_read_is_abandoned_and_only_when_all_have_gone() -> None:
     read, move = exchange(GetPosition()), exchange(MOVE)
     first, second = waiting(read, loop), waiting(read, loop)
     waiting(move, loop).cancel()
-    assert not read.abandoned()
+    assert not is_abandoned(read)
     first.cancel()
-    assert not read.abandoned()
+    assert not is_abandoned(read)
     second.cancel()
-    assert read.abandoned()
-    assert not move.abandoned()
+    assert is_abandoned(read)
+    assert not is_abandoned(move)
 
 
 @pytest.mark.parametrize(
