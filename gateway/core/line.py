@@ -14,7 +14,6 @@ from typing import Any, Generic, Protocol, TypeVar
 from gateway.core.admission import Admission
 from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, LineDown, NoReply, Overtaking
 from gateway.core.exchange import F, X
-from gateway.core.gate import Gate
 from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
@@ -312,15 +311,12 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     ) -> None:
         super().__init__(line_id, transport, session.counters)
         self._session = session
+        self.gate = session.gate
+        """What every frame has to pass."""
         self._new_reader = reader
         self._reader = reader()
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
-
-    @property
-    def gate(self) -> Gate[X]:
-        """What every frame has to pass."""
-        return self._session.gate
 
     @property
     def reply_timeout_s(self) -> float:

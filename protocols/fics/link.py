@@ -4,6 +4,7 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
@@ -18,6 +19,9 @@ TERMINATORS: Final[Mapping[Terminator, bytes]] = MappingProxyType({"cr": CR, "cr
 
 LONGEST_LINE = 512
 """Bytes of a line, in either direction; the dual-port RAM holds half of it (C-HOST manual 1-4)."""
+
+FRAMES_KEPT = 1024
+"""Frames that are kept: who polls says the same again and again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +86,7 @@ def encode(command: FicsCommand[Any], terminator: Terminator = "cr") -> bytes:
     return frame(command.text(), terminator)
 
 
+@lru_cache(FRAMES_KEPT)
 def frame(text: str, terminator: Terminator = "cr") -> bytes:
     """Build a frame from a name and its arguments.
 

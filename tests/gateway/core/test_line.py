@@ -10,6 +10,7 @@ import pytest
 
 from gateway.core.admission import Admission
 from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, LineDown, Overtaking
+from gateway.core.gate import Gate
 from gateway.core.lanes import Lane
 from gateway.core.line import GAP_S, LineDriver
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
@@ -54,6 +55,7 @@ class Speech:
 
     def __init__(self) -> None:
         self.counters: Counter[str] = Counter()
+        self.gate: Gate[Any] = Gate()
         self.in_step = True
         self.waiting: list[Said] = []
         self.asked: list[float] = []
