@@ -1,4 +1,4 @@
-"""Rules that every frame to a robot passes in the instant in which it is written."""
+"""Rules that every frame to a robot but a question passes in the instant in which it is written."""
 
 from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.fics.exchange import FicsExchange

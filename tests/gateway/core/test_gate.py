@@ -1,3 +1,5 @@
+from typing import Any
+
 import pytest
 
 from gateway.core.errors import (
@@ -15,8 +17,9 @@ from gateway.rorze.exchange import RorzeExchange
 from protocols.rorze.link_master import SetReplyFormat
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
-from protocols.rorze.row import LINK_MASTER
+from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.rorze.stops import StopImmediately
+from protocols.table import Effect
 from tests.gateway.rorze.exchanges import exchange
 
 MOVE = MoveClockwise(distance=500)
@@ -96,6 +99,14 @@ def test_added_guards_are_asked_after_the_built_in_ones_and_the_first_refusal_co
     gate.stop(2)
     assert isinstance(gate.refuses(exchange(MOVE), now=0.0), Cancelled)
     assert asked == ["lease"]
+
+
+@pytest.mark.parametrize("command", [GetPosition(), StopImmediately(), MOVE], ids=lambda it: it.code)
+def test_added_guards_are_asked_about_all_but_questions(command: RorzeCommand[Any]) -> None:
+    gate = Gate[RorzeExchange](LINK_MASTER)
+    gate.add(lambda _exchange, _now: NotAllowed("No lease; nothing was sent."))
+    is_question = command.effect is Effect.READ
+    assert (gate.refuses(exchange(command), now=0.0) is None) is is_question
 
 
 # what is revoked

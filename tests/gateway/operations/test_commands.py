@@ -17,6 +17,7 @@ from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetSpeedPercent
 from protocols.rorze.link_master import IdentifyControllers
 from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.origin import SetOverrunFactor
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.speeds import SetStartSpeed
@@ -84,7 +85,7 @@ async def test_an_operation_acts_for_its_caller() -> None:
     async with rig() as it:
         seen: list[Origin] = []
         it.plant.line("line1").gate.add(lambda _exchange, _now: seen.append(current()))
-        await do(it.plant, ME, BODY, GetPosition())
+        await do(it.plant, ME, BODY, SetOverrunFactor(factor=2))
         assert seen == [ME]
         assert current() == Origin("gateway")
 
