@@ -1,7 +1,7 @@
 """Events over WebSocket, as a list and as server-sent events: the same events with the same cursor."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from typing import Annotated
 
 from fastapi import Header, Query, Request, Response, WebSocket
@@ -12,9 +12,10 @@ from starlette.websockets import WebSocketDisconnect
 from api.common.problems import DECLARED
 from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
+from api.front.websocket_protocol import EVENTS
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
-from gateway.core.events import CloudEvent, Event, SlowConsumer, Subscription
+from gateway.core.events import Batch, CloudEvent, Event, SlowConsumer, Subscription
 from gateway.plant import Plant
 from gateway.rorze.bodies import Body, Group
 
@@ -88,17 +89,17 @@ async def stream_events(
     )
 
 
-async def _server_sent(events: Subscription) -> AsyncIterator[str]:
-    yield f": events after {events.cursor}\n\n"
+async def _server_sent(events: Subscription) -> AsyncIterator[bytes]:
+    yield f": events after {events.cursor}\n\n".encode()
     while True:
         try:
-            event = await _next_within(events, KEEP_ALIVE_S)
+            batch = await _next_within(events, KEEP_ALIVE_S)
         except (SlowConsumer, StopAsyncIteration):
             return
-        yield _frame(event) if event else ": still here\n\n"
+        yield batch.written(_frames) if batch else b": still here\n\n"
 
 
-async def _next_within(events: Subscription, seconds: float) -> Event | None:
+async def _next_within(events: Subscription, seconds: float) -> Batch | None:
     try:
         async with asyncio.timeout(seconds):
             return await anext(events)
@@ -106,8 +107,10 @@ async def _next_within(events: Subscription, seconds: float) -> Event | None:
         return None
 
 
-def _frame(event: Event) -> str:
-    return f"id: {event.cursor}\nevent: {event.type}\ndata: {event.json}\n\n"
+def _frames(events: Sequence[Event]) -> bytes:
+    return "".join(
+        f"id: {event.cursor}\nevent: {event.type}\ndata: {event.json}\n\n" for event in events
+    ).encode()
 
 
 @router.websocket("/events", name="follow_events")
@@ -148,8 +151,7 @@ async def _listen(websocket: WebSocket) -> None:
 
 async def _send(websocket: WebSocket, events: Subscription) -> None:
     try:
-        async for event in events:
-            await websocket.send_text(event.json)
+        await events.deliver(websocket.scope["extensions"][EVENTS]["outlet"])
         await websocket.close(CLOSE_GOING_AWAY, "the gateway is shutting down")
     except SlowConsumer as slow:
         await websocket.close(CLOSE_SLOW_CONSUMER, f"slow consumer; go on after {slow.cursor}")

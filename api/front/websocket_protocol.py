@@ -1,19 +1,30 @@
 """WebSockets as uvicorn speaks them; whatever a client sends or does not read, its socket ends in time."""
 
 import asyncio
-from typing import Any, ClassVar, cast
+from collections.abc import Callable, Sequence
+from struct import pack
+from typing import Any, ClassVar, Final, cast
 
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import CloseCode
+from websockets.http11 import Request
 
 from api.front.drain import Drain
 from api.front.http_protocol import Limits, Refused
+from gateway.core.events import Batch, Event
+
+EVENTS: Final = "motion_gateway.events"
+"""The ASGI extension by which an application writes events to a WebSocket: its `outlet`."""
 
 
 class WebSocketProtocol(WebSocketsSansIOProtocol):
-    """A connection."""
+    """A connection, and the outlet of its events."""
 
     limits: ClassVar[Limits] = Limits()
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.on_room: Callable[[], None] = _nobody_asks
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Take it over from HTTP."""
@@ -34,6 +45,22 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         """It has taken most of them."""
         super().resume_writing()
         self._drain.stop()
+        self.on_room()
+
+    @property
+    def takes(self) -> bool:
+        """Whether it takes more now."""
+        return self.writable.is_set() and not self.close_sent and not self.transport.is_closing()
+
+    def write(self, batch: Batch) -> None:
+        """Send a text frame for each event."""
+        self.transport.write(batch.written(_frames))
+
+    def handle_connect(self, event: Request) -> None:
+        """Offer the outlet to the application."""
+        super().handle_connect(event)
+        if not self.close_sent:
+            self.scope["extensions"][EVENTS] = {"outlet": self}
 
     def data_received(self, data: bytes) -> None:
         """Answer a handshake, or take frames; what they say is not read."""
@@ -87,3 +114,24 @@ def _is_text(data: bytes) -> bool:
     except UnicodeDecodeError:
         return False
     return True
+
+
+def _nobody_asks() -> None:
+    """Nothing is to be sent."""
+
+
+def _frames(events: Sequence[Event]) -> bytes:
+    """Write text frames as a server does: whole, and not masked (RFC 6455 5.2)."""
+    return b"".join(map(_frame, events))
+
+
+def _frame(event: Event) -> bytes:
+    text = event.json.encode()
+    size = len(text)
+    if size < 126:
+        head = pack("!BB", 0x81, size)
+    elif size < 65_536:
+        head = pack("!BBH", 0x81, 126, size)
+    else:
+        head = pack("!BBQ", 0x81, 127, size)
+    return head + text

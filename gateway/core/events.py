@@ -3,16 +3,18 @@
 import asyncio
 import re
 import secrets
-from collections.abc import AsyncIterator, Callable, Iterable, Mapping
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, Literal, NamedTuple, Self
+from functools import lru_cache, partial
+from typing import Any, Literal, NamedTuple, Protocol, Self
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 from pydantic_core import from_json, to_json
 
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
+from gateway.core.turns import Turns
 
 RETAINED_EVENTS = 100_000
 """How many of the newest events can be read again."""
@@ -21,7 +23,10 @@ MAX_BACKLOG = 1024
 """Events a live subscription may be behind: eight from each of 120 bodies at once are not its fault."""
 
 BATCH = 64
-"""Events a reader takes before it lets the rest of the gateway run."""
+"""Events a reader looks at before it lets the rest of the gateway run."""
+
+SHARED_BATCHES = 64
+"""Batches that are kept for the next client at the same place with the same filter."""
 
 MAX_PAGE = 1000
 """Events in one page of the list."""
@@ -137,11 +142,45 @@ class Filter:
         return not self.bodies.isdisjoint(names)
 
 
-class Subscription(AsyncIterator[Event]):
+class Batch:
+    """Events that follow one another, and what is written of them: once for all clients that get them."""
+
+    __slots__ = ("_written", "events")
+
+    def __init__(self, events: Sequence[Event]) -> None:
+        self.events = events
+        self._written: dict[Writer, bytes] = {}
+
+    def written(self, write: "Writer") -> bytes:
+        """Give the events as a client gets them."""
+        if (text := self._written.get(write)) is None:
+            text = self._written[write] = write(self.events)
+        return text
+
+
+Writer = Callable[[Sequence[Event]], bytes]
+
+
+class Outlet(Protocol):
+    """Where the events of one client go."""
+
+    on_room: Callable[[], None]
+    """Called when it takes more again."""
+
+    @property
+    def takes(self) -> bool:
+        """Whether it takes more now."""
+
+    def write(self, batch: Batch) -> None:
+        """Take a batch, as a whole."""
+
+
+class Subscription(AsyncIterator[Batch]):
     """The events that one client wants, from its cursor on: first those it has missed, then each new one.
 
     It is a place in the hub's ring and keeps no events of its own, so that the change from old to new can
-    neither leave out nor repeat one. Iteration ends when the hub is closed, or by `SlowConsumer`.
+    neither leave out nor repeat one, and a client that does not read costs nothing. It ends when the hub is
+    closed, or by `SlowConsumer`.
     """
 
     def __init__(self, hub: "EventHub", position: int, wanted: Filter, missed_after: str | None) -> None:
@@ -149,58 +188,106 @@ class Subscription(AsyncIterator[Event]):
         self._position = position
         self._wanted = wanted
         self._missed_after = missed_after
-        self._live = False
-        self._since_pause = 0
-        self._wake: asyncio.Future[None] | None = None
+        self._in_time: int | None = None
+        """The newest event when news last found it waiting; None while it reads what it has missed."""
+        self._waits = False
+        self._act: Callable[[], None] = _nothing
 
     @property
     def cursor(self) -> str:
         """Where reading can go on: everything up to here was delivered or not wanted."""
         return _cursor(self._hub.epoch, self._position)
 
-    async def __anext__(self) -> Event:
-        """Wait for the next event.
+    async def __anext__(self) -> Batch:
+        """Wait for the next events.
 
-        :raises SlowConsumer: more than `MAX_BACKLOG` events have come while the last one was being handled.
+        :raises SlowConsumer: more than `MAX_BACKLOG` events have come while the last ones were being handled.
         """
-        while (event := await self.next_published()) is None:
-            if self._hub.closed:
-                raise StopAsyncIteration
-            self._live = True
-            await self._next_publication()
-        return event
+        while not self.ended:
+            turn = asyncio.get_running_loop().create_future()
+            self._in_turn(partial(_wake, turn))
+            try:
+                await turn
+            finally:
+                self._hub.turns.forget(self._turn)
+            if (batch := self._take()).events:
+                return batch
+        raise StopAsyncIteration
 
-    async def next_published(self) -> Event | None:
-        """Take the next event that has happened already; None when there is none.
+    async def deliver(self, outlet: Outlet) -> None:
+        """Write events to an outlet until the hub is closed.
 
-        :raises SlowConsumer: as iteration does.
+        :raises SlowConsumer: it has taken nothing while more than `MAX_BACKLOG` events have come.
         """
-        if self._live and self._hub.last - self._position > MAX_BACKLOG:
+        end: asyncio.Future[SlowConsumer | None] = asyncio.get_running_loop().create_future()
+        go_on = partial(self._in_turn, partial(self._deliver, outlet, end))
+        outlet.on_room = go_on
+        go_on()
+        try:
+            slow = await end
+        finally:
+            outlet.on_room = _nothing
+            self._hub.turns.forget(self._turn)
+        if slow is not None:
+            raise slow
+
+    def _deliver(self, outlet: Outlet, end: "asyncio.Future[SlowConsumer | None]") -> None:
+        if end.done() or not outlet.takes:
+            return
+        try:
+            batch = self._take()
+        except SlowConsumer as slow:
+            end.set_result(slow)
+            return
+        if batch.events:
+            outlet.write(batch)
+        if self.ended:
+            end.set_result(None)
+        elif outlet.takes:
+            outlet.on_room()
+
+    @property
+    def ended(self) -> bool:
+        """Whether all was read, and no more will come."""
+        return self._hub.closed and not self._is_behind
+
+    @property
+    def _is_behind(self) -> bool:
+        return self._missed_after is not None or self._position < self._hub.last
+
+    def _in_turn(self, act: Callable[[], None]) -> None:
+        """Do something in a turn of its own: at news, or soon where there is something to be read."""
+        self._act = act
+        self._waits = not (self._is_behind or self._hub.closed)
+        if self._waits:
+            self._hub.turns.at_news(self._turn)
+        else:
+            self._hub.turns.soon(self._turn)
+
+    def _turn(self) -> None:
+        if self._waits:
+            self._in_time = self._hub.last
+        self._act()
+
+    def _take(self) -> Batch:
+        """Take what is wanted of the next `BATCH` events that have happened already."""
+        hub = self._hub
+        if self._in_time is not None and hub.last - max(self._in_time, self._position) > MAX_BACKLOG:
             raise SlowConsumer(self.cursor)
-        while self._missed_after or self._position < self._hub.last:
-            await self._pause_between_batches()
-            if self._missed_after or self._position < self._hub.first - 1:
-                return self._skip_to_first()
-            self._position += 1
-            event = self._hub.event(self._position)
-            if self._wanted.wants(event):
-                return event
-        return None
+        if self._missed_after is not None or self._position < hub.first - 1:
+            return Batch([self._skip_to_first()])
+        after, self._position = self._position, min(self._position + BATCH, hub.last)
+        return hub.batch(after, self._position, self._wanted)
 
-    def wake(self) -> None:
-        """Look again at once."""
-        if self._wake is not None and not self._wake.done():
-            self._wake.set_result(None)
-
-    def offer(self, event: Event) -> bool:
-        """Wake up for a new event if it is wanted; called by the hub while the subscription is idle."""
-        if self._wake is None or self._wake.done():
-            return True
-        if not self._wanted.wants(event):
-            self._position = event.number
-            return False
-        self._wake.set_result(None)
-        return True
+    async def page(self, limit: int) -> "Page":
+        """Take at most so many events that have happened already."""
+        events: list[Event] = []
+        while self._is_behind and len(events) < limit:
+            events += self._take().events
+            await asyncio.sleep(0)
+        if len(events) <= limit:
+            return Page(events, self.cursor)
+        return Page(events[:limit], events[limit - 1].cursor)
 
     def _skip_to_first(self) -> Event:
         requested = self._missed_after or self.cursor
@@ -208,20 +295,14 @@ class Subscription(AsyncIterator[Event]):
         self._position = self._hub.first - 1
         return self._hub.gap_before(self._position + 1, requested)
 
-    async def _pause_between_batches(self) -> None:
-        self._since_pause += 1
-        if self._since_pause > BATCH:
-            self._since_pause = 1
-            await asyncio.sleep(0)
 
-    async def _next_publication(self) -> None:
-        self._wake = asyncio.get_running_loop().create_future()
-        self._hub.add_idle(self)
-        try:
-            await self._wake
-        finally:
-            self._hub.remove_idle(self)
-            self._since_pause = 0
+def _wake(turn: "asyncio.Future[None]") -> None:
+    if not turn.done():
+        turn.set_result(None)
+
+
+def _nothing() -> None:
+    """Nobody is to be told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,7 +335,9 @@ class EventHub:
         self._ring: list[tuple[str, str, str]] = []
         """Type, subject and text: tuples of texts are nothing to the garbage collector, which would hold the
         loop for 100 ms to look through so many objects (decision 9)."""
-        self._idle: list[Subscription] = []
+        self.turns = Turns()
+        """The order in which subscriptions read."""
+        self.batch = lru_cache(SHARED_BATCHES)(self._batch)
 
     @property
     def first(self) -> int:
@@ -275,15 +358,13 @@ class EventHub:
         else:
             self._ring[self.last % self._capacity] = record
         self.last += 1
-        if self._idle:
-            self._idle = [subscription for subscription in self._idle if not subscription.offer(event)]
+        self.turns.news()
         return event
 
     def close(self) -> None:
         """End all subscriptions once they have read what there is: the gateway is shutting down."""
         self.closed = True
-        for subscription in self._idle:
-            subscription.wake()
+        self.turns.news()
 
     def subscribe(
         self,
@@ -311,10 +392,7 @@ class EventHub:
         reader = self._read(
             _cursor(self.epoch, self.first - 1) if after is None else after, Filter.of(bodies, types)
         )
-        events: list[Event] = []
-        while len(events) < min(limit, MAX_PAGE) and (event := await reader.next_published()):
-            events.append(event)
-        return Page(events, reader.cursor)
+        return await reader.page(min(limit, MAX_PAGE))
 
     def event(self, number: int) -> Event:
         """Give a retained event, from `first` to `last`."""
@@ -346,14 +424,10 @@ class EventHub:
         }
         return Event(self.epoch, number, type_, subject, to_json(told, inf_nan_mode="null").decode())
 
-    def add_idle(self, subscription: Subscription) -> None:
-        """Offer new events to a subscription that has read all."""
-        self._idle.append(subscription)
-
-    def remove_idle(self, subscription: Subscription) -> None:
-        """Offer it no more."""
-        if subscription in self._idle:
-            self._idle.remove(subscription)
+    def _batch(self, after: int, last: int, wanted: Filter) -> Batch:
+        """Give what is wanted of retained events, `batch` the same one to all who ask: one filter, one look."""
+        events = map(self.event, range(after + 1, last + 1))
+        return Batch([event for event in events if wanted.wants(event)])
 
     def _read(self, after: str, wanted: Filter) -> Subscription:
         match = _CURSOR.fullmatch(after)

@@ -1,0 +1,81 @@
+"""Turns for those that wait for news: many of them, and none of the gateway's work waits for them."""
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Callable
+from time import perf_counter
+
+SLICE = 32
+"""Turns that follow one another before the loop has one."""
+SLICE_S = 0.001
+"""Turns that take longer end a slice."""
+PAUSE = 3
+"""Pauses are so many times as long as the slice before them, so that turns take a quarter of the time at most."""
+LONGEST_PAUSE_S = 0.1
+
+Turn = Callable[[], None]
+
+
+class Turns:
+    """Gives everybody who waits a turn: at news, and soon where there is more to be done.
+
+    All turns come from one loop; what came in during a pause is news for one turn, not for many.
+    """
+
+    def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
+        self._clock = clock
+        self._due: OrderedDict[Turn, None] = OrderedDict()
+        self._waiting: OrderedDict[Turn, None] = OrderedDict()
+        self._new = False
+        self._next: asyncio.Handle | None = None
+
+    @property
+    def idle(self) -> bool:
+        """Whether nobody waits for a turn."""
+        return not self._due and not self._waiting
+
+    def at_news(self, turn: Turn) -> None:
+        """Give a turn at the next news."""
+        self._waiting[turn] = None
+
+    def soon(self, turn: Turn) -> None:
+        """Give a turn after those that are due."""
+        self._waiting.pop(turn, None)
+        self._due[turn] = None
+        self._go_on()
+
+    def forget(self, turn: Turn) -> None:
+        """Give no turn."""
+        self._waiting.pop(turn, None)
+        self._due.pop(turn, None)
+
+    def news(self) -> None:
+        """Something has happened."""
+        if self._waiting:
+            self._new = True
+            self._go_on()
+
+    def _go_on(self) -> None:
+        if self._next is None:
+            self._next = asyncio.get_running_loop().call_soon(self._slice)
+
+    def _slice(self) -> None:
+        began = self._clock()
+        if self._new and not self._due:
+            self._due, self._waiting, self._new = self._waiting, self._due, False
+        for _ in range(SLICE):
+            if not self._due or self._clock() - began > SLICE_S:
+                break
+            turn, _ = self._due.popitem(last=False)
+            turn()
+        # By its next turn the loop has written what it was given.
+        self._next = asyncio.get_running_loop().call_soon(self._pause, began)
+
+    def _pause(self, began: float) -> None:
+        pause_s = min(PAUSE * (self._clock() - began), LONGEST_PAUSE_S)
+        self._next = asyncio.get_running_loop().call_later(pause_s, self._resume)
+
+    def _resume(self) -> None:
+        self._next = None
+        if self._due or self._new:
+            self._slice()
