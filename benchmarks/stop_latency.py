@@ -65,7 +65,7 @@ class Line(Overheard):
 async def run(seconds: float) -> list[Figure]:
     """Stop moving bodies again and again, first among friends and then among others."""
     async with _gateway() as (line, port), _clients(port, "reads"):
-        await asyncio.to_thread(_teach_speeds, port)
+        await asyncio.to_thread(teach_speeds, port, MOVERS)
         await asyncio.to_thread(_wait_until_full, port)
         quiet = await _stop(line, port, QUIET_SHARE * seconds)
         async with _clients(port, *HOSTILE):
@@ -101,9 +101,10 @@ async def _clients(port: int, *kinds: str) -> AsyncIterator[None]:
         yield
 
 
-def _teach_speeds(port: int) -> None:
+def teach_speeds(port: int, bodies: list[int]) -> None:
+    """Let bodies know how fast they move."""
     with connect(port) as sock:
-        for body in MOVERS:
+        for body in bodies:
             for name, value in SPEEDS.items():
                 ask(sock, post(f"/bodies/{body:02X}/commands/{name}", value))
 

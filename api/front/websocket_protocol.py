@@ -24,6 +24,7 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
+        self.takes = True
         self.on_room: Callable[[], None] = _nobody_asks
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -33,24 +34,22 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget it."""
+        self.takes = False
         self._drain.stop()
         super().connection_lost(exc)
 
     def pause_writing(self) -> None:
         """The client does not take events as fast as they come."""
         super().pause_writing()
+        self.takes = False
         self._drain.watch()
 
     def resume_writing(self) -> None:
         """It has taken most of them."""
         super().resume_writing()
         self._drain.stop()
+        self.takes = True
         self.on_room()
-
-    @property
-    def takes(self) -> bool:
-        """Whether it takes more now."""
-        return self.writable.is_set() and not self.close_sent and not self.transport.is_closing()
 
     def write(self, batch: Batch) -> None:
         """Send a text frame for each event."""

@@ -14,7 +14,7 @@ from pydantic_core import from_json, to_json
 
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
-from gateway.core.turns import Turns
+from gateway.core.turns import Turn, Turns
 
 RETAINED_EVENTS = 100_000
 """How many of the newest events can be read again."""
@@ -97,8 +97,7 @@ class SlowConsumer(Exception):  # the name clients see
         self.cursor = cursor
 
 
-@dataclass(frozen=True, slots=True)
-class Filter:
+class Filter(NamedTuple):
     """Which events somebody wants; empty means all."""
 
     bodies: frozenset[str] = frozenset()
@@ -164,12 +163,10 @@ Writer = Callable[[Sequence[Event]], bytes]
 class Outlet(Protocol):
     """Where the events of one client go."""
 
+    takes: bool
+    """Whether it takes more now."""
     on_room: Callable[[], None]
     """Called when it takes more again."""
-
-    @property
-    def takes(self) -> bool:
-        """Whether it takes more now."""
 
     def write(self, batch: Batch) -> None:
         """Take a batch, as a whole."""
@@ -191,7 +188,6 @@ class Subscription(AsyncIterator[Batch]):
         self._in_time: int | None = None
         """The newest event when news last found it waiting; None while it reads what it has missed."""
         self._waits = False
-        self._act: Callable[[], None] = _nothing
 
     @property
     def cursor(self) -> str:
@@ -205,12 +201,12 @@ class Subscription(AsyncIterator[Batch]):
         """
         while not self.ended:
             turn = asyncio.get_running_loop().create_future()
-            self._in_turn(partial(_wake, turn))
+            self.in_turn(partial(_wake, turn))
             try:
                 await turn
             finally:
-                self._hub.turns.forget(self._turn)
-            if (batch := self._take()).events:
+                self.leave()
+            if (batch := self.take()).events:
                 return batch
         raise StopAsyncIteration
 
@@ -219,32 +215,16 @@ class Subscription(AsyncIterator[Batch]):
 
         :raises SlowConsumer: it has taken nothing while more than `MAX_BACKLOG` events have come.
         """
-        end: asyncio.Future[SlowConsumer | None] = asyncio.get_running_loop().create_future()
-        go_on = partial(self._in_turn, partial(self._deliver, outlet, end))
-        outlet.on_room = go_on
-        go_on()
+        delivery = _Delivery(self, outlet)
+        outlet.on_room = delivery.go_on
+        delivery.go_on()
         try:
-            slow = await end
+            slow = await delivery.end
         finally:
             outlet.on_room = _nothing
-            self._hub.turns.forget(self._turn)
+            self.leave()
         if slow is not None:
             raise slow
-
-    def _deliver(self, outlet: Outlet, end: "asyncio.Future[SlowConsumer | None]") -> None:
-        if end.done() or not outlet.takes:
-            return
-        try:
-            batch = self._take()
-        except SlowConsumer as slow:
-            end.set_result(slow)
-            return
-        if batch.events:
-            outlet.write(batch)
-        if self.ended:
-            end.set_result(None)
-        elif outlet.takes:
-            outlet.on_room()
 
     @property
     def ended(self) -> bool:
@@ -255,23 +235,26 @@ class Subscription(AsyncIterator[Batch]):
     def _is_behind(self) -> bool:
         return self._missed_after is not None or self._position < self._hub.last
 
-    def _in_turn(self, act: Callable[[], None]) -> None:
+    def in_turn(self, act: Turn) -> None:
         """Do something in a turn of its own: at news, or soon where there is something to be read."""
-        self._act = act
         self._waits = not (self._is_behind or self._hub.closed)
         if self._waits:
-            self._hub.turns.at_news(self._turn)
+            self._hub.turns.at_news(self, act)
         else:
-            self._hub.turns.soon(self._turn)
+            self._hub.turns.soon(self, act)
 
-    def _turn(self) -> None:
-        if self._waits:
-            self._in_time = self._hub.last
-        self._act()
+    def leave(self) -> None:
+        """Have no turn."""
+        self._hub.turns.forget(self)
 
-    def _take(self) -> Batch:
-        """Take what is wanted of the next `BATCH` events that have happened already."""
+    def take(self) -> Batch:
+        """Take what is wanted of the next `BATCH` events that have happened already.
+
+        :raises SlowConsumer: as iteration does.
+        """
         hub = self._hub
+        if self._waits:
+            self._in_time, self._waits = hub.last, False
         if self._in_time is not None and hub.last - max(self._in_time, self._position) > MAX_BACKLOG:
             raise SlowConsumer(self.cursor)
         if self._missed_after is not None or self._position < hub.first - 1:
@@ -283,7 +266,7 @@ class Subscription(AsyncIterator[Batch]):
         """Take at most so many events that have happened already."""
         events: list[Event] = []
         while self._is_behind and len(events) < limit:
-            events += self._take().events
+            events += self.take().events
             await asyncio.sleep(0)
         if len(events) <= limit:
             return Page(events, self.cursor)
@@ -294,6 +277,35 @@ class Subscription(AsyncIterator[Batch]):
         self._missed_after = None
         self._position = self._hub.first - 1
         return self._hub.gap_before(self._position + 1, requested)
+
+
+class _Delivery:
+    """A subscription that writes to an outlet, without a task of its own."""
+
+    def __init__(self, events: Subscription, outlet: Outlet) -> None:
+        self._events = events
+        self._outlet = outlet
+        self._turn = self._have_turn  # made once, not for each event
+        self.end: asyncio.Future[SlowConsumer | None] = asyncio.get_running_loop().create_future()
+
+    def go_on(self) -> None:
+        """Write what comes, or has come."""
+        self._events.in_turn(self._turn)
+
+    def _have_turn(self) -> None:
+        if not self._outlet.takes or self.end.done():
+            return
+        try:
+            batch = self._events.take()
+        except SlowConsumer as slow:
+            self.end.set_result(slow)
+            return
+        if batch.events:
+            self._outlet.write(batch)
+        if self._events.ended:
+            self.end.set_result(None)
+        elif self._outlet.takes:
+            self._events.in_turn(self._turn)
 
 
 def _wake(turn: "asyncio.Future[None]") -> None:

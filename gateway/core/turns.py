@@ -5,7 +5,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from time import perf_counter
 
-SLICE = 32
+SLICE = 64
 """Turns that follow one another before the loop has one."""
 SLICE_S = 0.001
 """Turns that take longer end a slice."""
@@ -24,8 +24,8 @@ class Turns:
 
     def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
         self._clock = clock
-        self._due: OrderedDict[Turn, None] = OrderedDict()
-        self._waiting: OrderedDict[Turn, None] = OrderedDict()
+        self._due: OrderedDict[object, Turn] = OrderedDict()
+        self._waiting: OrderedDict[object, Turn] = OrderedDict()
         self._new = False
         self._next: asyncio.Handle | None = None
 
@@ -34,20 +34,19 @@ class Turns:
         """Whether nobody waits for a turn."""
         return not self._due and not self._waiting
 
-    def at_news(self, turn: Turn) -> None:
-        """Give a turn at the next news."""
-        self._waiting[turn] = None
+    def at_news(self, whose: object, turn: Turn) -> None:
+        """Give somebody a turn at the next news."""
+        self._waiting[whose] = turn
 
-    def soon(self, turn: Turn) -> None:
-        """Give a turn after those that are due."""
-        self._waiting.pop(turn, None)
-        self._due[turn] = None
+    def soon(self, whose: object, turn: Turn) -> None:
+        """Give somebody a turn after those that are due."""
+        self._due[whose] = turn
         self._go_on()
 
-    def forget(self, turn: Turn) -> None:
-        """Give no turn."""
-        self._waiting.pop(turn, None)
-        self._due.pop(turn, None)
+    def forget(self, whose: object) -> None:
+        """Give somebody no turn."""
+        self._waiting.pop(whose, None)
+        self._due.pop(whose, None)
 
     def news(self) -> None:
         """Something has happened."""
@@ -66,12 +65,8 @@ class Turns:
         for _ in range(SLICE):
             if not self._due or self._clock() - began > SLICE_S:
                 break
-            turn, _ = self._due.popitem(last=False)
+            _, turn = self._due.popitem(last=False)
             turn()
-        # By its next turn the loop has written what it was given.
-        self._next = asyncio.get_running_loop().call_soon(self._pause, began)
-
-    def _pause(self, began: float) -> None:
         pause_s = min(PAUSE * (self._clock() - began), LONGEST_PAUSE_S)
         self._next = asyncio.get_running_loop().call_later(pause_s, self._resume)
 
