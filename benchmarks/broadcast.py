@@ -20,7 +20,7 @@ from gateway.core.events import EventHub
 
 RATE = 100
 """Events a second: each finds all clients waiting."""
-SETTLE_S = 0.3
+SETTLE_S = 0.05
 """In which the last message leaves."""
 
 

@@ -11,7 +11,7 @@ from websockets.http11 import Request
 
 from api.front.drain import Drain
 from api.front.http_protocol import Limits, Refused
-from gateway.core.events import Batch, Event
+from gateway.core.events import Event, Writer
 
 EVENTS: Final = "motion_gateway.events"
 """The ASGI extension by which an application writes events to a WebSocket: its `outlet`."""
@@ -25,11 +25,13 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.takes = True
+        self.writer: Writer = _frames
         self.on_room: Callable[[], None] = _nobody_asks
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Take it over from HTTP."""
         super().connection_made(transport)
+        self.write: Callable[[bytes], None] = self.transport.write
         self._drain = Drain(cast("asyncio.Transport", transport), self.limits.stall_s)
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -50,10 +52,6 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         self._drain.stop()
         self.takes = True
         self.on_room()
-
-    def write(self, batch: Batch) -> None:
-        """Send a text frame for each event."""
-        self.transport.write(batch.written(_frames))
 
     def handle_connect(self, event: Request) -> None:
         """Offer the outlet to the application."""

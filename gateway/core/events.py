@@ -167,9 +167,12 @@ class Outlet(Protocol):
     """Whether it takes more now."""
     on_room: Callable[[], None]
     """Called when it takes more again."""
+    writer: Writer
+    """What its client reads."""
 
-    def write(self, batch: Batch) -> None:
-        """Take a batch, as a whole."""
+    @property
+    def write(self) -> Callable[[bytes], None]:
+        """Takes a batch as it was written."""
 
 
 class Subscription(AsyncIterator[Batch]):
@@ -199,74 +202,82 @@ class Subscription(AsyncIterator[Batch]):
 
         :raises SlowConsumer: more than `MAX_BACKLOG` events have come while the last ones were being handled.
         """
-        while not self.ended:
+        while True:
             turn = asyncio.get_running_loop().create_future()
-            self.in_turn(partial(_wake, turn))
+            self._in_turn(partial(_wake, turn))
             try:
                 await turn
             finally:
-                self.leave()
-            if (batch := self.take()).events:
+                self._hub.turns.forget(self)
+            if (batch := self._take()).events:
                 return batch
-        raise StopAsyncIteration
+            if self._hub.closed and self._has_read_all:
+                raise StopAsyncIteration
 
     async def deliver(self, outlet: Outlet) -> None:
         """Write events to an outlet until the hub is closed.
 
         :raises SlowConsumer: it has taken nothing while more than `MAX_BACKLOG` events have come.
         """
-        delivery = _Delivery(self, outlet)
-        outlet.on_room = delivery.go_on
-        delivery.go_on()
+        end: asyncio.Future[SlowConsumer | None] = asyncio.get_running_loop().create_future()
+        turn = partial(self._deliver, outlet, end)
+        outlet.on_room = partial(self._in_turn, turn)
+        self._in_turn(turn)
         try:
-            slow = await delivery.end
+            slow = await end
         finally:
             outlet.on_room = _nothing
-            self.leave()
+            self._hub.turns.forget(self)
         if slow is not None:
             raise slow
 
-    @property
-    def ended(self) -> bool:
-        """Whether all was read, and no more will come."""
-        return self._hub.closed and not self._is_behind
+    def _deliver(self, outlet: Outlet, end: "asyncio.Future[SlowConsumer | None]") -> None:
+        """Have a turn of a delivery: no task is woken for each event of each client."""
+        if not outlet.takes or end.done():
+            return
+        try:
+            batch = self._take()
+        except SlowConsumer as slow:
+            end.set_result(slow)
+            return
+        if batch.events:
+            outlet.write(batch.written(outlet.writer))
+        elif self._hub.closed and self._has_read_all:
+            end.set_result(None)
+            return
+        if outlet.takes:
+            outlet.on_room()
 
     @property
-    def _is_behind(self) -> bool:
-        return self._missed_after is not None or self._position < self._hub.last
+    def _has_read_all(self) -> bool:
+        return self._position == self._hub.last and self._missed_after is None
 
-    def in_turn(self, act: Turn) -> None:
-        """Do something in a turn of its own: at news, or soon where there is something to be read."""
-        self._waits = not (self._is_behind or self._hub.closed)
-        if self._waits:
-            self._hub.turns.at_news(self, act)
-        else:
-            self._hub.turns.soon(self, act)
-
-    def leave(self) -> None:
-        """Have no turn."""
-        self._hub.turns.forget(self)
-
-    def take(self) -> Batch:
-        """Take what is wanted of the next `BATCH` events that have happened already.
-
-        :raises SlowConsumer: as iteration does.
-        """
+    def _in_turn(self, turn: Turn) -> None:
+        """Have a turn: at news, or soon where there is something to be read, or nothing more to come."""
         hub = self._hub
+        if self._position == hub.last and self._missed_after is None and not hub.closed:
+            self._waits = True
+            hub.turns.at_news(self, turn)
+        else:
+            hub.turns.soon(self, turn)
+
+    def _take(self) -> Batch:
+        """Take what is wanted of the next `BATCH` events that have happened already."""
+        hub, after = self._hub, self._position
         if self._waits:
             self._in_time, self._waits = hub.last, False
-        if self._in_time is not None and hub.last - max(self._in_time, self._position) > MAX_BACKLOG:
+        elif self._in_time is not None and hub.last - max(self._in_time, after) > MAX_BACKLOG:
             raise SlowConsumer(self.cursor)
-        if self._missed_after is not None or self._position < hub.first - 1:
+        if self._missed_after is not None or after < hub.first - 1:
             return Batch([self._skip_to_first()])
-        after, self._position = self._position, min(self._position + BATCH, hub.last)
+        self._position = min(after + BATCH, hub.last)
         return hub.batch(after, self._position, self._wanted)
 
     async def page(self, limit: int) -> "Page":
         """Take at most so many events that have happened already."""
         events: list[Event] = []
-        while self._is_behind and len(events) < limit:
-            events += self.take().events
+        while len(events) < limit and not self._has_read_all:
+            events += self._take().events
             await asyncio.sleep(0)
         if len(events) <= limit:
             return Page(events, self.cursor)
@@ -277,35 +288,6 @@ class Subscription(AsyncIterator[Batch]):
         self._missed_after = None
         self._position = self._hub.first - 1
         return self._hub.gap_before(self._position + 1, requested)
-
-
-class _Delivery:
-    """A subscription that writes to an outlet, without a task of its own."""
-
-    def __init__(self, events: Subscription, outlet: Outlet) -> None:
-        self._events = events
-        self._outlet = outlet
-        self._turn = self._have_turn  # made once, not for each event
-        self.end: asyncio.Future[SlowConsumer | None] = asyncio.get_running_loop().create_future()
-
-    def go_on(self) -> None:
-        """Write what comes, or has come."""
-        self._events.in_turn(self._turn)
-
-    def _have_turn(self) -> None:
-        if not self._outlet.takes or self.end.done():
-            return
-        try:
-            batch = self._events.take()
-        except SlowConsumer as slow:
-            self.end.set_result(slow)
-            return
-        if batch.events:
-            self._outlet.write(batch)
-        if self._events.ended:
-            self.end.set_result(None)
-        elif self._outlet.takes:
-            self._events.in_turn(self._turn)
 
 
 def _wake(turn: "asyncio.Future[None]") -> None:
@@ -341,6 +323,8 @@ class EventHub:
         self.epoch = epoch or secrets.token_hex(4)
         self.last = 0
         """Number of the newest event; 0 before the first."""
+        self.first = 1
+        """Number of the oldest event that can still be read."""
         self.closed = False
         self._capacity = capacity
         self._clock = clock
@@ -350,11 +334,6 @@ class EventHub:
         self.turns = Turns()
         """The order in which subscriptions read."""
         self.batch = lru_cache(SHARED_BATCHES)(self._batch)
-
-    @property
-    def first(self) -> int:
-        """Number of the oldest event that can still be read."""
-        return self.last - len(self._ring) + 1
 
     @property
     def cursor(self) -> str:
@@ -369,6 +348,7 @@ class EventHub:
             self._ring.append(record)
         else:
             self._ring[self.last % self._capacity] = record
+            self.first += 1
         self.last += 1
         self.turns.news()
         return event

@@ -5,21 +5,21 @@ from collections import OrderedDict
 from collections.abc import Callable
 from time import perf_counter
 
-SLICE = 64
+SLICE = 128
 """Turns that follow one another before the loop has one."""
 SLICE_S = 0.001
 """Turns that take longer end a slice."""
 PAUSE = 3
-"""Pauses are so many times as long as the slice before them, so that turns take a quarter of the time at most."""
+"""A pause is so many times as long as the slice before it: turns take a quarter of the time at most."""
 LONGEST_PAUSE_S = 0.1
 
 Turn = Callable[[], None]
 
 
 class Turns:
-    """Gives everybody who waits a turn: at news, and soon where there is more to be done.
+    """Gives each that waits a turn: at news, and soon where there is more to be done.
 
-    All turns come from one loop; what came in during a pause is news for one turn, not for many.
+    Turns come in slices with pauses between them. What happens in a pause is news for one turn, not for many.
     """
 
     def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
@@ -62,12 +62,13 @@ class Turns:
         began = self._clock()
         if self._new and not self._due:
             self._due, self._waiting, self._new = self._waiting, self._due, False
-        for _ in range(SLICE):
-            if not self._due or self._clock() - began > SLICE_S:
-                break
+        left, now = SLICE, began
+        while self._due and left and now - began <= SLICE_S:
             _, turn = self._due.popitem(last=False)
             turn()
-        pause_s = min(PAUSE * (self._clock() - began), LONGEST_PAUSE_S)
+            left -= 1
+            now = self._clock()
+        pause_s = min(PAUSE * (now - began), LONGEST_PAUSE_S)
         self._next = asyncio.get_running_loop().call_later(pause_s, self._resume)
 
     def _resume(self) -> None:

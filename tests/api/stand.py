@@ -15,7 +15,7 @@ from httpx2 import ASGITransport, AsyncClient
 from api.app import create_app
 from api.front.websocket_protocol import EVENTS
 from gateway.config import Config
-from gateway.core.events import Batch
+from gateway.core.events import Event
 from gateway.plant import Plant
 from simulator.rorze.line import build_line
 from tests.plants import is_known
@@ -184,10 +184,14 @@ class Socket:
     def takes(self) -> bool:
         return self.reading.is_set() or not self._stuck
 
-    def write(self, batch: Batch) -> None:
+    def write(self, batch: bytes) -> None:
         self._stuck = not self.reading.is_set()
-        for event in batch.events:
-            self._from_app.put_nowait({"type": "websocket.send", "text": event.json})
+        for text in batch.splitlines():
+            self._from_app.put_nowait({"type": "websocket.send", "text": text.decode()})
+
+    @staticmethod
+    def writer(events: Sequence[Event]) -> bytes:
+        return b"\n".join(event.json.encode() for event in events)
 
     @property
     def on_room(self) -> Callable[[], None]:
