@@ -7,7 +7,7 @@ from time import perf_counter
 
 SLICE = 128
 """Turns that follow one another before the loop has one."""
-SLICE_S = 0.001
+SLICE_S = 0.002
 """Turns that take longer end a slice."""
 PAUSE = 3
 """A pause is so many times as long as the slice before it: turns take a quarter of the time at most."""
