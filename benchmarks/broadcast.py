@@ -1,7 +1,7 @@
-"""The gateway and a bare broadcast in one process: `python -m benchmarks.broadcast PORT CONFIG BARE_PORT COUNT S`.
+"""The gateway and a bare broadcast in one process: `python -m benchmarks.broadcast PORT CONFIG PORT COUNT S`.
 
-When the bare one has COUNT clients it publishes events at a steady rate, to the clients of the gateway and to
-those of the bare one in turn, and prints the microseconds of processor time that a message took.
+When the bare one has COUNT clients it publishes events at a steady rate for S seconds, to the clients of the
+gateway and to its own in turn, and prints the microseconds of processor time that a message took.
 """
 
 import asyncio

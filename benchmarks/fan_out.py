@@ -1,7 +1,7 @@
 """What events cost that many clients follow: a message to one of them, and the moves that bring them about.
 
-The yardstick of a message is a bare broadcast of the same frames in the same process; that of the moves is the
-same gateway while nobody follows.
+The yardstick of a message is a bare broadcast of the same frames in the same process; that of the moves is
+the same gateway while nobody follows.
 """
 
 import asyncio

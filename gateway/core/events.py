@@ -14,6 +14,7 @@ from pydantic_core import from_json, to_json
 
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
+from gateway.core.event_ring import EventRing, Kept
 from gateway.core.turns import Turn, Turns
 
 RETAINED_EVENTS = 100_000
@@ -25,7 +26,7 @@ MAX_BACKLOG = 1024
 BATCH = 64
 """Events a reader looks at before it lets the rest of the gateway run."""
 
-SHARED_BATCHES = 64
+SHARED_BATCHES = 16
 """Batches that are kept for the next client at the same place with the same filter."""
 
 MAX_PAGE = 1000
@@ -323,17 +324,17 @@ class EventHub:
         self.epoch = epoch or secrets.token_hex(4)
         self.last = 0
         """Number of the newest event; 0 before the first."""
-        self.first = 1
-        """Number of the oldest event that can still be read."""
         self.closed = False
-        self._capacity = capacity
         self._clock = clock
-        self._ring: list[tuple[str, str, str]] = []
-        """Type, subject and text: tuples of texts are nothing to the garbage collector, which would hold the
-        loop for 100 ms to look through so many objects (decision 9)."""
+        self._ring = EventRing(capacity)
         self.turns = Turns()
         """The order in which subscriptions read."""
         self.batch = lru_cache(SHARED_BATCHES)(self._batch)
+
+    @property
+    def first(self) -> int:
+        """Number of the oldest event that can still be read."""
+        return self._ring.first
 
     @property
     def cursor(self) -> str:
@@ -343,13 +344,8 @@ class EventHub:
     def publish(self, type_: str, subject: str, data: Data, correlation: str | None = None) -> Event:
         """Number an event and keep it; it can be read as soon as this returns."""
         event = self._event(self.last + 1, type_, subject, data, correlation)
-        record = (type_, subject, event.json)
-        if len(self._ring) < self._capacity:
-            self._ring.append(record)
-        else:
-            self._ring[self.last % self._capacity] = record
-            self.first += 1
-        self.last += 1
+        self._ring.append(Kept(type_, subject, event.json))
+        self.last = event.number
         self.turns.news()
         return event
 
@@ -388,7 +384,7 @@ class EventHub:
 
     def event(self, number: int) -> Event:
         """Give a retained event, from `first` to `last`."""
-        return Event(self.epoch, number, *self._ring[(number - 1) % self._capacity])
+        return Event(self.epoch, number, *self._ring[number])
 
     def gap_before(self, number: int, requested: str) -> Event:
         """Make the event that stands for those between a requested cursor and an event number."""
@@ -417,7 +413,7 @@ class EventHub:
         return Event(self.epoch, number, type_, subject, to_json(told, inf_nan_mode="null").decode())
 
     def _batch(self, after: int, last: int, wanted: Filter) -> Batch:
-        """Give what is wanted of retained events, `batch` the same one to all who ask: one filter, one look."""
+        """Look once for all clients with a filter; `batch` gives each the same one."""
         events = map(self.event, range(after + 1, last + 1))
         return Batch([event for event in events if wanted.wants(event)])
 
