@@ -24,6 +24,8 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
+        self._in_use = False
+        """Whether the application has it."""
         self.takes = True
         self.writer: Writer = _frames
         self.on_room: Callable[[], None] = _nobody_asks
@@ -39,6 +41,7 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         self.takes = False
         self._drain.stop()
         super().connection_lost(exc)
+        self._untie()
 
     def pause_writing(self) -> None:
         """The client does not take events as fast as they come."""
@@ -58,6 +61,7 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         super().handle_connect(event)
         if not self.close_sent:
             self.scope["extensions"][EVENTS] = {"outlet": self}
+            self._in_use = True
 
     def data_received(self, data: bytes) -> None:
         """Answer a handshake, or take frames; what they say is not read."""
@@ -99,6 +103,18 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         await super().send(message)
         if message["type"] == "websocket.close":
             self._drain.watch()
+
+    def on_task_complete(self, task: asyncio.Task[None]) -> None:
+        """The application has done with it."""
+        super().on_task_complete(task)
+        self.scope["extensions"].clear()
+        self._in_use = False
+        self._untie()
+
+    def _untie(self) -> None:
+        """Leave nothing to the garbage collector: it holds the loop for 100 ms when a thousand have left."""
+        if self.disconnected and not self._in_use:
+            self.conn.parser.close()
 
     def _close(self) -> None:
         self.transport.close()

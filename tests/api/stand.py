@@ -150,7 +150,7 @@ class _Reading(asyncio.Event):
 
 
 class Socket:
-    """A WebSocket client that speaks ASGI straight to the app, with the outlet that the gateway's server has."""
+    """A WebSocket client that speaks ASGI straight to the app, with an outlet as the server has it."""
 
     def __init__(
         self, app: FastAPI, target: str, subprotocols: Sequence[str], headers: Mapping[str, str]
