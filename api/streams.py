@@ -15,7 +15,7 @@ from api.common.requests import new_router, plant_of
 from api.front.websocket_protocol import EVENTS
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
-from gateway.core.events import Batch, CloudEvent, Event, SlowConsumer, Subscription
+from gateway.core.events import CloudEvent, Event, SlowConsumer, Subscription
 from gateway.plant import Plant
 from gateway.rorze.bodies import Body, Group
 
@@ -93,18 +93,16 @@ async def _server_sent(events: Subscription) -> AsyncIterator[bytes]:
     yield f": events after {events.cursor}\n\n".encode()
     while True:
         try:
-            batch = await _next_within(events, KEEP_ALIVE_S)
-        except (SlowConsumer, StopAsyncIteration):
+            async with asyncio.timeout(KEEP_ALIVE_S):
+                batch = await events.next_batch()
+        except TimeoutError:
+            yield b": still here\n\n"
+            continue
+        except SlowConsumer:
             return
-        yield batch.written(_frames) if batch else b": still here\n\n"
-
-
-async def _next_within(events: Subscription, seconds: float) -> Batch | None:
-    try:
-        async with asyncio.timeout(seconds):
-            return await anext(events)
-    except TimeoutError:
-        return None
+        if batch is None:
+            return
+        yield batch.written(_frames)
 
 
 def _frames(events: Sequence[Event]) -> bytes:

@@ -176,7 +176,7 @@ class Outlet(Protocol):
         """Takes a batch as it was written."""
 
 
-class Subscription(AsyncIterator[Batch]):
+class Subscription(AsyncIterator[Event]):
     """The events that one client wants, from its cursor on: first those it has missed, then each new one.
 
     It is a place in the hub's ring and keeps no events of its own, so that the change from old to new can
@@ -198,8 +198,20 @@ class Subscription(AsyncIterator[Batch]):
         """Where reading can go on: everything up to here was delivered or not wanted."""
         return _cursor(self._hub.epoch, self._position)
 
-    async def __anext__(self) -> Batch:
-        """Wait for the next events.
+    async def __anext__(self) -> Event:
+        """Wait for the next event.
+
+        :raises SlowConsumer: as `next_batch` does.
+        """
+        batch = await self.next_batch()
+        if batch is None:
+            raise StopAsyncIteration
+        event = batch.events[0]
+        self._position = event.number
+        return event
+
+    async def next_batch(self) -> Batch | None:
+        """Wait for the next events; None when the hub is closed, and there are no more.
 
         :raises SlowConsumer: more than `MAX_BACKLOG` events have come while the last ones were being handled.
         """
@@ -213,7 +225,7 @@ class Subscription(AsyncIterator[Batch]):
             if (batch := self._take()).events:
                 return batch
             if self._hub.closed and self._has_read_all:
-                raise StopAsyncIteration
+                return None
 
     async def deliver(self, outlet: Outlet) -> None:
         """Write events to an outlet until the hub is closed.

@@ -39,19 +39,15 @@ def publish(hub: EventHub, count: int, type_: str = "line.up") -> None:
 
 
 async def take(subscription: Subscription, count: int) -> list[Event]:
-    events: list[Event] = []
-    while len(events) < count:
-        events += (await anext(subscription)).events
-    return events
-
-
-async def take_one(subscription: Subscription) -> Event:
-    [event] = await take(subscription, 1)
-    return event
+    return [await anext(subscription) for _ in range(count)]
 
 
 def numbers(events: Iterable[Event]) -> list[int]:
     return [event.number for event in events]
+
+
+def joined(events: Iterable[Event]) -> bytes:
+    return "".join(event.json for event in events).encode()
 
 
 class TestAnEvent:
@@ -141,7 +137,7 @@ class TestASubscription:
             await asyncio.sleep(1)
             assert not waiting.done()
             publish(hub, 1)
-            assert numbers((await waiting).events) == [5]
+            assert (await waiting).number == 5
 
         run_virtual(story())
 
@@ -173,7 +169,7 @@ class TestASubscription:
             hub = make_hub(capacity=3)
             publish(hub, 5)
             subscription = hub.subscribe(lost, bodies=["3F"], types=["line.down"])
-            gap = await take_one(subscription)
+            gap = await anext(subscription)
             assert gap.type == GAP
             assert gap.data == {"requested": lost, "first_available": "0badcafe-000000000003"}
             assert json.loads(gap.json)["id"] != json.loads(hub.event(3).json)["id"]
@@ -192,21 +188,21 @@ class TestASubscription:
     def test_of_an_old_epoch_at_a_fresh_gateway_gets_the_gap_at_once(self) -> None:
         async def story() -> None:
             hub = make_hub()
-            gap = await take_one(hub.subscribe("deadbeef-000000000004"))
+            gap = await anext(hub.subscribe("deadbeef-000000000004"))
             assert gap.data["first_available"] == "0badcafe-000000000001"
 
         run_virtual(story())
 
     def test_overtaken_while_it_replays_is_told_of_the_gap_in_its_place(self) -> None:
         async def story() -> None:
-            hub = make_hub(capacity=BATCH + 2)
-            publish(hub, BATCH + 2)
+            hub = make_hub(capacity=4)
+            publish(hub, 4)
             subscription = hub.subscribe("0badcafe-000000000000")
-            assert numbers(await take(subscription, BATCH)) == list(range(1, BATCH + 1))
-            publish(hub, BATCH + 2)
-            gap, *rest = await take(subscription, BATCH + 3)
-            assert (gap.type, gap.data["requested"]) == (GAP, f"0badcafe-{BATCH:012d}")
-            assert numbers(rest) == list(range(BATCH + 3, 2 * BATCH + 5))
+            assert numbers(await take(subscription, 2)) == [1, 2]
+            publish(hub, 4)
+            gap, *rest = await take(subscription, 5)
+            assert (gap.type, gap.data["requested"]) == (GAP, "0badcafe-000000000002")
+            assert numbers(rest) == [5, 6, 7, 8]
 
         run_virtual(story())
 
@@ -214,7 +210,7 @@ class TestASubscription:
         async def story() -> None:
             hub = make_hub()
             subscription = hub.subscribe()
-            reader = asyncio.ensure_future(take_one(subscription))
+            reader = asyncio.ensure_future(anext(subscription))
             await asyncio.sleep(0)
             publish(hub, 1)
             assert (await reader).number == 1
@@ -222,7 +218,7 @@ class TestASubscription:
             with pytest.raises(SlowConsumer) as slow:
                 await anext(subscription)
             assert slow.value.cursor == "0badcafe-000000000001"
-            assert (await anext(hub.subscribe(slow.value.cursor))).events[0].number == 2
+            assert (await anext(hub.subscribe(slow.value.cursor))).number == 2
 
         run_virtual(story())
 
@@ -250,7 +246,7 @@ class TestASubscription:
         async def story() -> None:
             hub = make_hub(capacity=10)
             subscription = hub.subscribe(types=["line.down"])
-            reader = asyncio.ensure_future(take_one(subscription))
+            reader = asyncio.ensure_future(anext(subscription))
             for _ in range(MAX_BACKLOG):
                 await asyncio.sleep(1)
                 publish(hub, 2)
@@ -261,6 +257,30 @@ class TestASubscription:
 
         run_virtual(story())
 
+    def test_at_one_place_with_one_filter_shares_a_batch_and_what_is_written_of_it(self) -> None:
+        async def story() -> None:
+            hub = make_hub()
+            one, other = (hub.subscribe(types=["line.*"]) for _ in range(2))
+            publish(hub, 3)
+            first, second = await one.next_batch(), await other.next_batch()
+            assert first is not None
+            assert first is second
+            assert numbers(first.events) == [1, 2, 3]
+            assert first.written(joined) is first.written(joined)
+
+        run_virtual(story())
+
+    def test_is_not_slow_because_its_turn_comes_late(self) -> None:
+        async def story() -> None:
+            hub = make_hub()
+            subscription = hub.subscribe()
+            reader = asyncio.ensure_future(take(subscription, 2 * MAX_BACKLOG))
+            await asyncio.sleep(0)
+            publish(hub, 2 * MAX_BACKLOG)
+            assert numbers(await reader) == list(range(1, 2 * MAX_BACKLOG + 1))
+
+        run_virtual(story())
+
     def test_lets_the_rest_of_the_gateway_run_while_it_replays(self) -> None:
         async def story() -> None:
             hub = make_hub()
@@ -268,7 +288,12 @@ class TestASubscription:
             publish(hub, 10 * BATCH)
             read_at_each_turn: list[int] = []
             subscription = hub.subscribe("0badcafe-000000000000")
-            reader = asyncio.ensure_future(take(subscription, 10 * BATCH))
+
+            async def read() -> None:
+                while subscription.cursor != hub.cursor:
+                    await subscription.next_batch()
+
+            reader = asyncio.ensure_future(read())
             while not reader.done():
                 read_at_each_turn.append(int(subscription.cursor[-12:]))
                 await asyncio.sleep(0)
@@ -284,7 +309,7 @@ class TestASubscription:
                 await asyncio.wait_for(anext(subscription), 1)
             assert hub.turns.idle
             publish(hub, 1)
-            assert numbers(await take(subscription, 1)) == [1]
+            assert (await anext(subscription)).number == 1
 
         run_virtual(story())
 
@@ -292,7 +317,7 @@ class TestASubscription:
         async def story() -> None:
             hub = make_hub()
             subscription = hub.subscribe()
-            reader = asyncio.ensure_future(take_one(subscription))
+            reader = asyncio.ensure_future(anext(subscription))
             await asyncio.sleep(0)
             reader.cancel()
             publish(hub, 2)
@@ -319,7 +344,7 @@ class TestASubscription:
             async def read() -> None:
                 subscription = hub.subscribe(f"0badcafe-{cursor:012d}", types=["line.down"])
                 while True:
-                    seen.extend((await anext(subscription)).events)
+                    seen.append(await anext(subscription))
 
             def burst(count: int) -> None:
                 for _ in range(count):

@@ -28,7 +28,7 @@ async def test_an_idle_body_without_power_is_told_offline_within_two_seconds(mom
         cut(it, 5)
         cut_at = now()
         offline = it.plant.events.subscribe(types=["body.offline"])
-        [event] = (await anext(offline)).events
+        event = await anext(offline)
         assert event.subject == "/bodies/line1.05"
         assert now() - cut_at < TOLD_S
         assert not it.body("05").online
