@@ -291,6 +291,7 @@ class HttpProtocol(HttpToolsProtocol):
             self.flow.behind = False
             self.flow.resume_reading()
             self.handle_websocket_upgrade()
+            del self.parser  # and with it a circle
             return
         # The parser takes no body of a request that offers a protocol, though it may have one.
         version = self.parser.get_http_version().encode()

@@ -13,7 +13,9 @@ from fastapi import FastAPI
 from httpx2 import ASGITransport, AsyncClient
 
 from api.app import create_app
+from api.front.websocket_protocol import EVENTS
 from gateway.config import Config
+from gateway.core.events import Event
 from simulator.rorze.line import build_line
 from tests.plants import is_known
 from tests.simulated_line import SimulatedLine
@@ -137,8 +139,18 @@ class Served(Protocol):
     def app(self) -> FastAPI: ...
 
 
+class _Reading(asyncio.Event):
+    """Whether a client reads; the outlet of its events is told when it reads on."""
+
+    on_set: Callable[[], None] = staticmethod(lambda: None)
+
+    def set(self) -> None:
+        super().set()
+        self.on_set()
+
+
 class Socket:
-    """A WebSocket client that speaks ASGI straight to the app."""
+    """A WebSocket client that speaks ASGI straight to the app, with an outlet as the server has it."""
 
     def __init__(
         self, app: FastAPI, target: str, subprotocols: Sequence[str], headers: Mapping[str, str]
@@ -154,16 +166,39 @@ class Socket:
             "query_string": query.encode(),
             "headers": [(name.lower().encode(), value.encode()) for name, value in headers.items()],
             "subprotocols": list(subprotocols),
+            "extensions": {EVENTS: {"outlet": self}},
         }
         self._to_app: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
         self._from_app: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
-        self.reading = asyncio.Event()
+        self._stuck = False
+        self.reading = _Reading()
         self.reading.set()
         self.task = asyncio.create_task(app(self._scope, self._to_app.get, self._take))
 
     async def _take(self, message: Any) -> None:
         await self.reading.wait()
         await self._from_app.put(message)
+
+    @property
+    def takes(self) -> bool:
+        return self.reading.is_set() or not self._stuck
+
+    def write(self, batch: bytes) -> None:
+        self._stuck = not self.reading.is_set()
+        for text in batch.splitlines():
+            self._from_app.put_nowait({"type": "websocket.send", "text": text.decode()})
+
+    @staticmethod
+    def writer(events: Sequence[Event]) -> bytes:
+        return b"\n".join(event.json.encode() for event in events)
+
+    @property
+    def on_room(self) -> Callable[[], None]:
+        return self.reading.on_set
+
+    @on_room.setter
+    def on_room(self, on_room: Callable[[], None]) -> None:
+        self.reading.on_set = on_room
 
     async def message(self) -> dict[str, Any]:
         async with asyncio.timeout(10):
