@@ -1,0 +1,158 @@
+"""Making and checking a configuration from the command line: `init` and `check`."""
+
+import asyncio
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app import exits
+from app.exits import fail
+from app.found import config_of, in_words
+from app.progress import Progress
+from app.search import Found, addresses_of, search, serial_devices
+from gateway.config import Config, ConfigError, Line, load
+from transports.addresses import Address
+
+
+def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOML).")]) -> None:
+    """Read a configuration, say what it would serve, and every fault with its line. No port is opened."""
+    try:
+        config = load(file)
+    except ConfigError as error:
+        fail(str(error), exits.CONFIG)
+    typer.echo(f"{file} is in order. It serves on {config.server.host}, port {config.server.port}:")
+    for line in config.lines:
+        typer.echo(f"  {_served(line)}")
+    for warning in (*_weak_settings(config), *_missing_devices(config)):
+        typer.echo(f"warning: {warning}", err=True)
+
+
+def _served(line: Line) -> str:
+    at = f"line {line.id} at {line.address}"
+    if line.robot is not None:
+        units = "; ".join(f"unit {unit.number} of {', '.join(unit.axes)}" for unit in line.robot.units)
+        return f"{at} (Fics): robot {_named(line.robot.id, line.robot.name)}, {units}"
+    bodies = ", ".join(_named(body.id, body.name) for body in line.bodies) or "none"
+    groups = "".join(f"; group {group.id} of {', '.join(group.members)}" for group in line.groups)
+    return f"{at} (RC-400): bodies {bodies}{groups}"
+
+
+def _named(id_: str, name: str | None) -> str:
+    return f"{id_} ({name})" if name else id_
+
+
+def _weak_settings(config: Config) -> Iterator[str]:
+    """What the configuration allows that is not allowed by default."""
+    server = config.server
+    if server.raw_commands:
+        yield "server.raw_commands: commands can be sent as text, whatever their parameters"
+    if server.allow_endless_moves:
+        yield "server.allow_endless_moves: a move can go on until somebody stops it"
+    for origin in server.allowed_origins:
+        if origin.startswith("http://"):
+            yield f"server.allowed_origins: {origin} is not encrypted: its pages can be changed on their way"
+    for line in config.lines:
+        careless = [body.id for body in line.bodies if not body.needs_origin]
+        if careless:
+            yield (
+                f"line {line.id}: needs_origin is off for {', '.join(careless)}: after a loss of power they "
+                "still go to places, which are somewhere else then"
+            )
+
+
+def _missing_devices(config: Config) -> Iterator[str]:
+    for line in config.lines:
+        address = Address.parse(line.address)
+        if address.scheme != "tcp" and not Path(address.path).exists():
+            yield f"line {line.id}: there is no {address.path} on this machine now"
+
+
+def init(
+    out: Annotated[
+        Path | None, typer.Option(help="Write to this new file; left out, to standard output.")
+    ] = None,
+    port: Annotated[
+        list[str] | None,
+        typer.Option(help="Search here, once or more: /dev/ttyUSB0, tcp://HOST:PORT, dpram:///dev/uio0."),
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Speak to all serial ports without asking.")] = False,
+) -> None:
+    """Find controllers at the ports of this machine, and write a configuration for them.
+
+    Nothing is sent that moves or changes a motor. Ctrl-C ends the search and keeps what was found.
+    """
+    if out is not None and out.exists():
+        fail(f"{out} exists, and is left as it is. Name a new file. Nothing was sent.", exits.USAGE)
+    try:
+        ports = [addresses_of(it) for it in port or _agreed_ports(yes=yes)]
+    except ValueError as error:
+        fail(f"{error}. Nothing was sent.", exits.USAGE)
+    found: list[Found] = []
+    finished = asyncio.run(_search(ports, found))
+    if not found:
+        fail(
+            "Nobody was found. Check the power of the controllers and their cables; a link master that does "
+            "not answer XID is not found: write its line by hand.",
+            exits.REFUSED,
+        )
+    _write(config_of(found, finished=finished), out)
+    for it in found:
+        typer.echo(in_words(it), err=True)
+    if not finished:
+        fail(
+            "The search was ended before it was over: only what was found until then is written.",
+            exits.REFUSED,
+        )
+    if out is not None:
+        typer.echo(f"{out} is written. Read it, then `motion-gateway check {out}`.", err=True)
+
+
+def _agreed_ports(*, yes: bool) -> list[str]:
+    """The serial ports of this machine, if people agree that all of them are spoken to."""
+    devices = serial_devices()
+    if not devices:
+        fail("This machine has no serial port. Name one with --port. Nothing was sent.", exits.REFUSED)
+    if yes:
+        return devices
+    listed = "\n".join(f"  {device}" for device in devices)
+    typer.echo(
+        f"These ports would be spoken to, at several baud rates:\n{listed}\n"
+        "Something else than a controller at one of them would hear bytes that it does not know.",
+        err=True,
+    )
+    if not sys.stdin.isatty():
+        fail("Say --yes, or name ports with --port. Nothing was sent.", exits.USAGE)
+    if not typer.confirm("Speak to all of them?", err=True):
+        fail("Name ports with --port. Nothing was sent.", exits.USAGE)
+    return devices
+
+
+async def _search(ports: list[list[str]], found: list[Found]) -> bool:
+    """Whether the search came to its end; Ctrl-C cancels it."""
+    doing: dict[str, str] = {}
+    with Progress() as progress:
+
+        def tell(address: str, what: str) -> None:
+            doing[address.partition("?")[0]] = f"{address}: {what}"
+            progress.say("; ".join(doing.values()))
+
+        try:
+            await search(ports, found, tell, note=progress.note)
+        except asyncio.CancelledError:
+            return False
+    return True
+
+
+def _write(text: str, out: Path | None) -> None:
+    if out is None:
+        typer.echo(text, nl=False)
+        return
+    try:
+        with out.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        typer.echo(text, nl=False)
+        fail(f"{out} cannot be written: {error.strerror}. It is printed instead.", exits.REFUSED)
