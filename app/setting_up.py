@@ -123,11 +123,16 @@ def _agreed_ports(*, yes: bool) -> list[str]:
         "Something else than a controller at one of them would hear bytes that it does not know.",
         err=True,
     )
-    if not sys.stdin.isatty():
+    if not _is_asked():
         fail("Say --yes, or name ports with --port. Nothing was sent.", exits.USAGE)
     if not typer.confirm("Speak to all of them?", err=True):
         fail("Name ports with --port. Nothing was sent.", exits.USAGE)
     return devices
+
+
+def _is_asked() -> bool:
+    """Whether somebody is there who can answer."""
+    return sys.stdin.isatty()
 
 
 async def _search(ports: list[list[str]], found: list[Found]) -> bool:
