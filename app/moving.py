@@ -1,4 +1,7 @@
-"""Commands and moves from the command line, through a running gateway: `send` and `move`."""
+"""Commands and moves from the command line, through a running gateway: `send` and `move`.
+
+The tables of commands are loaded where a command is read: half a second that a move does not wait for.
+"""
 
 import json
 import re
@@ -12,13 +15,7 @@ from app.client import LOCAL, Client, KeyFile, Seconds, Url, exit_of_moves, exit
 from app.exits import Failure, fail
 from app.progress import Progress
 from app.targets import Target, find
-from protocols.fics.commands import of_the_robot
-from protocols.fics.commands import read as read_fics
-from protocols.fics.jog import StartJog
-from protocols.fics.row import NAME_LENGTH, FicsCommand
-from protocols.rorze.commands import COMMANDS
-from protocols.rorze.row import RorzeCommand
-from protocols.table import SyntaxFault, WireFault
+from protocols.table import Command, SyntaxFault, WireFault
 
 Whose = Annotated[
     str, typer.Argument(help="Address or name: 3F, LINE.3F, a group's 80, r1, r1/units/1, lift.")
@@ -157,8 +154,10 @@ def _usage(sentence: str) -> Failure:
 # commands as the manuals write them
 
 
-def _of_body(target: Target, text: str) -> tuple[RorzeCommand[Any], str]:
+def _of_body(target: Target, text: str) -> tuple[Command[Any], str]:
     """Read a command of the RC-420; case and blanks matter only where a parameter is a text."""
+    from protocols.rorze.commands import COMMANDS
+
     code, parameters = text.strip()[:3].upper(), text.strip()[3:]
     row = COMMANDS.get(code)
     if row is None:
@@ -174,12 +173,16 @@ def _of_body(target: Target, text: str) -> tuple[RorzeCommand[Any], str]:
         raise _usage(f"{code}: {error}") from None
 
 
-def _of_robot(target: Target, text: str) -> tuple[FicsCommand[Any], str]:
+def _of_robot(target: Target, text: str) -> tuple[Command[Any], str]:
     """Read a command of C-HOST, and find the unit it is for, or the robot as a whole."""
+    from protocols.fics.commands import of_the_robot, read
+    from protocols.fics.jog import StartJog
+    from protocols.fics.row import NAME_LENGTH
+
     written = text.strip().upper()
     name, arguments = written[:NAME_LENGTH], written[NAME_LENGTH:].strip()
     try:
-        command = read_fics(name, arguments)
+        command = read(name, arguments)
     except WireFault as error:
         raise _usage(f"{name}: {error}") from None
     if isinstance(command, StartJog):

@@ -1,20 +1,23 @@
-"""Starting the gateway from the command line: `serve`, with a configuration or with the built-in demo."""
+"""Starting the gateway from the command line: `serve`, with a configuration or with the built-in demo.
+
+What it takes is loaded when it is asked for: no other command waits for that, a stop least of all.
+"""
 
 import asyncio
 import logging
 from contextlib import AsyncExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 import uvloop
 
 from app import exits
 from app.exits import fail
-from app.server import CannotListen
-from app.server import serve as run_server
-from gateway.config import Config, ConfigError, load
+
+if TYPE_CHECKING:
+    from gateway.config import Config
 
 DEMO_BODIES = (0x00, 0x01, 0x3F)
 
@@ -27,15 +30,24 @@ def serve(
     """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM)."""
     if (config is None) == (not demo):
         fail("Say either --config FILE or --demo.", exits.USAGE)
+    from app.server import CannotListen
+    from gateway.config import ConfigError, load
+
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
-        serving = run_server(_on_port(load(config), port)) if config else _serve_demo(port)
+        serving = _serve(_on_port(load(config), port)) if config else _serve_demo(port)
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
     except ConfigError as error:
         fail(str(error), exits.CONFIG)
     except CannotListen as error:
         fail(str(error), exits.NOT_SENT)
+
+
+async def _serve(config: "Config") -> None:
+    from app.server import serve as run_server
+
+    await run_server(config)
 
 
 async def _serve_demo(port: int | None) -> None:
@@ -47,10 +59,12 @@ async def _serve_demo(port: int | None) -> None:
         async with AsyncExitStack() as stack:
             stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path).aclose)
             stack.push_async_callback(start_demo_robot(robot_path).aclose)
-            await run_server(_on_port(_demo_config(line_path, robot_path), port))
+            await _serve(_on_port(_demo_config(line_path, robot_path), port))
 
 
-def _demo_config(line_path: Path, robot_path: Path) -> Config:
+def _demo_config(line_path: Path, robot_path: Path) -> "Config":
+    from gateway.config import Config
+
     bodies = [{"id": f"{body:02X}"} for body in DEMO_BODIES]
     line = {"id": "line1", "address": f"serial://{line_path}?baud=9600", "bodies": bodies}
     units = [
@@ -62,7 +76,7 @@ def _demo_config(line_path: Path, robot_path: Path) -> Config:
     return Config.model_validate({"lines": [line, cell]})
 
 
-def _on_port(config: Config, port: int | None) -> Config:
+def _on_port(config: "Config", port: int | None) -> "Config":
     if port is None:
         return config
     return config.model_copy(update={"server": config.server.model_copy(update={"port": port})})

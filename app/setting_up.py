@@ -4,21 +4,23 @@ import asyncio
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from app import exits
 from app.exits import fail
-from app.found import config_of, in_words
 from app.progress import Progress
-from app.search import Found, addresses_of, search, serial_devices
-from gateway.config import Config, ConfigError, Line, load
-from transports.addresses import Address
+
+if TYPE_CHECKING:
+    from app.search import Found
+    from gateway.config import Config, Line
 
 
 def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOML).")]) -> None:
     """Read a configuration, say what it would serve, and every fault with its line. No port is opened."""
+    from gateway.config import ConfigError, load
+
     try:
         config = load(file)
     except ConfigError as error:
@@ -30,7 +32,7 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
         typer.echo(f"warning: {warning}", err=True)
 
 
-def _served(line: Line) -> str:
+def _served(line: "Line") -> str:
     at = f"line {line.id} at {line.address}"
     if line.robot is not None:
         units = "; ".join(f"unit {unit.number} of {', '.join(unit.axes)}" for unit in line.robot.units)
@@ -44,7 +46,7 @@ def _named(id_: str, name: str | None) -> str:
     return f"{id_} ({name})" if name else id_
 
 
-def _weak_settings(config: Config) -> Iterator[str]:
+def _weak_settings(config: "Config") -> Iterator[str]:
     """What the configuration allows that is not allowed by default."""
     server = config.server
     if server.raw_commands:
@@ -63,7 +65,9 @@ def _weak_settings(config: Config) -> Iterator[str]:
             )
 
 
-def _missing_devices(config: Config) -> Iterator[str]:
+def _missing_devices(config: "Config") -> Iterator[str]:
+    from transports.addresses import Address
+
     for line in config.lines:
         address = Address.parse(line.address)
         if address.scheme != "tcp" and not Path(address.path).exists():
@@ -84,6 +88,9 @@ def init(
 
     Nothing is sent that moves or changes a motor. Ctrl-C ends the search and keeps what was found.
     """
+    from app.found import config_of, in_words
+    from app.search import addresses_of
+
     if out is not None and out.exists():
         fail(f"{out} exists, and is left as it is. Name a new file. Nothing was sent.", exits.USAGE)
     try:
@@ -112,7 +119,9 @@ def init(
 
 def _agreed_ports(*, yes: bool) -> list[str]:
     """The serial ports of this machine, if people agree that all of them are spoken to."""
-    devices = serial_devices()
+    from app import search
+
+    devices = search.serial_devices()
     if not devices:
         fail("This machine has no serial port. Name one with --port. Nothing was sent.", exits.REFUSED)
     if yes:
@@ -135,8 +144,10 @@ def _is_asked() -> bool:
     return sys.stdin.isatty()
 
 
-async def _search(ports: list[list[str]], found: list[Found]) -> bool:
+async def _search(ports: list[list[str]], found: list["Found"]) -> bool:
     """Whether the search came to its end; Ctrl-C cancels it."""
+    from app.search import search
+
     doing: dict[str, str] = {}
     with Progress() as progress:
 

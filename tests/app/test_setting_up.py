@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from app import setting_up
+from app import search, setting_up
 from app.cli import app
 from app.found import config_of
 from app.search import Found, FoundLine, FoundRobot
@@ -30,7 +30,7 @@ def finds(monkeypatch: pytest.MonkeyPatch, *found: Found, then: type[BaseExcepti
             raise then
         await asyncio.sleep(0)
 
-    monkeypatch.setattr(setting_up, "search", find)
+    monkeypatch.setattr(search, "search", find)
 
 
 # init
@@ -102,7 +102,7 @@ def test_a_file_that_cannot_be_written_is_printed(tmp_path: Path, monkeypatch: p
 
 def test_ports_nobody_named_are_spoken_to_only_when_people_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     finds(monkeypatch, LINE)
-    monkeypatch.setattr(setting_up, "serial_devices", lambda: ["/dev/ttyS7"])
+    monkeypatch.setattr(search, "serial_devices", lambda: ["/dev/ttyS7"])
     asked = run("init")
     assert asked.exit_code == 2
     assert "/dev/ttyS7" in asked.stderr
@@ -114,7 +114,7 @@ def test_ports_nobody_named_are_spoken_to_only_when_people_agree(monkeypatch: py
 
 
 def test_a_machine_without_ports(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(setting_up, "serial_devices", list)
+    monkeypatch.setattr(search, "serial_devices", list)
     said = run("init", "--yes")
     assert (said.exit_code, "has no serial port" in said.stderr) == (1, True)
 
