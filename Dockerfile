@@ -21,4 +21,4 @@ ENV MOTION_GATEWAY_URL=http://127.0.0.1:8420
 # /livez needs no key, and who serves it is not in doubt here.
 HEALTHCHECK --interval=10s --timeout=3s --start-period=10s \
     CMD ["python", "-c", "import os, ssl, urllib.request as url; url.urlopen(os.environ['MOTION_GATEWAY_URL'] + '/livez', timeout=2, context=ssl._create_unverified_context())"]
-CMD ["motion-gateway", "serve", "--config", "/etc/motion-gateway/gateway.toml"]
+CMD ["motion-gateway", "serve", "--config", "/etc/motion-gateway/gateway.toml", "--data", "/var/lib/motion-gateway"]

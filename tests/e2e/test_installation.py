@@ -185,6 +185,12 @@ def test_a_motor_moves(installed: Installed, demo: str) -> None:
     assert "line1.3F" in installed.run("status", MOTION_GATEWAY_URL=demo)
 
 
+def test_shells_complete_its_commands(installed: Installed) -> None:
+    typed = {"COMP_WORDS": "motion-gateway st", "COMP_CWORD": "1"}
+    said = installed.run(_MOTION_GATEWAY_COMPLETE="complete_bash", **typed)
+    assert said.split() == ["status", "stop"]
+
+
 def test_it_holds_the_simulator(installed: Installed) -> None:
     assert "--bodies" in installed.run("simulate", "rc400", "--help", NO_COLOR="1", TERM="dumb")
 
@@ -202,7 +208,7 @@ def test_the_service_and_the_rules_come_with_it(installed: Installed) -> None:
 def unit(installed: Installed, tmp_path: Path) -> Path:
     """The unit, with its commands where they are here."""
     text = (PACKAGING / "motion-gateway.service").read_text("utf-8")
-    assert text.count("/opt/motion-gateway/bin/motion-gateway ") == 2
+    assert text.count("/opt/motion-gateway/bin/motion-gateway ") == 1
     file = tmp_path / "motion-gateway.service"
     file.write_text(text.replace("/opt/motion-gateway", str(installed.folder)), "utf-8")
     return file
@@ -394,9 +400,9 @@ def test_compose_starts_what_there_is() -> None:
 
 def test_every_command_in_the_documents_is_one() -> None:
     commands = set(getattr(get_command(app), "commands", {})) | {"keys", "--version"}
-    for name in ("install.md", "proxy.md"):
-        text = (ROOT / "docs" / name).read_text("utf-8")
-        used = set(re.findall(r"(?m)^\s+(?:sudo )?(?:\S+/)?motion-gateway (\S+)", text))
+    for name in ("docs/install.md", "docs/proxy.md", "docs/command-line.md", "README.md"):
+        text = (ROOT / name).read_text("utf-8")
+        used = set(re.findall(r"(?m)^ {4}(?:sudo )?(?:\S+/)?motion-gateway (\S+)", text))
         assert used <= commands, used - commands
         for link in re.findall(r"\]\(([^)#:]+)\)", text):
-            assert (ROOT / "docs" / link).exists(), link
+            assert (ROOT / name).parent.joinpath(link).exists(), link
