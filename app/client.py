@@ -1,6 +1,5 @@
 """The HTTP interface as commands use it: every failure is a sentence and an exit code."""
 
-import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,6 +56,11 @@ class Client:
             fail(f"The key file {key_file} is empty. Nothing was sent.", exits.USAGE)
         return cls(url.rstrip("/"), key)
 
+    @property
+    def trust_environment(self) -> bool:
+        """Whether proxies and authorities of the environment count: no stop goes in plain text to a proxy."""
+        return self.url.startswith("https:")
+
     def headers(self) -> dict[str, str]:
         """Those of every request: its own id, and the key."""
         return {
@@ -84,7 +88,14 @@ class Client:
         if wait_s:
             headers["Prefer"] = f"wait={wait_s:g}"
         try:
-            answer = httpx.request(method, url, json=content, headers=headers, timeout=wait_s + ANSWER_S)
+            answer = httpx.request(
+                method,
+                url,
+                json=content,
+                headers=headers,
+                timeout=wait_s + ANSWER_S,
+                trust_env=self.trust_environment,
+            )
             data = dict(answer.json())
         except NEVER_REACHED as error:
             raise Failure(
@@ -110,20 +121,22 @@ class Client:
         """
         answer = self.ask("POST", path, content, wait_s=min(wait_s, STEP_S))
         moves: list[dict[str, Any]] = answer.get("moves", [answer])
-        for _ in range(math.ceil(wait_s / STEP_S) - 1):
+        while (wait_s := wait_s - STEP_S) > 0:
             running = [it for it in moves if not MoveStatus(it["status"]).final]
             if not running:
                 break
             progress.say("; ".join(f"{it['body_id']} {it['status']}" for it in running))
-            moves = [self._look(it) if it in running else it for it in moves]
+            first = self._look(running[0], min(wait_s, STEP_S))
+            others = {it["id"]: self._look(it, 0) for it in running[1:]}
+            moves = [others.get(it["id"], first if it is running[0] else it) for it in moves]
         return moves
 
-    def _look(self, move: dict[str, Any]) -> dict[str, Any]:
+    def _look(self, move: dict[str, Any], wait_s: float) -> dict[str, Any]:
         """What has become of a move that was started."""
         kind = "robots" if "/units/" in move["body_id"] else "bodies"
         path = f"/{kind}/{move['body_id']}/moves/{move['id']}"
         try:
-            return self.request("GET", path, wait_s=STEP_S)
+            return self.request("GET", path, wait_s=wait_s)
         except Failure as failure:
             fail(
                 f"The move {move['id']} of {move['body_id']} was started, and its end was not seen: "

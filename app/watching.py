@@ -159,14 +159,18 @@ def _stream(
     :raises Failure: the gateway refuses.
     """
     headers = {**client.headers(), **({"Last-Event-ID": cursor} if cursor else {})}
-    timeout = httpx.Timeout(ANSWER_S, read=SILENT_S)
     with httpx.stream(
-        "GET", f"{client.url}/events/stream", params=query, headers=headers, timeout=timeout
+        "GET",
+        f"{client.url}/events/stream",
+        params=query,
+        headers=headers,
+        timeout=httpx.Timeout(ANSWER_S, read=SILENT_S),
+        trust_env=client.trust_environment,
     ) as it:
         if not it.is_success:
             it.read()
             raise refusal(it.status_code, _problem(it), headers["X-Request-Id"])
-        yield from _server_sent(it.iter_lines())
+        yield from _server_sent(_lines(it.iter_text()))
 
 
 def _problem(answer: httpx.Response) -> dict[str, Any]:
@@ -174,6 +178,14 @@ def _problem(answer: httpx.Response) -> dict[str, Any]:
         return dict(answer.json())
     except (TypeError, ValueError):
         return {}
+
+
+def _lines(pieces: Iterable[str]) -> Iterator[str]:
+    """Cut at line feeds and nothing else: a text may hold what Unicode calls an end of line."""
+    begun = ""
+    for piece in pieces:
+        *lines, begun = (begun + piece).split("\n")
+        yield from lines
 
 
 def _server_sent(lines: Iterable[str]) -> Iterator[tuple[str, dict[str, Any] | None]]:

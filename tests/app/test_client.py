@@ -4,7 +4,9 @@ from pathlib import Path
 
 import httpx
 import pytest
+from typer.testing import CliRunner
 
+from app.cli import app
 from tests.app.fake_gateway import always
 
 NOBODY = {"moved": "no", "detail": "There is no body 3F."}
@@ -68,6 +70,23 @@ def test_the_key_comes_from_the_environment_or_from_a_file_which_goes_first(
         assert gateway.run(monkeypatch, "send", "3F", "6PD", *words, **environment).exit_code == 0
     keys = [it.headers["Authorization"] for it in gateway.asked]
     assert keys == ["Bearer mg_environment", "Bearer mg_file", "Bearer mg_file"]
+
+
+@pytest.mark.parametrize(
+    ("url", "trusted"), [("http://127.0.0.1:1", False), ("https://gateway.example", True)]
+)
+def test_no_key_and_no_stop_goes_in_plain_text_to_a_proxy_of_the_environment(
+    url: str, trusted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[dict[str, object]] = []
+
+    def request(*_: object, **options: object) -> httpx.Response:
+        asked.append(options)
+        return httpx.Response(200, json={"confirmed": True, "bodies": [], "robots": []})
+
+    monkeypatch.setattr(httpx, "request", request)
+    assert CliRunner().invoke(app, ["stop", "--url", url]).exit_code == 0
+    assert [it["trust_env"] for it in asked] == [trusted]
 
 
 @pytest.mark.parametrize("content", [None, b"\n", b"\xff"])

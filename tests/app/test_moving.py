@@ -62,6 +62,21 @@ def test_a_gateway_that_goes_during_the_wait_leaves_the_move_unknown(monkeypatch
     assert gateway.paths[-1] == "/robots/r1/units/1/moves/m1"
 
 
+def test_the_moves_of_a_group_are_waited_for_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    under_way = [{**move("moving"), "id": name} for name in ("m1", "m2", "m3")]
+    gateway = FakeGateway(
+        {
+            "/groups/80/moves": [(202, {"group_id": "a.80", "moves": [move("succeeded"), *under_way[1:]]})],
+            "/bodies/a.3F/moves/m2": [(200, under_way[1]), (200, {**move("succeeded"), "id": "m2"})],
+            "/bodies/a.3F/moves/m3": [(200, {**move("succeeded"), "id": "m3"})],
+        }
+    )
+    said = gateway.run(monkeypatch, "move", "80", "home", "--wait", "5")
+    assert said.exit_code == 0, said.output
+    waits = [(it.path[-2:], it.headers.get("Prefer")) for it in gateway.asked]
+    assert waits == [("es", "wait=2"), ("m2", "wait=2"), ("m3", None), ("m2", "wait=1")]
+
+
 def test_the_moves_of_a_group_are_as_good_as_the_worst(monkeypatch: pytest.MonkeyPatch) -> None:
     moves = {
         "group_id": "a.80",

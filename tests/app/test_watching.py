@@ -131,6 +131,13 @@ def test_each_event_is_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
+def test_a_text_may_hold_what_unicode_calls_an_end_of_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    odd = event(1).replace('succeeded", "pos', 'a\u2028b\u0085c", "pos')
+    said = FakeStream(odd).watch(monkeypatch, "--count", "1", "--json")
+    assert said.exit_code == 0, said.output
+    assert json.loads(said.stdout)["data"]["status"] == "a\u2028b\u0085c"
+
+
 def test_after_a_break_none_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = FakeStream(
         ": events after e-0\n\n",
