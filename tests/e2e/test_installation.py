@@ -15,6 +15,7 @@ import sysconfig
 import tarfile
 import tomllib
 from collections.abc import Iterator
+from ctypes.util import find_library
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from importlib.metadata import PackageNotFoundError, version
@@ -33,6 +34,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGING = ROOT / "packaging"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 PACKAGES = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
+SANDBOX = Path(__file__).with_name("sandbox.py")
 EXPOSED = 20
 """The unit's exposure as systemd reckons it, in tenths, is no more than this."""
 
@@ -226,6 +228,29 @@ def test_systemd_understands_the_unit(unit: Path) -> None:
 def test_the_unit_leaves_the_gateway_little_to_do_harm_with(unit: Path) -> None:
     words = ("--offline=true", f"--threshold={EXPOSED}", "--no-pager", unit)
     run("systemd-analyze", "security", *words, cwd=unit.parent, PATH=os.environ["PATH"])
+
+
+@needs_systemd
+@pytest.mark.skipif(find_library("seccomp") is None, reason="there is no libseccomp here")
+def test_the_gateway_does_without_what_the_unit_forbids(installed: Installed, unit: Path) -> None:
+    process = subprocess.Popen(  # noqa: S603
+        [sys.executable, SANDBOX, unit, installed.command, "serve", "--demo", "--port", "0"],
+        env={"PATH": os.environ["PATH"], "PYTHONUNBUFFERED": "1"},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stderr is not None
+        assert process.stderr.readline() == "confined\n"
+        url = served(process)
+        until(lambda: httpx.get(f"{url}/readyz").is_success, "the demo is ready")
+        for words in (("3F", "relative", "100"), ("r1/units/1", "home")):
+            installed.run("move", *words, "--wait", "30", MOTION_GATEWAY_URL=url)
+    finally:
+        process.terminate()
+        _, said = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 0
+    assert "Error" not in said
 
 
 def test_the_service_manager_hears_of_begin_life_and_end(installed: Installed, tmp_path: Path) -> None:
