@@ -1,4 +1,4 @@
-"""Runs a program under what a unit forbids, as far as that goes without systemd: `sandbox.py UNIT PROGRAM WORD...`.
+"""Runs a program under what a unit forbids, as far as that goes here: `sandbox.py UNIT PROGRAM WORD...`.
 
 System calls are refused, and code in memory that can be written.
 """
