@@ -8,11 +8,13 @@ import signal
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from ipaddress import ip_address
 
 import uvicorn
 
 from app.descriptors import connections_possible
+from app.systemd import Watchdog, notify, watchdog_wanted
 from gateway.config import Config, Server
 from gateway.plant import Plant
 
@@ -41,6 +43,8 @@ async def serve(config: Config) -> None:
         make_documents(app)
         server = _Server(_uvicorn_config(app, config.server))
         end = _End(plant, server)
+        if watchdog_wanted():
+            _feed_watchdog(plant)
         await plant.start()
         try:
             # What has been made by now stays: looking it through again would hold up every line for 50 ms.
@@ -48,8 +52,10 @@ async def serve(config: Config) -> None:
             gc.freeze()
             plant.watch.start()
             log.info("running on http://%s:%d", config.server.host, listener.getsockname()[1])
+            notify("READY=1")
             serving = asyncio.create_task(server.serve([listener]), name="server")
             await end.told(serving)
+            notify("STOPPING=1")
             await plant.wind_down()
             plant.events.close()
             await server.end_streams()
@@ -57,6 +63,13 @@ async def serve(config: Config) -> None:
         finally:
             await plant.close()
         await serving
+
+
+def _feed_watchdog(plant: Plant) -> None:
+    """Let the lines' own work tell the service manager that the gateway lives."""
+    watchdog = Watchdog(plant.ports())
+    for port in plant.ports().values():
+        port.on_work = partial(watchdog.worked, port.id)
 
 
 class _End:
