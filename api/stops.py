@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import Body, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import BodyId, GroupId, RequestModel, json_response, new_router, plant_of
+from api.common.requests import BodyId, GroupId, RequestModel, example, json_response, new_router, plant_of
 from gateway.core.rights import Right
 from gateway.core.stops import StopMode
 from gateway.fics.robot import Robot
@@ -17,7 +17,7 @@ from gateway.rorze.stops import StopReport
 router = new_router("stops")
 
 
-class StopRequest(RequestModel):
+class StopRequest(RequestModel, json_schema_extra=example(mode="decelerate")):
     """How to stop."""
 
     mode: StopMode = Field(

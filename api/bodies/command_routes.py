@@ -3,10 +3,10 @@
 from collections.abc import Callable, Coroutine
 from functools import cache
 from inspect import getdoc
-from typing import Annotated, Any, Final, Generic, TypeVar
+from typing import Annotated, Any, Final
 
 from fastapi import Body, Request, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, WithJsonSchema
 
 from api.bodies.moves import ENDS_DECLARED, GROUP_ENDS_DECLARED, perform
 from api.common.problems import DECLARED, Problem, instance_of, problem_of, wants_japanese
@@ -27,34 +27,40 @@ from protocols.rorze.row import LINK_MASTER, MODE_NAMES, LinkMasterCommand, Rorz
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 from protocols.table import Command, Reply
 
-R = TypeVar("R", bound=Reply)
 Endpoint = Callable[..., Coroutine[Any, Any, Response]]
 AnyRow = type[Command[Any]]
 
 AGE_HEADER = "Age-Ms"
+ADDRESS_LENGTH = 3
+"""`&3F`, before the code of an example."""
 STOP_MODES: Final[dict[str, StopMode]] = {
     StopDecelerating.code: "decelerate",
     StopImmediately.code: "immediate",
 }
 
 
-class MemberReply(BaseModel, Generic[R]):
+_ANY_REPLY: Final = {"anyOf": [{"type": "object", "additionalProperties": True}, {"type": "null"}]}
+
+
+class MemberReply(BaseModel):
     """What one member answered."""
 
     model_config = ConfigDict(frozen=True)
 
     body_id: str
-    reply: R | None = Field(description="Null if the member gave none: see `error`.")
+    reply: Annotated[SerializeAsAny[Reply] | None, WithJsonSchema(_ANY_REPLY)] = Field(
+        description="As the same command to a single body is answered; null if there is none: see `error`."
+    )
     error: Problem | None = Field(description="Why there is no reply.")
 
 
-class GroupReply(BaseModel, Generic[R]):
+class GroupReply(BaseModel):
     """What the members of a group answered to one command."""
 
     model_config = ConfigDict(frozen=True)
 
     group_id: str
-    members: list[MemberReply[R]]
+    members: list[MemberReply]
 
 
 @cache
@@ -104,9 +110,22 @@ def add_row(router: Router, place: str, name: str, row: AnyRow, endpoint: Endpoi
         endpoint,
         name=name,
         summary=row.titles()[1].capitalize(),
-        openapi_extra={"x-code": row.code} if row.code else None,
+        openapi_extra=_shown(row),
         **told,
     )
+
+
+def _shown(row: AnyRow) -> dict[str, Any]:
+    """The row's code, and the first example of its manual as a request body."""
+    code = {"x-code": row.code} if row.code else {}
+    if not row.model_fields:
+        return code
+    written = row.example[0]
+    text = written[ADDRESS_LENGTH:] if issubclass(row, RorzeCommand) else written
+    command = row.read(text[len(row.code) :].lstrip())
+    value = command.model_dump(mode="json", exclude_none=True)
+    content = {"application/json": {"examples": {written: {"value": value}}}}
+    return {**code, "requestBody": {"content": content}}
 
 
 def _answer_type(row: Row, *, to_group: bool) -> Any:
@@ -114,12 +133,7 @@ def _answer_type(row: Row, *, to_group: bool) -> Any:
         return GROUP_ENDS_DECLARED[200]["model"] if to_group else Move
     if row.code in STOP_MODES:
         return StopResult
-    return _group_reply(row) if to_group else row.reply_type()
-
-
-def _group_reply(row: Row) -> Any:
-    generic: Any = GroupReply
-    return generic[row.reply_type()]
+    return GroupReply if to_group else row.reply_type()
 
 
 def _responses(row: Row, *, to_group: bool) -> dict[int | str, dict[str, Any]]:
@@ -194,14 +208,14 @@ async def _send_to_group(request: Request, group: Group, command: RorzeCommand[A
         return await perform_stop(request, group.members, STOP_MODES[command.code])
     results = await group.ask(command)
     members = [_member_reply(request, body, result) for body, result in results.items()]
-    return json_response(_group_reply(type(command))(group_id=group.address, members=members))
+    return json_response(GroupReply(group_id=group.address, members=members))
 
 
-def _member_reply(request: Request, body: PlantBody, result: Reply | GatewayError) -> dict[str, object]:
+def _member_reply(request: Request, body: PlantBody, result: Reply | GatewayError) -> MemberReply:
     if isinstance(result, Reply):
-        return {"body_id": body.address, "reply": result, "error": None}
+        return MemberReply(body_id=body.address, reply=result, error=None)
     problem = problem_of(result, instance_of(request), japanese=wants_japanese(request))
-    return {"body_id": body.address, "reply": None, "error": problem}
+    return MemberReply(body_id=body.address, reply=None, error=problem)
 
 
 # lines

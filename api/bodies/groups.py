@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import GroupId, RequestModel, json_response, new_router, plant_of
+from api.common.requests import GroupId, RequestModel, example, json_response, new_router, plant_of
 from gateway.core.addresses import numbered_address
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Group
@@ -29,7 +29,7 @@ class GroupList(BaseModel):
     groups: list[GroupInfo]
 
 
-class GroupDefinition(RequestModel):
+class GroupDefinition(RequestModel, json_schema_extra=example(members=["00", "3F"], name="pair")):
     """What a group shall be."""
 
     members: Annotated[list[str], Field(min_length=2, max_length=MOST_MEMBERS)] = Field(

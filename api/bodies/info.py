@@ -9,7 +9,16 @@ from pydantic import BaseModel, Field
 
 from api.bodies.moves import Length
 from api.common.fast_route import DirectRoute
-from api.common.requests import BodyId, RequestModel, age_ms_of, json_response, new_router, plant_of, utc_of
+from api.common.requests import (
+    BodyId,
+    RequestModel,
+    age_ms_of,
+    example,
+    json_response,
+    new_router,
+    plant_of,
+    utc_of,
+)
 from gateway.core.rights import Right
 from gateway.plant import Plant
 from gateway.rorze.bodies import PULSES_RUNNING, Body
@@ -119,7 +128,7 @@ class BodyStatus(BaseModel):
     age_ms: float
 
 
-class SpeedIncrease(RequestModel):
+class SpeedIncrease(RequestModel, json_schema_extra=example(mode="accelerate")):
     """Accelerate to the maximum speed: command 5AS."""
 
     mode: Literal["accelerate"]
@@ -129,7 +138,7 @@ class SpeedIncrease(RequestModel):
         return Accelerate()
 
 
-class SpeedDecrease(RequestModel):
+class SpeedDecrease(RequestModel, json_schema_extra=example(mode="decelerate")):
     """Decelerate to the start speed: command 5DS."""
 
     mode: Literal["decelerate"]
@@ -139,7 +148,7 @@ class SpeedDecrease(RequestModel):
         return Decelerate()
 
 
-class SpeedSetting(RequestModel):
+class SpeedSetting(RequestModel, json_schema_extra=example(mode="change", speed=20_000)):
     """Change to a speed: command 5CS."""
 
     mode: Literal["change"]

@@ -11,7 +11,16 @@ from api.bodies.command_routes import STOP_MODES
 from api.bodies.moves import perform
 from api.common.idempotency import require_no_key
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, RequestModel, Wait, age_ms_of, json_response, new_router, plant_of
+from api.common.requests import (
+    BodyId,
+    RequestModel,
+    Wait,
+    age_ms_of,
+    example,
+    json_response,
+    new_router,
+    plant_of,
+)
 from api.common.strict_json import StrictRoute
 from api.stops import StopResult, perform_stop
 from gateway.core.errors import InvalidRequest, NotAllowed
@@ -34,7 +43,7 @@ router = new_router("commands", TextRoute)
 CODE_LENGTH = 3
 
 
-class RawRequest(RequestModel):
+class RawRequest(RequestModel, json_schema_extra=example(text="6PD")):
     """A command as it stands on the line, without introducer, body number and CR."""
 
     text: Annotated[str, Field(pattern=r"^[0-9A-Z*+/-]{3}[ -%'-~]*$", max_length=58, examples=["6PD"])]

@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta
 from typing import Annotated
 
 from fastapi import Path, Query, Request, Response
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, JsonValue, TypeAdapter
 
 from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRoute
@@ -18,14 +18,20 @@ MAX_WAIT_S = 60
 
 _WAIT = re.compile(r'(?:^|[,;])\s*wait\s*=\s*"?(\d{1,9}(?:\.\d+)?)"?\s*(?:$|[,;])', re.IGNORECASE)
 
-LineId = Annotated[str, Path(description="The line's id.", examples=["arm"])]
+LineId = Annotated[str, Path(description="The line's id.", examples=["line1"])]
 BodyId = Annotated[
     str,
-    Path(description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F."),
+    Path(
+        description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.",
+        examples=["3F"],
+    ),
 ]
 GroupId = Annotated[
     str,
-    Path(description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80."),
+    Path(
+        description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.",
+        examples=["80"],
+    ),
 ]
 Wait = Annotated[
     float | None,
@@ -36,6 +42,11 @@ Wait = Annotated[
         description=f"Seconds to wait for the end, {MAX_WAIT_S} at most; or use the header `Prefer: wait=N`.",
     ),
 ]
+
+
+def example(**members: object) -> dict[str, JsonValue]:
+    """What a class of request bodies takes as `json_schema_extra`, to show a body that works on the demo."""
+    return {"examples": [TypeAdapter(JsonValue).validate_python(members)]}
 
 
 class RequestModel(BaseModel):

@@ -6,7 +6,7 @@ from fastapi import Request, Response
 from pydantic import Field
 
 from api.common.problems import DECLARED
-from api.common.requests import RequestModel, json_response, new_router, plant_of
+from api.common.requests import RequestModel, example, json_response, new_router, plant_of
 from api.robots.paths import RobotId
 from gateway.core.rights import Right
 from gateway.fics.jogs import JogSession
@@ -16,7 +16,7 @@ from protocols.fics.notation import AxisName, Direction, Unit
 router = new_router("jogs")
 
 
-class JogRequest(RequestModel):
+class JogRequest(RequestModel, json_schema_extra=example(unit=2, axis="X", direction="+")):
     """Which axis to jog, and which way (C-HOST manual 2-2)."""
 
     unit: Unit

@@ -9,7 +9,7 @@ from fastapi import HTTPException, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.problems import DECLARED
-from api.common.requests import RequestModel, json_response, new_router
+from api.common.requests import RequestModel, example, json_response, new_router
 from api.common.strict_json import read_body
 from api.robots.axes import Amounts, AxisValue, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
@@ -41,7 +41,10 @@ class PositionEntry(RequestModel):
     axes: Amounts = Field(min_length=1, description="By name; an axis that is not named is left out.")
 
 
-class PositionUpload(RequestModel):
+class PositionUpload(
+    RequestModel,
+    json_schema_extra=example(positions=[{"number": 1, "axes": {"X": {"value": 10, "unit": "mm"}}}]),
+):
     """Positions to be stored; others stay as they are."""
 
     positions: Annotated[list[PositionEntry], Field(min_length=1, max_length=LAST_POSITION)]

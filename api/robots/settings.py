@@ -5,7 +5,7 @@ from typing import Annotated, Any, Final, NamedTuple
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import RequestModel, json_response, new_router
+from api.common.requests import RequestModel, example, json_response, new_router
 from api.robots.axes import Amounts, AxisSpeeds, AxisValue, build, in_order, numbers
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.robots.read_back import reading_back
@@ -82,7 +82,7 @@ Percents = Annotated[dict[AxisName, PercentNumber] | None, Field(description=PER
 Times = Annotated[dict[AxisName, Milliseconds] | None, Field(description=TIME)]
 
 
-class SettingsChange(RequestModel):
+class SettingsChange(RequestModel, json_schema_extra=example(speed_percent={"X": 50})):
     """Settings to change; what is not named stays as it is, and so do axes that are not named."""
 
     smooth_acceleration: bool | None = Field(default=None, description="S-curve; of all axes of the unit.")

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import RequestModel, json_response, new_router, plant_of
+from api.common.requests import RequestModel, example, json_response, new_router, plant_of
 from api.robots.paths import RobotId
 from gateway.core.errors import InvalidRequest
 from gateway.core.rights import Right
@@ -45,7 +45,7 @@ class Channels(BaseModel):
     channels: list[Channel]
 
 
-class OutputState(RequestModel):
+class OutputState(RequestModel, json_schema_extra=example(on=True)):
     """What an output shall be."""
 
     on: bool
@@ -58,7 +58,7 @@ class Variables(BaseModel):
     variables: list[VariableValue]
 
 
-class VariableSetting(RequestModel):
+class VariableSetting(RequestModel, json_schema_extra=example(value=12.5)):
     """What a variable shall hold."""
 
     value: Number
