@@ -33,6 +33,8 @@ AnyRow = type[Command[Any]]
 AGE_HEADER = "Age-Ms"
 ADDRESS_LENGTH = 3
 """`&3F`, before the code of an example."""
+AXES_OF_THE_DEMO = 3
+"""The manual's robot has more."""
 STOP_MODES: Final[dict[str, StopMode]] = {
     StopDecelerating.code: "decelerate",
     StopImmediately.code: "immediate",
@@ -120,11 +122,13 @@ def _shown(row: AnyRow) -> dict[str, Any]:
     code = {"x-code": row.code} if row.code else {}
     if not row.model_fields:
         return code
-    written = row.example[0]
-    text = written[ADDRESS_LENGTH:] if issubclass(row, RorzeCommand) else written
-    command = row.read(text[len(row.code) :].lstrip())
-    value = command.model_dump(mode="json", exclude_none=True)
-    content = {"application/json": {"examples": {written: {"value": value}}}}
+    address = ADDRESS_LENGTH if issubclass(row, RorzeCommand) else 0
+    command = row.read(row.example[0][address + len(row.code) :].lstrip())
+    shown = {
+        name: value[:AXES_OF_THE_DEMO] if isinstance(value, list) else value
+        for name, value in command.model_dump(mode="json", exclude_none=True).items()
+    }
+    content = {"application/json": {"examples": {"of the manual": {"value": shown}}}}
     return {**code, "requestBody": {"content": content}}
 
 

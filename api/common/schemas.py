@@ -50,10 +50,7 @@ def _examples(document: Schema, schema: Schema) -> Schema:
     """Collect the examples of a body's schema, or of each of its kinds."""
     schemas = [_resolved(document, it) for it in schema.get("oneOf", [schema])]
     found = [value for it in schemas for value in it.get("examples", ())]
-    return {
-        str(value.get("kind") or value.get("mode") or f"example {n}"): {"value": value}
-        for n, value in enumerate(found, 1)
-    }
+    return {value.get("kind") or value.get("mode") or "example": {"value": value} for value in found}
 
 
 def _describe_default(member: Schema) -> None:

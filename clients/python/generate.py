@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ PACKAGE = HERE / "motion_gateway_client"
 
 Schema = dict[str, Any]
 
+PLAN = "validate_only"
+"""The member of a request that makes it a question; methods of their own ask it."""
 SCALARS = {"string": "str", "integer": "int", "number": "float", "boolean": "bool", "null": "None"}
 WITHOUT_ASYNC = {
     r"\basync (def|with|for)\b": r"\1",
@@ -67,12 +70,12 @@ def _types(document: Schema) -> str:
     schemas = document["components"]["schemas"]
     texts = [_class(name, schema) for name, schema in schemas.items() if schema.get("type") == "object"]
     texts += [
-        f"{name}: TypeAlias = {quoted(schema)}\n"
+        f"{name}: TypeAlias = {type_of(schema)}\n"
         for name, schema in schemas.items()
         if schema.get("type") != "object"
     ]
     event = schemas["EventList"]["properties"]["events"]["items"]
-    texts.append(f"Event: TypeAlias = {quoted(event)}\n")
+    texts.append(f"Event: TypeAlias = {type_of(event)}\n")
     return (
         '"""What the gateway takes and gives; generated from openapi/core.json."""\n\n'
         "from __future__ import annotations\n\n"
@@ -83,7 +86,8 @@ def _types(document: Schema) -> str:
 def _class(name: str, schema: Schema) -> str:
     lines = [f"class {name}(TypedDict):", f"    {_doc(schema.get('description', name))}"]
     required = schema.get("required", ())
-    for member, its in schema.get("properties", {}).items():
+    members = {member: its for member, its in schema.get("properties", {}).items() if member != PLAN}
+    for member, its in members.items():
         kind = type_of(its) if member in required else f"NotRequired[{type_of(its)}]"
         lines.append(f"    {member}: {kind}")
         if told := its.get("description"):
@@ -94,11 +98,6 @@ def _class(name: str, schema: Schema) -> str:
 def _doc(text: str) -> str:
     text = text.replace("\\", "\\\\")
     return f'"""{text}\n"""' if "\n" in text else f'"""{text}"""'
-
-
-def quoted(schema: Schema) -> str:
-    """Name the type of a schema that may stand before the classes it names."""
-    return json.dumps(type_of(schema))
 
 
 def type_of(schema: Schema) -> str:
@@ -129,15 +128,18 @@ def _container(schema: Schema) -> str:
 
 def _operations(document: Schema) -> str:
     methods = [
-        _method(path, method, operation)
+        text
         for path, item in document["paths"].items()
         for method, operation in item.items()
+        for text in _methods(document, path, method, operation)
     ]
+    words = set(re.findall(r"\w+", "".join(methods)))
+    used = sorted(words & set(document["components"]["schemas"]))
     return (
         '"""Every operation of the gateway as a method; generated from openapi/core.json."""\n\n'
         "from __future__ import annotations\n\n"
         "from typing import Any, Literal, Protocol\n\n"
-        "from motion_gateway_client.generated.types import *\n"
+        f"from motion_gateway_client.generated.types import ({', '.join(used)})\n"
         "from motion_gateway_client.paths import filled\n\n\n"
         "class AsyncOperations(Protocol):\n"
         '    """What a gateway can be asked; how it is asked is up to `call`."""\n\n'
@@ -147,8 +149,32 @@ def _operations(document: Schema) -> str:
     )
 
 
-def _method(path: str, method: str, operation: Schema) -> str:
-    """Write one operation: path parameters and body by position, the others by name."""
+def _methods(document: Schema, path: str, method: str, operation: Schema) -> Iterator[str]:
+    """Write an operation; one that only plans if it is asked to is two, each with its own answer."""
+    name = snake(operation["operationId"])
+    told = operation.get("description") or operation["summary"]
+    answers = {status: list(_answers(response)) for status, response in operation["responses"].items()}
+    if not _can_plan(document, operation):
+        answer = " | ".join(dict.fromkeys(chain.from_iterable(answers.values())))
+        yield _method(name, told, path, method, operation, answer, "body")
+        return
+    (started,) = answers["202"]
+    (planned,) = (kind for kind in " | ".join(answers["200"]).split(" | ") if kind != started)
+    plan_name = name.replace("start", "plan")
+    yield _method(name, f"{told} `{plan_name}` does that.", path, method, operation, started, "body")
+    told = f"Say what `{name}` would send, and how long it would take; nothing moves."
+    as_plan = f'{{**body, "{PLAN}": True}}'
+    yield _method(plan_name, told, path, method, operation, planned, as_plan)
+
+
+def _can_plan(document: Schema, operation: Schema) -> bool:
+    schema = operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("schema", {})
+    kinds = [document["components"]["schemas"][type_of(it)] for it in schema.get("oneOf", ())]
+    return any(PLAN in kind["properties"] for kind in kinds)
+
+
+def _method(name: str, told: str, path: str, method: str, operation: Schema, answer: str, body: str) -> str:
+    """Write a method: path parameters and body by position, the others by name."""
     parameters = operation.get("parameters", [])
     in_path = [it for it in parameters if it["in"] == "path"]
     in_query = [it for it in parameters if it["in"] == "query"]
@@ -162,15 +188,13 @@ def _method(path: str, method: str, operation: Schema) -> str:
         kind = type_of(taken["content"]["application/json"]["schema"])
         positional.append(f"body: {kind}" if taken.get("required") else f"body: {kind} | None = None")
         positional.append("/")
-        sent.append("body=body")
+        sent.append(f"body={body}")
     if method != "get" and operation["x-right"] != "stop":
         named.append("idempotency_key: str | None = None")
         sent.append("idempotency_key=idempotency_key")
     signature = ", ".join(["self", *positional, *(["*", *named] if named else [])])
-    told = operation["description"] if "description" in operation else operation["summary"]
-    answer = " | ".join(dict.fromkeys(_answers(operation)))
     return (
-        f"    async def {snake(operation['operationId'])}({signature}) -> {answer}:\n"
+        f"    async def {name}({signature}) -> {answer}:\n"
         f"        {_doc(told)}\n"
         f"        answer: {answer} = await self.call({', '.join(sent)})\n"
         f"        return answer\n"
@@ -181,11 +205,11 @@ def _or_none(kind: str) -> str:
     return kind if kind.endswith("None") else f"{kind} | None"
 
 
-def _answers(operation: Schema) -> Iterator[str]:
-    for status, response in operation["responses"].items():
-        if status.startswith("2"):
-            for media_type, content in response["content"].items():
-                yield "str" if media_type == "text/csv" else type_of(content["schema"])
+def _answers(response: Schema) -> Iterator[str]:
+    """Name the types of an answer that is no problem."""
+    for media_type, content in response.get("content", {}).items():
+        if media_type != "application/problem+json":
+            yield "str" if media_type == "text/csv" else type_of(content["schema"])
 
 
 def snake(name: str) -> str:

@@ -14,14 +14,9 @@ from motion_gateway_client.async_heart import AsyncHeart
 from motion_gateway_client.errors import GatewayError, MoveNotOver, MoveNotSucceeded, NoAnswer, Refused
 from motion_gateway_client.generated.async_operations import AsyncOperations
 from motion_gateway_client.generated.types import (
-    AbsoluteMoveRequest,
-    ContinuousMoveRequest,
     Event,
-    HomeRequest,
     JogSession,
     Move,
-    PlannedMove,
-    RelativeMoveRequest,
     RobotMove,
     StopResult,
 )
@@ -30,6 +25,8 @@ from motion_gateway_client.server_sent import EventReader
 
 URL: Final = "http://127.0.0.1:8420"
 TIMEOUT_S: Final = 10.0
+LIMITS: Final = httpx.Limits(keepalive_expiry=2.0)
+"""The gateway closes a silent connection after 5 s; what is sent at that moment would have no answer."""
 MAX_WAIT_S: Final = 20.0
 """One request waits no longer for the end of a move; another one follows."""
 SILENT_S: Final = 40.0
@@ -42,7 +39,6 @@ BEATS: Final = 4
 """Heartbeats in the time in which one has to come."""
 
 M = TypeVar("M", Move, RobotMove)
-MoveRequest = RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest
 
 
 class AsyncGateway(AsyncOperations):
@@ -63,7 +59,7 @@ class AsyncGateway(AsyncOperations):
         url = url or os.environ.get("MOTION_GATEWAY_URL") or URL
         key = key or os.environ.get("MOTION_GATEWAY_KEY")
         self._timeout_s = timeout
-        self._http = http or httpx.AsyncClient(base_url=url, timeout=timeout)
+        self._http = http or httpx.AsyncClient(base_url=url, timeout=timeout, limits=LIMITS)
         if key:
             self._http.headers["Authorization"] = f"Bearer {key}"
 
@@ -117,29 +113,6 @@ class AsyncGateway(AsyncOperations):
 
     # moves
 
-    async def start_move(
-        self,
-        body_id: str,
-        move: MoveRequest,
-        /,
-        *,
-        wait: float | None = None,
-        idempotency_key: str | None = None,
-    ) -> Move:
-        """Start a move of a body; `wait` for its end up to so many seconds.
-
-        :raises ValueError: the move is only to be checked, which is what `plan_move` does.
-        """
-        if move.get("validate_only"):
-            raise ValueError("A move with validate_only is not started: use plan_move.")
-        started = super().start_move(body_id, move, wait=wait, idempotency_key=idempotency_key)
-        return cast("Move", await started)
-
-    async def plan_move(self, body_id: str, move: MoveRequest) -> PlannedMove:
-        """Say what would be sent for a move, and how long it would take; nothing moves."""
-        planned = super().start_move(body_id, cast("MoveRequest", {**move, "validate_only": True}))
-        return cast("PlannedMove", await planned)
-
     async def wait_for_move(self, move: M, timeout: float = 60.0) -> M:  # noqa: ASYNC109  # the gateway waits
         """Wait until a move has succeeded, over broken connections too, and give its last state.
 
@@ -170,7 +143,7 @@ class AsyncGateway(AsyncOperations):
     ) -> StopResult:
         """Stop by software: a body, a group, a robot, a unit, or everything where no address is given.
 
-        It is sent again where the connection breaks. It does not replace a hardware stop: look at `confirmed`.
+        It is sent again where the connection breaks. Look at `confirmed`; it replaces no hardware stop.
         """
         path = "/stop" if address is None else f"{path_of(address)}/stop"
         for _ in range(STOP_TRIES - 1):

@@ -25,6 +25,7 @@ class AsyncHeart:
         await asyncio.gather(self._task, return_exceptions=True)
 
     async def _run(self) -> None:
-        await asyncio.sleep(self._every_s)
-        while await self._beat():
+        goes_on = True
+        while goes_on:
             await asyncio.sleep(self._every_s)
+            goes_on = await self._beat()

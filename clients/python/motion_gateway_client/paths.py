@@ -4,7 +4,7 @@ import re
 from typing import Any, Final
 from urllib.parse import quote
 
-_BODY: Final = re.compile(r"(?:.*\.)?([0-9A-Fa-f]{2})")
+_BODY: Final = re.compile(r"(?:.*\.)?([0-9][0-9A-Fa-f])")
 FIRST_GROUP: Final = 0x80
 
 

@@ -1,8 +1,8 @@
 """A motion gateway for programs. For time."""
 
-import time
 import os
-from collections.abc import Iterator, Iterable
+import time
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from time import monotonic
 from types import TracebackType
@@ -10,26 +10,23 @@ from typing import Any, Final, Literal, Self, TypeVar, cast
 
 import httpx
 
-from motion_gateway_client.heart import Heart
 from motion_gateway_client.errors import GatewayError, MoveNotOver, MoveNotSucceeded, NoAnswer, Refused
 from motion_gateway_client.generated.operations import Operations
 from motion_gateway_client.generated.types import (
-    AbsoluteMoveRequest,
-    ContinuousMoveRequest,
     Event,
-    HomeRequest,
     JogSession,
     Move,
-    PlannedMove,
-    RelativeMoveRequest,
     RobotMove,
     StopResult,
 )
+from motion_gateway_client.heart import Heart
 from motion_gateway_client.paths import given, path_of
 from motion_gateway_client.server_sent import EventReader
 
 URL: Final = "http://127.0.0.1:8420"
 TIMEOUT_S: Final = 10.0
+LIMITS: Final = httpx.Limits(keepalive_expiry=2.0)
+"""The gateway closes a silent connection after 5 s; what is sent at that moment would have no answer."""
 MAX_WAIT_S: Final = 20.0
 """One request waits no longer for the end of a move; another one follows."""
 SILENT_S: Final = 40.0
@@ -42,7 +39,6 @@ BEATS: Final = 4
 """Heartbeats in the time in which one has to come."""
 
 M = TypeVar("M", Move, RobotMove)
-MoveRequest = RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest
 
 
 class Gateway(Operations):
@@ -63,7 +59,7 @@ class Gateway(Operations):
         url = url or os.environ.get("MOTION_GATEWAY_URL") or URL
         key = key or os.environ.get("MOTION_GATEWAY_KEY")
         self._timeout_s = timeout
-        self._http = http or httpx.Client(base_url=url, timeout=timeout)
+        self._http = http or httpx.Client(base_url=url, timeout=timeout, limits=LIMITS)
         if key:
             self._http.headers["Authorization"] = f"Bearer {key}"
 
@@ -115,30 +111,7 @@ class Gateway(Operations):
 
     # moves
 
-    def start_move(
-        self,
-        body_id: str,
-        move: MoveRequest,
-        /,
-        *,
-        wait: float | None = None,
-        idempotency_key: str | None = None,
-    ) -> Move:
-        """Start a move of a body; `wait` for its end up to so many seconds.
-
-        :raises ValueError: the move is only to be checked, which is what `plan_move` does.
-        """
-        if move.get("validate_only"):
-            raise ValueError("A move with validate_only is not started: use plan_move.")
-        started = super().start_move(body_id, move, wait=wait, idempotency_key=idempotency_key)
-        return cast("Move", started)
-
-    def plan_move(self, body_id: str, move: MoveRequest) -> PlannedMove:
-        """Say what would be sent for a move, and how long it would take; nothing moves."""
-        planned = super().start_move(body_id, cast("MoveRequest", {**move, "validate_only": True}))
-        return cast("PlannedMove", planned)
-
-    def wait_for_move(self, move: M, timeout: float = 60.0) -> M:  # noqa: ASYNC109  # the gateway waits
+    def wait_for_move(self, move: M, timeout: float = 60.0) -> M:  # the gateway waits
         """Wait until a move has succeeded, over broken connections too, and give its last state.
 
         :raises MoveNotSucceeded: it has ended otherwise.
@@ -168,7 +141,7 @@ class Gateway(Operations):
     ) -> StopResult:
         """Stop by software: a body, a group, a robot, a unit, or everything where no address is given.
 
-        It is sent again where the connection breaks. It does not replace a hardware stop: look at `confirmed`.
+        It is sent again where the connection breaks. Look at `confirmed`; it replaces no hardware stop.
         """
         path = "/stop" if address is None else f"{path_of(address)}/stop"
         for _ in range(STOP_TRIES - 1):

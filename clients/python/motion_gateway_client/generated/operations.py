@@ -4,7 +4,70 @@ from __future__ import annotations
 
 from typing import Any, Literal, Protocol
 
-from motion_gateway_client.generated.types import *
+from motion_gateway_client.generated.types import (
+    AbsoluteMoveRequest,
+    BodyInfo,
+    BodyList,
+    BodyStatus,
+    Channels,
+    CommandList,
+    ContinuousMoveRequest,
+    EventList,
+    GroupDefinition,
+    GroupInfo,
+    GroupList,
+    GroupMove,
+    GroupPlan,
+    HomeRequest,
+    JogRequest,
+    JogSession,
+    Length,
+    LineInfo,
+    LineList,
+    Liveness,
+    MacroRunRequest,
+    Move,
+    MoveList,
+    OutputState,
+    PlannedMove,
+    PlannedRobotMove,
+    Position,
+    PositionTable,
+    PositionUpload,
+    RawReply,
+    RawRequest,
+    Readiness,
+    RelativeMoveRequest,
+    RobotAbsoluteMoveRequest,
+    RobotErrors,
+    RobotHomeRequest,
+    RobotInfo,
+    RobotLineInfo,
+    RobotList,
+    RobotMove,
+    RobotMoveList,
+    RobotPositionMoveRequest,
+    RobotRelativeMoveRequest,
+    RobotStepRequest,
+    Scan,
+    SettingsChange,
+    SpeedAccepted,
+    SpeedDecrease,
+    SpeedIncrease,
+    SpeedSetting,
+    StopRequest,
+    StopResult,
+    Trace,
+    UnitInfo,
+    UnitPosition,
+    UnitSettings,
+    UnitStatus,
+    Uploaded,
+    Variables,
+    VariableSetting,
+    VariableValue,
+    Version,
+)
 from motion_gateway_client.paths import filled
 
 
@@ -90,17 +153,36 @@ class Operations(Protocol):
         *,
         wait: float | None = None,
         idempotency_key: str | None = None,
-    ) -> Move | Move | PlannedMove:
+    ) -> Move:
         """Start a move, or with `validate_only` say what it would be.
 
         202 when the controller has accepted it and it is not over, 200 when it ended while the request waited. A
-        move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`.
+        move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`. `plan_move` does that.
         """
-        answer: Move | Move | PlannedMove = self.call(
+        answer: Move = self.call(
             "POST",
             filled("/bodies/{body_id}/moves", body_id=body_id),
             query={"wait": wait},
             body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def plan_move(
+        self,
+        body_id: str,
+        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> PlannedMove:
+        """Say what `start_move` would send, and how long it would take; nothing moves."""
+        answer: PlannedMove = self.call(
+            "POST",
+            filled("/bodies/{body_id}/moves", body_id=body_id),
+            query={"wait": wait},
+            body={**body, "validate_only": True},
             idempotency_key=idempotency_key,
         )
         return answer
@@ -129,13 +211,32 @@ class Operations(Protocol):
         *,
         wait: float | None = None,
         idempotency_key: str | None = None,
-    ) -> GroupMove | GroupMove | GroupPlan:
-        """Start a move of all members of a group by one command; each has a move of its own."""
-        answer: GroupMove | GroupMove | GroupPlan = self.call(
+    ) -> GroupMove:
+        """Start a move of all members of a group by one command; each has a move of its own. `plan_group_move` does that."""
+        answer: GroupMove = self.call(
             "POST",
             filled("/groups/{group_id}/moves", group_id=group_id),
             query={"wait": wait},
             body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def plan_group_move(
+        self,
+        group_id: str,
+        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> GroupPlan:
+        """Say what `start_group_move` would send, and how long it would take; nothing moves."""
+        answer: GroupPlan = self.call(
+            "POST",
+            filled("/groups/{group_id}/moves", group_id=group_id),
+            query={"wait": wait},
+            body={**body, "validate_only": True},
             idempotency_key=idempotency_key,
         )
         return answer
@@ -361,17 +462,41 @@ class Operations(Protocol):
         *,
         wait: float | None = None,
         idempotency_key: str | None = None,
-    ) -> RobotMove | RobotMove | PlannedRobotMove:
+    ) -> RobotMove:
         """Start a move of a unit, or with `validate_only` say what it would be.
 
         202 when the robot has not refused it and it is not over, 200 when it ended while the request waited. A
-        move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`.
+        move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`. `plan_robot_move` does that.
         """
-        answer: RobotMove | RobotMove | PlannedRobotMove = self.call(
+        answer: RobotMove = self.call(
             "POST",
             filled("/robots/{robot_id}/units/{unit}/moves", robot_id=robot_id, unit=unit),
             query={"wait": wait},
             body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def plan_robot_move(
+        self,
+        robot_id: str,
+        unit: int,
+        body: RobotAbsoluteMoveRequest
+        | RobotRelativeMoveRequest
+        | RobotPositionMoveRequest
+        | RobotHomeRequest
+        | RobotStepRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> PlannedRobotMove:
+        """Say what `start_robot_move` would send, and how long it would take; nothing moves."""
+        answer: PlannedRobotMove = self.call(
+            "POST",
+            filled("/robots/{robot_id}/units/{unit}/moves", robot_id=robot_id, unit=unit),
+            query={"wait": wait},
+            body={**body, "validate_only": True},
             idempotency_key=idempotency_key,
         )
         return answer

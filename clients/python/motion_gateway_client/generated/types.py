@@ -8,8 +8,6 @@ from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
 class AbsoluteMoveRequest(TypedDict):
     """Move to a position (RC-420 manual 13.2)."""
 
-    validate_only: NotRequired[bool]
-    """Only say what would be sent and how long it would take; nothing moves. Left out: false."""
     kind: Literal["absolute"]
     position: Length
     speed: NotRequired[Literal["high", "low"]]
@@ -587,8 +585,6 @@ class CommandList(TypedDict):
 class ContinuousMoveRequest(TypedDict):
     """Move until stopped; only where the configuration has `allow_endless_moves`."""
 
-    validate_only: NotRequired[bool]
-    """Only say what would be sent and how long it would take; nothing moves. Left out: false."""
     kind: Literal["continuous"]
     direction: Literal["cw", "ccw"]
     speed: NotRequired[Literal["high", "low"]]
@@ -843,8 +839,6 @@ class GroupStrangersEvent(TypedDict):
 class HomeRequest(TypedDict):
     """Search the origin (RC-420 manual 13.5)."""
 
-    validate_only: NotRequired[bool]
-    """Only say what would be sent and how long it would take; nothing moves. Left out: false."""
     kind: Literal["home"]
     method: NotRequired[
         Literal["standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204"]
@@ -1307,8 +1301,6 @@ class Readiness(TypedDict):
 class RelativeMoveRequest(TypedDict):
     """Move by a distance (RC-420 manual 13.2)."""
 
-    validate_only: NotRequired[bool]
-    """Only say what would be sent and how long it would take; nothing moves. Left out: false."""
     kind: Literal["relative"]
     direction: Literal["cw", "ccw"]
     distance: Length
@@ -1321,8 +1313,6 @@ class RelativeMoveRequest(TypedDict):
 class RobotAbsoluteMoveRequest(TypedDict):
     """Move axes to a position (C-HOST manual 2-6, 4-3)."""
 
-    validate_only: NotRequired[bool]
-    """Only say what would be sent and how long it would take; nothing moves. Left out: false."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
@@ -1391,8 +1381,6 @@ class RobotErrorsResetEvent(TypedDict):
 class RobotHomeRequest(TypedDict):
     """Home all axes, or the mechanism as its program does it (C-HOST manual 2-4)."""
 
-    validate_only: NotRequired[bool]
-    """Only say what would be sent and how long it would take; nothing moves. Left out: false."""
     kind: Literal["home"]
 
 
@@ -1833,8 +1821,6 @@ class RobotOnlineEvent(TypedDict):
 class RobotPositionMoveRequest(TypedDict):
     """Move to a stored position (C-HOST manual 2-16)."""
 
-    validate_only: NotRequired[bool]
-    """Only say what would be sent and how long it would take; nothing moves. Left out: false."""
     kind: Literal["position"]
     position: int
     """Number of the position, 1-1999; it has to be set."""
@@ -1883,8 +1869,6 @@ class RobotPowerLoss(TypedDict):
 class RobotRelativeMoveRequest(TypedDict):
     """Move axes by an amount (C-HOST manual 2-5, 4-2)."""
 
-    validate_only: NotRequired[bool]
-    """Only say what would be sent and how long it would take; nothing moves. Left out: false."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
@@ -1911,8 +1895,6 @@ class RobotSpeedsRestoredEvent(TypedDict):
 class RobotStepRequest(TypedDict):
     """Move one axis by a few of the smallest amounts it displays (C-HOST manual 2-3)."""
 
-    validate_only: NotRequired[bool]
-    """Only say what would be sent and how long it would take; nothing moves. Left out: false."""
     kind: Literal["step"]
     axis: str
     steps: int
@@ -2378,24 +2360,92 @@ class WentOffline(TypedDict):
     """False where nobody on its line was heard, and it was not asked itself."""
 
 
-Block: TypeAlias = "Literal['a', 'b', 'c', 'd']"
+Block: TypeAlias = Literal["a", "b", "c", "d"]
 
 
-DetailKind: TypeAlias = (
-    "Literal['none', 'emergency', 'driver', 'connection', 'timeout', 'fics', 'unreadable']"
+DetailKind: TypeAlias = Literal["none", "emergency", "driver", "connection", "timeout", "fics", "unreadable"]
+
+
+LineState: TypeAlias = Literal["down", "silent", "setting_up", "ready", "out_of_step"]
+
+
+MoveStatus: TypeAlias = Literal[
+    "queued", "sent", "moving", "succeeded", "failed", "stopped", "rejected", "cancelled", "lost", "unknown"
+]
+
+
+Retry: TypeAlias = Literal["read", "setting", "conditional", "never", "stop"]
+
+
+WhenAnswered: TypeAlias = Literal["always", "on_completion", "at_once"]
+
+
+Event: TypeAlias = (
+    LineUpEvent
+    | LineDownEvent
+    | GatewayLoopHeldEvent
+    | GatewayShuttingDownEvent
+    | StreamGapEvent
+    | BodyMoveQueuedEvent
+    | BodyMoveSentEvent
+    | BodyMoveStartedEvent
+    | BodyMoveSucceededEvent
+    | BodyMoveFailedEvent
+    | BodyMoveStoppedEvent
+    | BodyMoveRejectedEvent
+    | BodyMoveCancelledEvent
+    | BodyMoveLostEvent
+    | BodyMoveUnknownEvent
+    | BodyStopRequestedEvent
+    | BodyStopConfirmedEvent
+    | BodyStopUnconfirmedEvent
+    | BodyMotionForeignEvent
+    | BodyOnlineEvent
+    | BodyOfflineEvent
+    | BodyUnreadableEvent
+    | BodyStatusChangedEvent
+    | BodyPowerCycledEvent
+    | BodyPowerCycleAcknowledgedEvent
+    | BodyPowerMarkMissingEvent
+    | BodyControllerEventEvent
+    | BodyEndFrameEvent
+    | BodyLeftMovingEvent
+    | GroupStrangersEvent
+    | LineStrictEvent
+    | LineMessageEvent
+    | LineScanRunningEvent
+    | LineScanFinishedEvent
+    | LineScanFailedEvent
+    | RobotMoveQueuedEvent
+    | RobotMoveSentEvent
+    | RobotMoveStartedEvent
+    | RobotMoveSucceededEvent
+    | RobotMoveFailedEvent
+    | RobotMoveStoppedEvent
+    | RobotMoveRejectedEvent
+    | RobotMoveCancelledEvent
+    | RobotMoveLostEvent
+    | RobotMoveUnknownEvent
+    | RobotMoveOverdueEvent
+    | RobotStopRequestedEvent
+    | RobotStopConfirmedEvent
+    | RobotStopUnconfirmedEvent
+    | RobotStopRefusedEvent
+    | RobotMotionForeignEvent
+    | RobotOnlineEvent
+    | RobotOfflineEvent
+    | RobotUnreadableEvent
+    | RobotErrorEvent
+    | RobotErrorsResetEvent
+    | RobotPowerCycledEvent
+    | RobotSpeedsRestoredEvent
+    | RobotPowerCycleAcknowledgedEvent
+    | RobotUnitChangedEvent
+    | RobotJogStartedEvent
+    | RobotJogStoppingEvent
+    | RobotJogEndedEvent
+    | RobotJogLostEvent
+    | RobotJogStoppedEvent
+    | RobotJogNotStoppedEvent
+    | RobotLeftMovingEvent
 )
-
-
-LineState: TypeAlias = "Literal['down', 'silent', 'setting_up', 'ready', 'out_of_step']"
-
-
-MoveStatus: TypeAlias = "Literal['queued', 'sent', 'moving', 'succeeded', 'failed', 'stopped', 'rejected', 'cancelled', 'lost', 'unknown']"
-
-
-Retry: TypeAlias = "Literal['read', 'setting', 'conditional', 'never', 'stop']"
-
-
-WhenAnswered: TypeAlias = "Literal['always', 'on_completion', 'at_once']"
-
-
-Event: TypeAlias = "LineUpEvent | LineDownEvent | GatewayLoopHeldEvent | GatewayShuttingDownEvent | StreamGapEvent | BodyMoveQueuedEvent | BodyMoveSentEvent | BodyMoveStartedEvent | BodyMoveSucceededEvent | BodyMoveFailedEvent | BodyMoveStoppedEvent | BodyMoveRejectedEvent | BodyMoveCancelledEvent | BodyMoveLostEvent | BodyMoveUnknownEvent | BodyStopRequestedEvent | BodyStopConfirmedEvent | BodyStopUnconfirmedEvent | BodyMotionForeignEvent | BodyOnlineEvent | BodyOfflineEvent | BodyUnreadableEvent | BodyStatusChangedEvent | BodyPowerCycledEvent | BodyPowerCycleAcknowledgedEvent | BodyPowerMarkMissingEvent | BodyControllerEventEvent | BodyEndFrameEvent | BodyLeftMovingEvent | GroupStrangersEvent | LineStrictEvent | LineMessageEvent | LineScanRunningEvent | LineScanFinishedEvent | LineScanFailedEvent | RobotMoveQueuedEvent | RobotMoveSentEvent | RobotMoveStartedEvent | RobotMoveSucceededEvent | RobotMoveFailedEvent | RobotMoveStoppedEvent | RobotMoveRejectedEvent | RobotMoveCancelledEvent | RobotMoveLostEvent | RobotMoveUnknownEvent | RobotMoveOverdueEvent | RobotStopRequestedEvent | RobotStopConfirmedEvent | RobotStopUnconfirmedEvent | RobotStopRefusedEvent | RobotMotionForeignEvent | RobotOnlineEvent | RobotOfflineEvent | RobotUnreadableEvent | RobotErrorEvent | RobotErrorsResetEvent | RobotPowerCycledEvent | RobotSpeedsRestoredEvent | RobotPowerCycleAcknowledgedEvent | RobotUnitChangedEvent | RobotJogStartedEvent | RobotJogStoppingEvent | RobotJogEndedEvent | RobotJogLostEvent | RobotJogStoppedEvent | RobotJogNotStoppedEvent | RobotLeftMovingEvent"
