@@ -34,6 +34,7 @@ WITHOUT_ASYNC = {
     r"\baread\b": "read",
     r"\b__a(enter|exit)__\b": r"__\1__",
     r"\basyncio\b": "time",
+    r"  # noqa: ASYNC\d+.*": "",
     r" For asyncio\.": "",
 }
 
@@ -57,9 +58,11 @@ def _without_async(text: str) -> str:
 
 
 def _formatted(text: str) -> str:
-    command = [sys.executable, "-m", "ruff", "format", "--config", "line-length = 110", "-"]
-    done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)  # noqa: S603
-    return done.stdout
+    for tidy in (("check", "--quiet", "--fix", "--select", "F401,I"), ("format",)):
+        command = [sys.executable, "-m", "ruff", *tidy, "--stdin-filename", str(PACKAGE / "_.py"), "-"]
+        done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)  # noqa: S603
+        text = done.stdout
+    return text
 
 
 # types

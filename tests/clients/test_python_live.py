@@ -7,7 +7,7 @@ from typing import Final
 
 import pytest
 from motion_gateway_client import AsyncGateway, Gateway, MoveNotOver, MoveNotSucceeded, Refused
-from motion_gateway_client.generated.types import Event, Move, RelativeMoveRequest, UnitPosition
+from motion_gateway_client.generated.types import Event, Move, RelativeMoveRequest, UnitStatus
 
 from tests.clients.proxy import Cable
 from tests.e2e.processes import PATIENCE_S, until
@@ -129,18 +129,18 @@ def test_a_refusal_says_what_the_motor_did_and_what_to_do_next(gateway: Gateway)
 
 def test_a_jog_moves_for_as_long_as_the_block_runs(gateway: Gateway) -> None:
     after = gateway.list_events(limit=1000)["cursor"]
-    gateway.wait_for_move(gateway.start_robot_move("r1", 1, {"kind": "home"}))
     with gateway.jog("r1", unit=2, axis="X", direction="+") as session:
-        begun = gateway.read_unit_position("r1", 2)
+        begun = gateway.read_unit_status("r1", 2)
         # Longer than the dead man waits.
-        until(lambda: seconds_between(begun, gateway.read_unit_position("r1", 2)) > 1.2, "it jogs on")
+        until(lambda: seconds_between(begun, gateway.read_unit_status("r1", 2)) > 1.2, "it jogs on")
+        assert gateway.read_unit_status("r1", 2)["axes"]["X"]["motion"] == "jog"
+    assert not gateway.read_unit_status("r1", 2)["moving"]
     events = gateway.list_events(after=after, bodies="r1", types="robot.jog.*", limit=1000)["events"]
     assert [event["type"] for event in events][-1] == "robot.jog.ended"
     assert "robot.jog.lost" not in [event["type"] for event in events]
     assert session["unit"] == 2
-    assert gateway.read_unit_position("r1", 2)["axes"]["X"] != begun["axes"]["X"]
 
 
-def seconds_between(first: UnitPosition, second: UnitPosition) -> float:
-    times = [datetime.fromisoformat(place["read_at"]) for place in (first, second)]
+def seconds_between(first: UnitStatus, second: UnitStatus) -> float:
+    times = [datetime.fromisoformat(status["read_at"]) for status in (first, second)]
     return (times[1] - times[0]).total_seconds()

@@ -14,6 +14,7 @@ import type {
   PlannedMove,
   Problem,
   RobotMove,
+  RobotMoveRequest,
   StopMode,
   StopResult,
 } from "./types.ts";
@@ -30,6 +31,7 @@ const PAUSES_S = [0.1, 0.2, 0.5, 1, 2] as const;
 /** Heartbeats in the time in which one has to come. */
 const BEATS = 4;
 const FIRST_GROUP = 0x80;
+const ONLY_PLANNED = "A move with validate_only is not started: plan it.";
 
 export interface Options {
   /** Left out: MOTION_GATEWAY_URL, or this machine. */
@@ -91,8 +93,24 @@ export class Gateway {
 
   /** Start a move of a body. */
   async startMove(bodyId: string, move: MoveRequest, options: StartOptions = {}): Promise<Move> {
-    if (move.validate_only) throw new TypeError("A move with validate_only is not started: use planMove.");
+    if (move.validate_only) throw new TypeError(ONLY_PLANNED);
     return (await this.#move(bodyId, move, options)) as Move;
+  }
+
+  /** Start a move of a robot's unit. */
+  async startRobotMove(
+    robotId: string,
+    unit: number,
+    move: RobotMoveRequest,
+    options: StartOptions = {},
+  ): Promise<RobotMove> {
+    if (move.validate_only) throw new TypeError(ONLY_PLANNED);
+    const { data } = await this.http.POST("/robots/{robot_id}/units/{unit}/moves", {
+      params: { path: { robot_id: robotId, unit }, query: { wait: options.wait } },
+      headers: keyed(options),
+      body: move,
+    });
+    return data as RobotMove;
   }
 
   /** Say what would be sent for a move, and how long it would take; nothing moves. */
@@ -217,7 +235,7 @@ export class Gateway {
   async #move(bodyId: string, body: MoveRequest, options: StartOptions): Promise<Move | PlannedMove> {
     const { data } = await this.http.POST("/bodies/{body_id}/moves", {
       params: { path: { body_id: bodyId }, query: { wait: options.wait } },
-      headers: options.idempotencyKey ? { "Idempotency-Key": options.idempotencyKey } : {},
+      headers: keyed(options),
       body,
     });
     return data as Move | PlannedMove;
@@ -279,6 +297,10 @@ export function pathOf(address: string): string {
   const number = /^(?:.*\.)?([0-9][0-9A-Fa-f])$/.exec(address)?.[1];
   if (number === undefined) return `/robots/${encodeURIComponent(address)}`;
   return `/${parseInt(number, 16) < FIRST_GROUP ? "bodies" : "groups"}/${encodeURIComponent(address)}`;
+}
+
+function keyed(options: StartOptions): Record<string, string> {
+  return options.idempotencyKey ? { "Idempotency-Key": options.idempotencyKey } : {};
 }
 
 function pause(seconds: number): Promise<void> {

@@ -16,5 +16,11 @@ export type MoveRequest =
 export type PlannedMove = Schemas["PlannedMove"];
 export type Problem = Schemas["Problem"];
 export type RobotMove = Schemas["RobotMove"];
+export type RobotMoveRequest =
+  | Schemas["RobotAbsoluteMoveRequest"]
+  | Schemas["RobotRelativeMoveRequest"]
+  | Schemas["RobotPositionMoveRequest"]
+  | Schemas["RobotHomeRequest"]
+  | Schemas["RobotStepRequest"];
 export type StopMode = NonNullable<Schemas["StopRequest"]["mode"]>;
 export type StopResult = Schemas["StopResult"];

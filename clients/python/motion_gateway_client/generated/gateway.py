@@ -111,7 +111,7 @@ class Gateway(Operations):
 
     # moves
 
-    def wait_for_move(self, move: M, timeout: float = 60.0) -> M:  # the gateway waits
+    def wait_for_move(self, move: M, timeout: float = 60.0) -> M:
         """Wait until a move has succeeded, over broken connections too, and give its last state.
 
         :raises MoveNotSucceeded: it has ended otherwise.
