@@ -30,7 +30,7 @@ WITHOUT_ASYNC = {
     r"\basync_(operations|heart)\b": r"\1",
     r"\baclosing\b": "closing",
     r"\baclose\b": "close",
-    r"\baiter_lines\b": "iter_lines",
+    r"\baiter_text\b": "iter_text",
     r"\baread\b": "read",
     r"\b__a(enter|exit)__\b": r"__\1__",
     r"\basyncio\b": "time",

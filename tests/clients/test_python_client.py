@@ -6,6 +6,8 @@ from typing import Any
 
 import httpx
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from motion_gateway_client import Gateway, GatewayError, MoveNotSucceeded, NoAnswer, Refused
 from motion_gateway_client.generated.types import AbsoluteMoveRequest
 from motion_gateway_client.paths import path_of
@@ -149,9 +151,19 @@ def test_a_stream_goes_on_after_the_last_event_it_gave() -> None:
 
 def test_a_reader_knows_where_the_stream_began_before_any_event() -> None:
     reader = EventReader(None)
-    assert reader.take(": events after a-1") is None
-    assert reader.take("") is None
+    assert not list(reader.take(": events after a-1\n\n: still"))
     assert reader.cursor == "a-1"
+
+
+@given(st.lists(st.text(), min_size=1), st.data())
+def test_a_reader_gives_every_event_however_its_text_is_cut(names: list[str], data: st.DataObject) -> None:
+    events = [{"id": f"a-{number}", "subject": name} for number, name in enumerate(names)]
+    lines = [f"id: {it['id']}\nevent: x\ndata: {json.dumps(it, ensure_ascii=False)}\n\n" for it in events]
+    text, reader = "".join(lines), EventReader(None)
+    cut = data.draw(st.integers(0, len(text)))
+    taken: list[Any] = [*reader.take(text[:cut]), *reader.take(text[cut:])]
+    assert taken == events
+    assert reader.cursor == events[-1]["id"]
 
 
 @pytest.mark.parametrize(

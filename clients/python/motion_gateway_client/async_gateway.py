@@ -216,9 +216,9 @@ class AsyncGateway(AsyncOperations):
         while True:
             try:
                 async with self._stream(wanted, reader.cursor) as answer:
-                    async for line in answer.aiter_lines():
+                    async for text in answer.aiter_text():
                         failures = 0
-                        if event := reader.take(line):
+                        for event in reader.take(text):
                             yield event
             except httpx.TransportError:
                 pass

@@ -214,9 +214,9 @@ class Gateway(Operations):
         while True:
             try:
                 with self._stream(wanted, reader.cursor) as answer:
-                    for line in answer.iter_lines():
+                    for text in answer.iter_text():
                         failures = 0
-                        if event := reader.take(line):
+                        for event in reader.take(text):
                             yield event
             except httpx.TransportError:
                 pass
