@@ -1,6 +1,7 @@
 """The Python client without a gateway: what it sends, what it repeats, and how it tells what went wrong."""
 
 import json
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -8,7 +9,7 @@ import httpx
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from motion_gateway_client import Gateway, GatewayError, MoveNotSucceeded, NoAnswer, Refused
+from motion_gateway_client import AsyncGateway, Gateway, GatewayError, MoveNotSucceeded, NoAnswer, Refused
 from motion_gateway_client.generated.types import AbsoluteMoveRequest
 from motion_gateway_client.paths import path_of
 from motion_gateway_client.server_sent import EventReader
@@ -180,3 +181,53 @@ def test_a_reader_gives_every_event_however_its_text_is_cut(names: list[str], da
 )
 def test_addresses_lead_to_what_they_name(address: str, path: str) -> None:
     assert path_of(address) == path
+
+
+JOG = {"id": "j1", "unit": 2, "axis": "X", "direction": "+", "heartbeat_within_ms": 20, "ends_as": None}
+
+
+class Robot:
+    """Stands for a gateway with a robot whose axis jogs for a few heartbeats, and then is told to stop."""
+
+    def __init__(self, *, heartbeats: int, looks: int = 1) -> None:
+        self.sent: list[str] = []
+        self._heartbeats, self._looks = heartbeats, looks
+        self.enough = threading.Event()
+        self.transport = httpx.MockTransport(self._answer)
+
+    def _answer(self, request: httpx.Request) -> httpx.Response:
+        self.sent.append(request.url.path)
+        if request.url.path.endswith("/heartbeat"):
+            self._heartbeats -= 1
+            if self._heartbeats < 0:
+                self.enough.set()
+                return httpx.Response(409, json={**PROBLEM, "detail": "It is over."})
+        if request.url.path.endswith("/j1/stop"):
+            self._looks -= 1
+            if self._looks < 0:
+                raise httpx.ReadError("gone")
+            return httpx.Response(200, json={**JOG, "state": "stopping" if self._looks else "ended"})
+        return httpx.Response(201, json={**JOG, "state": "jogging"})
+
+
+def test_a_jog_that_the_gateway_has_ended_is_stopped_and_raised() -> None:
+    robot = Robot(heartbeats=3, looks=2)
+    client = Gateway(http=httpx.Client(base_url="http://gateway", transport=robot.transport))
+    with (
+        pytest.raises(Refused, match=r"It is over\."),
+        client.jog("r1", unit=2, axis="X", direction="+"),
+    ):
+        assert robot.enough.wait(5)
+    beats = ["/robots/r1/jogs/j1/heartbeat"] * 4
+    assert robot.sent == ["/robots/r1/jogs", *beats, *["/robots/r1/jogs/j1/stop"] * 2]
+
+
+@pytest.mark.anyio
+async def test_a_jog_whose_end_is_not_answered_stops_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("motion_gateway_client.async_gateway.PAUSES_S", (0.0, 0.0))
+    robot = Robot(heartbeats=0, looks=0)
+    http = httpx.AsyncClient(base_url="http://gateway", transport=robot.transport)
+    with pytest.raises(ValueError, match="the block's own"):
+        async with AsyncGateway(http=http) as client, client.jog("r1", unit=2, axis="X", direction="-"):
+            raise ValueError("the block's own")
+    assert robot.sent == ["/robots/r1/jogs", *["/robots/r1/jogs/j1/stop"] * 2, "/robots/r1/stop"]
