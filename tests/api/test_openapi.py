@@ -46,7 +46,8 @@ def test_every_request_with_members_shows_an_example() -> None:
 
 def test_no_request_has_a_default_for_strict_typescript_demands_the_member_then() -> None:
     schemas = DOCUMENT["components"]["schemas"]
-    waiting, seen = [content["schema"] for _, content in bodies()], set()
+    seen: set[str] = set()
+    waiting = [content["schema"] for _, content in bodies()]
     while waiting:
         text = json.dumps(waiting.pop())
         assert '"default": ' not in text

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from shutil import copy
 
 from clients.python import generate
 from tests.clients.node import TYPESCRIPT, run_node
@@ -22,6 +23,14 @@ def test_the_typescript_client_is_what_its_generator_writes(tmp_path: Path) -> N
 
 def test_strict_typescript_finds_no_fault_in_the_client_its_tests_and_the_example() -> None:
     run_node("node_modules/typescript/bin/tsc", "--noEmit")
+
+
+def test_strict_typescript_takes_what_another_generator_makes_of_the_whole_document(tmp_path: Path) -> None:
+    whole = generate.DOCUMENT.with_name("openapi.json")
+    stranger = Path(copy(TYPESCRIPT / "test" / "stranger.ts", tmp_path))
+    run_node("node_modules/@hey-api/openapi-ts/bin/run.js", "-i", str(whole), "-o", str(tmp_path / "made"))
+    options = "--strict --noEmit --target es2022 --module esnext --moduleResolution bundler --skipLibCheck"
+    run_node("node_modules/typescript/bin/tsc", *options.split(), str(stranger))
 
 
 def test_the_typescript_client_moves_a_motor_loses_its_stream_and_misses_nothing(demo: str) -> None:
