@@ -13,8 +13,8 @@ class Cable:
         self._gateway = (str(parts.hostname), int(parts.port or 0))
         self._ends: list[socket.socket] = []
         self.plugged = True
-        self.carried_answer = False
-        """Whether anything has come back yet."""
+        self.answers = bytearray()
+        """What has come back from the gateway."""
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.url = f"http://127.0.0.1:{self._listener.getsockname()[1]}"
         threading.Thread(target=self._accept, daemon=True).start()
@@ -58,7 +58,8 @@ class Cable:
         try:
             while content := source.recv(65_536):
                 target.sendall(content)
-                self.carried_answer |= source.getpeername() == self._gateway
+                if source.getpeername() == self._gateway:
+                    self.answers += content
         except OSError:
             pass
         finally:

@@ -75,7 +75,7 @@ def test_a_stream_that_breaks_before_its_first_event_misses_nothing(gateway: Gat
         events = watching.events(bodies=["00"], types=[LAST])
         with ThreadPoolExecutor(1) as pool:
             first = pool.submit(next, events)  # a generator runs only while it is asked
-            until(lambda: cable.carried_answer, "the stream has begun")
+            until(lambda: b"events after" in cable.answers, "the stream has begun")
             cable.pull()
             move = gateway.wait_for_move(gateway.start_move("00", by(5)))
             cable.plug()
