@@ -34,8 +34,8 @@ class Line:
     def __init__(self, *answers: httpx.Response | Exception) -> None:
         self.requests: list[httpx.Request] = []
         self._answers = list(answers)
-        transport = httpx.MockTransport(self._answer)
-        self.client = Gateway(key="k", http=httpx.Client(base_url="http://gateway", transport=transport))
+        self.transport = httpx.MockTransport(self._answer)
+        self.client = Gateway(key="k", http=httpx.Client(base_url="http://gateway", transport=self.transport))
 
     def _answer(self, request: httpx.Request) -> httpx.Response:
         self.requests.append(request)
@@ -66,11 +66,14 @@ def test_it_sends_the_key_and_an_idempotency_key_only_where_it_is_given() -> Non
 
 
 def test_url_and_key_come_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    line = Line(httpx.Response(200, json={"bodies": []}))
     monkeypatch.setenv("MOTION_GATEWAY_URL", "http://plant:1")
     monkeypatch.setenv("MOTION_GATEWAY_KEY", "secret")
-    with Gateway() as gateway, pytest.raises(NoAnswer) as caught:
+    monkeypatch.setattr("httpx._client.HTTPTransport", lambda **_: line.transport)
+    with Gateway() as gateway:
         gateway.list_bodies()
-    assert caught.value.moved == "no"
+    (request,) = line.requests
+    assert (str(request.url), request.headers["Authorization"]) == ("http://plant:1/bodies", "Bearer secret")
 
 
 def test_a_problem_is_raised_with_all_it_says() -> None:
