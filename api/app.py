@@ -1,5 +1,7 @@
 """The web application: all routes over one plant."""
 
+from typing import Any
+
 from fastapi import FastAPI, HTTPException, Request
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
@@ -7,7 +9,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import catalogue, command_routes, health, lines, stops, streams
 from api.bodies import groups, info, moves, text_commands
-from api.common import problems, request_ids
+from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.routes import PageRoute, unguarded
 from api.common.security import SameSite
@@ -29,6 +31,12 @@ was sent to a controller. A software stop does not replace a hardware stop.
 
 class Application(FastAPI):
     """An application that gives each request an id before anything can go wrong with it."""
+
+    def openapi(self) -> dict[str, Any]:
+        """Write the document, once, as generators of clients need it."""
+        if self.openapi_schema is None:
+            schemas.complete(super().openapi())
+        return super().openapi()
 
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""

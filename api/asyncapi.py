@@ -1,6 +1,5 @@
 """The events as documents: `python -m api.asyncapi` writes openapi/asyncapi.yaml and docs/events.md anew."""
 
-import re
 from pathlib import Path
 from typing import Any, Literal
 
@@ -9,6 +8,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from api.common.version import VERSION
+from api.event_models import name_of
 from gateway.core.event_types import EventType
 from gateway.core.events import CloudEvent
 from gateway.event_types import EVENT_TYPES
@@ -47,7 +47,7 @@ def page() -> str:
 
 
 def _asyncapi() -> dict[str, Any]:
-    messages = {_message_name(row): _message(row) for row in EVENT_TYPES.values()}
+    messages = {name_of(row): _message(row) for row in EVENT_TYPES.values()}
     return {
         "asyncapi": "3.0.0",
         "info": {
@@ -84,10 +84,6 @@ def _query() -> dict[str, Any]:
     }
     described = {name: {"type": "string", "description": text} for name, text in texts.items()}
     return {"type": "object", "properties": described}
-
-
-def _message_name(row: EventType) -> str:
-    return "".join(word.capitalize() for word in re.split(r"[._]", row.name))
 
 
 def _message(row: EventType) -> dict[str, Any]:

@@ -5,16 +5,16 @@ from collections.abc import AsyncIterator, Sequence
 from typing import Annotated
 
 from fastapi import Header, Query, Request, Response, WebSocket
-from pydantic import BaseModel
 from starlette.responses import StreamingResponse
 from starlette.websockets import WebSocketDisconnect
 
 from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
+from api.event_models import EventList
 from api.front.websocket_protocol import EVENTS
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
-from gateway.core.events import CloudEvent, Event, SlowConsumer, Subscription
+from gateway.core.events import Event, SlowConsumer, Subscription
 from gateway.core.rights import Right
 from gateway.plant import Plant
 
@@ -42,13 +42,6 @@ Types = Annotated[
     str | None,
     Query(description="Only events of these types, joined by commas, such as body.move.*,line.down."),
 ]
-
-
-class EventList(BaseModel):
-    """Some events in their order, and where the list goes on."""
-
-    events: list[CloudEvent]
-    cursor: str
 
 
 @router.get("/events", Right.VIEW, response_model=EventList)

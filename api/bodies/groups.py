@@ -6,7 +6,7 @@ from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.requests import GroupId, json_response, new_router, origin_of, plant_of
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
 from gateway.rorze.bodies import Group
@@ -31,7 +31,7 @@ class GroupList(BaseModel):
     groups: list[GroupInfo]
 
 
-class GroupDefinition(RequestModel):
+class GroupDefinition(RequestModel, json_schema_extra=example(members=["00", "3F"], name="pair")):
     """What a group shall be."""
 
     members: Annotated[list[str], Field(min_length=2, max_length=MOST_MEMBERS)] = Field(

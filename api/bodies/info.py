@@ -17,7 +17,7 @@ from api.common.requests import (
     plant_of,
     utc_of,
 )
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
 from gateway.operations.commands import ask
@@ -130,7 +130,7 @@ class BodyStatus(BaseModel):
     age_ms: float
 
 
-class SpeedIncrease(RequestModel):
+class SpeedIncrease(RequestModel, json_schema_extra=example(mode="accelerate")):
     """Accelerate to the maximum speed: command 5AS."""
 
     mode: Literal["accelerate"]
@@ -140,7 +140,7 @@ class SpeedIncrease(RequestModel):
         return Accelerate()
 
 
-class SpeedDecrease(RequestModel):
+class SpeedDecrease(RequestModel, json_schema_extra=example(mode="decelerate")):
     """Decelerate to the start speed: command 5DS."""
 
     mode: Literal["decelerate"]
@@ -150,7 +150,7 @@ class SpeedDecrease(RequestModel):
         return Decelerate()
 
 
-class SpeedSetting(RequestModel):
+class SpeedSetting(RequestModel, json_schema_extra=example(mode="change", speed=20_000)):
     """Change to a speed: command 5CS."""
 
     mode: Literal["change"]

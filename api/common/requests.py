@@ -19,14 +19,20 @@ MAX_WAIT_S = 60
 
 _WAIT = re.compile(r'(?:^|[,;])\s*wait\s*=\s*"?(\d{1,9}(?:\.\d+)?)"?\s*(?:$|[,;])', re.IGNORECASE)
 
-LineId = Annotated[str, Path(description="The line's id.", examples=["arm"])]
+LineId = Annotated[str, Path(description="The line's id.", examples=["line1"])]
 BodyId = Annotated[
     str,
-    Path(description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F."),
+    Path(
+        description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.",
+        examples=["3F"],
+    ),
 ]
 GroupId = Annotated[
     str,
-    Path(description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80."),
+    Path(
+        description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.",
+        examples=["80"],
+    ),
 ]
 Wait = Annotated[
     float | None,

@@ -107,7 +107,9 @@ class Router:
 
 
 def _name_of(route: APIRoute) -> str:
-    return route.name
+    """Name an operation as clients in most languages do: startMove."""
+    first, *others = route.name.split("_")
+    return first + "".join(map(str.capitalize, others))
 
 
 def unguarded(routes: Iterable[BaseRoute]) -> Iterator[BaseRoute]:
