@@ -9,7 +9,16 @@ from fastapi import Query, Request, Response
 from pydantic import AwareDatetime, BaseModel, Field
 
 from api.common.problems import DECLARED
-from api.common.requests import LineId, Wait, json_response, new_router, plant_of, wait_headers, wait_s
+from api.common.requests import (
+    LineId,
+    Wait,
+    is_seen,
+    json_response,
+    new_router,
+    plant_of,
+    wait_headers,
+    wait_s,
+)
 from gateway.core.errors import NotFound
 from gateway.core.rights import Right
 from gateway.fics.line import FicsLine
@@ -88,11 +97,12 @@ class Trace(BaseModel):
     entries: list[TraceRecord]
 
 
-@router.get("/lines", Right.VIEW, response_model=LineList)
+@router.get("/lines", Right.VIEW, any_scope=True, response_model=LineList)
 async def list_lines(request: Request) -> Response:
     """List all lines."""
     plant = plant_of(request)
-    return json_response(LineList(lines=[_info(plant, port) for port in plant.ports().values()]))
+    seen = [port for port in plant.ports().values() if is_seen(request, port.id)]
+    return json_response(LineList(lines=[_info(plant, port) for port in seen]))
 
 
 @router.get("/lines/{line_id}", Right.VIEW, response_model=AnyLineInfo)

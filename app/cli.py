@@ -15,8 +15,11 @@ import httpx
 import typer
 import uvloop
 
+from app import keys
+from app.data_directory import Data, data_directory
 from app.server import CannotListen
 from app.server import serve as run_server
+from gateway.access.keys import KeyFault
 from gateway.config import Config, ConfigError, load
 from gateway.core.errors import Ambiguous, GarbledReply, NoReply
 from gateway.core.move_record import MoveStatus
@@ -47,6 +50,7 @@ app = typer.Typer(
 )
 simulate = typer.Typer(help="Run fake controllers to develop and test against.", no_args_is_help=True)
 app.add_typer(simulate, name="simulate")
+app.add_typer(keys.app, name="keys")
 
 Url = Annotated[str, typer.Option(help="Where the gateway listens.", envvar="MOTION_GATEWAY_URL")]
 
@@ -62,13 +66,15 @@ def serve(
     config: Annotated[Path | None, typer.Option(help="The configuration file (TOML).")] = None,
     demo: Annotated[bool, typer.Option(help="Serve a built-in simulated line and robot.")] = False,
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="Listen on this port instead.")] = None,
+    data: Data = None,
 ) -> None:
     """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM)."""
     if (config is None) == (not demo):
         _fail("Say either --config FILE or --demo.", EXIT_USAGE)
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
-        serving = run_server(_on_port(load(config), port)) if config else _serve_demo(port)
+        given = data or data_directory()
+        serving = run_server(_on_port(load(config), port), given) if config else _serve_demo(port)
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
     except ConfigError as error:
@@ -86,7 +92,7 @@ async def _serve_demo(port: int | None) -> None:
         async with AsyncExitStack() as stack:
             stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path).aclose)
             stack.push_async_callback(start_demo_robot(robot_path).aclose)
-            await run_server(_on_port(_demo_config(line_path, robot_path), port))
+            await run_server(_on_port(_demo_config(line_path, robot_path), port), Path(folder))
 
 
 def _demo_config(line_path: Path, robot_path: Path) -> Config:
@@ -98,7 +104,7 @@ def _demo_config(line_path: Path, robot_path: Path) -> Config:
     ]
     robot = {"id": "r1", "units": units}
     cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
-    return Config.model_validate({"lines": [line, cell]})
+    return Config.model_validate({"access": {"mode": "open"}, "lines": [line, cell]})
 
 
 def _on_port(config: Config, port: int | None) -> Config:
@@ -115,11 +121,13 @@ def send(
     ],
     url: Url = "http://127.0.0.1:8420",
     wait: Annotated[float, typer.Option(min=0, max=60, help="Seconds to wait for the end of a move.")] = 0,
+    key_file: keys.KeyFile = None,
 ) -> None:
     """Send one command to a body through a running gateway, and print the answer as JSON."""
     parameters = _read(command)
     path = f"/bodies/{body}/commands/{parameters.name()}"
-    answer = _ask("POST", url + path, wait, parameters.model_dump(mode="json", exclude_none=True))
+    content = parameters.model_dump(mode="json", exclude_none=True)
+    answer = _ask("POST", url + path, wait, content, key_file)
     typer.echo(json.dumps(answer, ensure_ascii=False, indent=2))
     if parameters.starts_motion():
         raise typer.Exit(_exit_of_move(answer, awaited=wait > 0))
@@ -167,9 +175,10 @@ def _exit_of_stop(stop: dict[str, Any]) -> int:
 def scan(
     line: Annotated[str, typer.Argument(help="The line to scan, as the configuration names it.")],
     url: Url = "http://127.0.0.1:8420",
+    key_file: keys.KeyFile = None,
 ) -> None:
     """Ask all 120 body numbers of a line who is there, and print the addresses that answer."""
-    found = _ask("POST", f"{url}/lines/{line}/scans", 60, None)
+    found = _ask("POST", f"{url}/lines/{line}/scans", 60, None, key_file)
     if found["status"] == "running":
         _fail(f"The scan of {line} is still running.", EXIT_UNDER_WAY)
     if found["status"] == "failed":
@@ -178,10 +187,14 @@ def scan(
         typer.echo(f"{body['body_id']}{'' if body['configured'] else '  (not in the configuration)'}")
 
 
-def _ask(method: str, url: str, wait_s: float, content: object) -> dict[str, Any]:
+def _ask(method: str, url: str, wait_s: float, content: object, key_file: Path | None) -> dict[str, Any]:
     """Ask the gateway, and turn a problem into its sentence, the request's id and an exit code."""
     request_id = uuid4().hex
     headers = {"X-Request-Id": request_id, **({"Prefer": f"wait={wait_s:g}"} if wait_s else {})}
+    try:
+        headers |= keys.authorization(key_file)
+    except KeyFault as fault:
+        _fail(str(fault), EXIT_USAGE)
     try:
         answer = httpx.request(method, url, json=content, headers=headers, timeout=wait_s + 10)
         data = dict(answer.json())

@@ -9,10 +9,13 @@ import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from ipaddress import ip_address
+from pathlib import Path
 
 import uvicorn
 
 from app.descriptors import connections_possible
+from app.door import Door
+from app.tls import Certificate
 from gateway.config import Config, Server
 from gateway.plant import Plant
 
@@ -28,18 +31,22 @@ class CannotListen(OSError):
     """The HTTP port cannot be had; the message says which and why."""
 
 
-async def serve(config: Config) -> None:
+async def serve(config: Config, data: Path) -> None:
     """Serve until SIGINT, SIGTERM or SIGHUP. What `on_exit` leaves moving runs on in the controllers.
 
+    `data` is where the keys are.
+
     :raises CannotListen: no line was opened.
+    :raises ConfigError: nobody could be let in, or the certificate cannot be used; no line was opened.
     """
     from api.app import create_app, make_documents
 
+    door = Door(config, data)
     with _listener(config.server) as listener:
         plant = Plant(config)
-        app = create_app(plant)
+        app = create_app(plant, door.credentials)
         make_documents(app)
-        server = _Server(_uvicorn_config(app, config.server))
+        server = _Server(_uvicorn_config(app, config.server, door.certificate))
         end = _End(plant, server)
         await plant.start()
         try:
@@ -47,7 +54,9 @@ async def serve(config: Config) -> None:
             gc.collect()
             gc.freeze()
             plant.watch.start()
-            log.info("running on http://%s:%d", config.server.host, listener.getsockname()[1])
+            scheme = "https" if door.certificate else "http"
+            log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
+            door.open()
             serving = asyncio.create_task(server.serve([listener]), name="server")
             await end.told(serving)
             await plant.wind_down()
@@ -56,6 +65,7 @@ async def serve(config: Config) -> None:
             await server.end_requests(serving)
         finally:
             await plant.close()
+            await door.close()
         await serving
 
 
@@ -129,7 +139,7 @@ class _Server(uvicorn.Server):
         await asyncio.wait({serving}, timeout=0 if self.force_exit else REQUESTS_S)
 
 
-def _uvicorn_config(asgi: object, settings: Server) -> uvicorn.Config:
+def _uvicorn_config(asgi: object, settings: Server, certificate: Certificate | None) -> uvicorn.Config:
     from api.front.protocols import protocols
 
     http, websocket = protocols(connections_possible(settings.max_connections))
@@ -144,7 +154,9 @@ def _uvicorn_config(asgi: object, settings: Server) -> uvicorn.Config:
         log_config=None,
         headers=[("X-Content-Type-Options", "nosniff")],
         server_header=False,
-        proxy_headers=False,
+        proxy_headers=False,  # `Proxies` does it
+        root_path=settings.root_path,
+        ssl_context_factory=(lambda *_: certificate.context) if certificate else None,
         lifespan="off",
         # By then the lines are closed, and whoever still waits has had an answer.
         timeout_graceful_shutdown=int(2 * REQUESTS_S),

@@ -5,7 +5,8 @@ from typing import Annotated
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import GroupId, RequestModel, json_response, new_router, plant_of
+from api.common.access import Access
+from api.common.requests import GroupId, RequestModel, is_seen, json_response, new_router, plant_of
 from gateway.core.addresses import numbered_address
 from gateway.core.rights import Right
 from gateway.rorze.bodies import Group
@@ -38,10 +39,11 @@ class GroupDefinition(RequestModel):
     name: Annotated[str, Field(max_length=64)] = ""
 
 
-@router.get("/groups", Right.VIEW, response_model=GroupList)
+@router.get("/groups", Right.VIEW, any_scope=True, response_model=GroupList)
 async def list_groups(request: Request) -> Response:
     """List all groups."""
-    return json_response(GroupList(groups=[_info(group) for group in plant_of(request).groups()]))
+    seen = [group for group in plant_of(request).groups() if is_seen(request, group.address)]
+    return json_response(GroupList(groups=[_info(group) for group in seen]))
 
 
 @router.get("/groups/{group_id}", Right.VIEW, response_model=GroupInfo)
@@ -57,6 +59,9 @@ async def define_group(request: Request, group_id: GroupId, definition: GroupDef
     It lasts until the gateway ends; groups of the configuration are defined at every start.
     """
     address, members = numbered_address(group_id), [*definition.members]
+    home = address.rpartition(".")[0]
+    access: Access = request.app.state.access
+    access.require_also(Right.SETUP, *(f"{home}.{it}" if home and "." not in it else it for it in members))
     group = await plant_of(request).define_group(address, members, definition.name)
     return json_response(_info(group))
 

@@ -9,7 +9,16 @@ from pydantic import BaseModel, Field
 
 from api.bodies.moves import Length
 from api.common.fast_route import DirectRoute
-from api.common.requests import BodyId, RequestModel, age_ms_of, json_response, new_router, plant_of, utc_of
+from api.common.requests import (
+    BodyId,
+    RequestModel,
+    age_ms_of,
+    is_seen,
+    json_response,
+    new_router,
+    plant_of,
+    utc_of,
+)
 from gateway.core.rights import Right
 from gateway.plant import Plant
 from gateway.rorze.bodies import PULSES_RUNNING, Body
@@ -206,11 +215,12 @@ async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRe
     return json_response(SpeedAccepted(body_id=body.address, command=command.code))
 
 
-@router.get("/bodies", Right.VIEW, response_model=BodyList)
+@router.get("/bodies", Right.VIEW, any_scope=True, response_model=BodyList)
 async def list_bodies(request: Request) -> Response:
     """List all bodies; nothing is sent."""
     plant = plant_of(request)
-    return json_response(BodyList(bodies=[_info(plant, body) for body in plant.bodies()]))
+    seen = [body for body in plant.bodies() if is_seen(request, body.address)]
+    return json_response(BodyList(bodies=[_info(plant, body) for body in seen]))
 
 
 @router.get("/bodies/{body_id}", Right.VIEW, response_model=BodyInfo)

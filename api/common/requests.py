@@ -9,6 +9,7 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, ConfigDict
 
+from api.common.access import Access
 from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRoute
 from gateway.plant import Plant
@@ -53,6 +54,12 @@ def plant_of(request: Request) -> Plant:
     """The plant that the app serves."""
     plant: Plant = request.app.state.plant
     return plant
+
+
+def is_seen(request: Request, address: str) -> bool:
+    """Whether who asks may see this in a list: keys with a scope see what it covers."""
+    access: Access = request.app.state.access
+    return access.sees(address)
 
 
 def wait_s(request: Request, wait: float | None) -> float:

@@ -6,7 +6,7 @@ from typing import Literal
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import age_ms_of, json_response, new_router, plant_of, utc_of
+from api.common.requests import age_ms_of, is_seen, json_response, new_router, plant_of, utc_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from api.stops import StopBody, StopResult, perform_stop
 from gateway.core.port import LineState
@@ -124,10 +124,11 @@ class RobotErrors(BaseModel):
     errors: list[RobotErrorRecord]
 
 
-@router.get("/robots", Right.VIEW, response_model=RobotList)
+@router.get("/robots", Right.VIEW, any_scope=True, response_model=RobotList)
 async def list_robots(request: Request) -> Response:
     """List all robots; nothing is sent."""
-    return json_response(RobotList(robots=[_info(robot) for robot in plant_of(request).robots()]))
+    seen = [robot for robot in plant_of(request).robots() if is_seen(request, robot.id)]
+    return json_response(RobotList(robots=[_info(robot) for robot in seen]))
 
 
 @router.get("/robots/{robot_id}", Right.VIEW, response_model=RobotInfo)
