@@ -63,5 +63,5 @@ def write_config(folder: Path, web_port: int, line_port: int, bodies: list[int])
     tables = "".join(f'[[lines.bodies]]\nid = "{body:02X}"\n' for body in bodies)
     line = f'[[lines]]\nid = "line"\naddress = "tcp://127.0.0.1:{line_port}"\n'
     path = folder / "gateway.toml"
-    path.write_text(f"[server]\nport = {web_port}\n{line}{tables}")
+    path.write_text(f'[access]\nmode = "open"\n[server]\nport = {web_port}\n{line}{tables}')
     return path
