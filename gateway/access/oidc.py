@@ -75,10 +75,10 @@ class OidcVerifier:
     async def run(self) -> None:
         """Keep the provider's keys fresh until it is cancelled."""
         while True:
+            self._wanted.clear()
             fetched = await self._fetched()
             await asyncio.sleep(RETRY_S)
             if fetched:
-                self._wanted.clear()
                 await _first(self._wanted, FETCH_S - RETRY_S)
 
     def verify(self, token: str) -> Grant | None:
