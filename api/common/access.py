@@ -75,6 +75,8 @@ class Access:
         if right is Right.OPEN:
             return Passage()
         if self.is_open:
+            if path_of(scope) in STREAMS:
+                _take_ticket(scope)
             return Passage(lambda: asking(EVERYBODY))
         try:
             grant, session = self._grant_of(scope)

@@ -13,7 +13,12 @@ from gateway.core.rights import Right
 
 Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
 
-_NO_LONGER: Final = "the key or the session has ended"
+_END_OF_SOCKET: Final = {
+    "type": "websocket.close",
+    "code": CLOSE_NOT_AUTHENTICATED,
+    "reason": "the key or the session has ended",
+}
+_END_OF_STREAM: Final = {"type": "http.response.body", "body": b"", "more_body": False}
 
 
 class Guarded(BaseRoute):
@@ -32,8 +37,8 @@ class Guarded(BaseRoute):
             handling = super().handle(scope, receive, send)
             if passage.holds is None:
                 await handling
-            elif not await while_it_holds(passage.holds, handling) and scope["type"] == "websocket":
-                await send({"type": "websocket.close", "code": CLOSE_NOT_AUTHENTICATED, "reason": _NO_LONGER})
+            elif not await while_it_holds(passage.holds, handling):
+                await send(_END_OF_SOCKET if scope["type"] == "websocket" else _END_OF_STREAM)
 
 
 class HttpRoute(Guarded, APIRoute):

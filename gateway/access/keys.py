@@ -145,8 +145,8 @@ class KeyStore:
         """
         if not _NAME.fullmatch(name) or name.lower() in _RESERVED:
             raise KeyFault(
-                f"{name!r} is no name of a key: up to 64 letters, digits and . _ @ -, and neither gateway nor "
-                "everybody."
+                f"{name!r} is no name of a key: up to 64 letters, digits and . _ @ -, and neither gateway "
+                "nor everybody."
             )
         for address in scope or ():
             if not _SCOPE.fullmatch(address):
