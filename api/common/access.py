@@ -2,8 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from time import monotonic
 from typing import Final
@@ -34,18 +33,58 @@ CLOSE_NOT_AUTHENTICATED: Final = 4401
 _TARGETS: Final = ("body_id", "group_id", "robot_id", "line_id")
 _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
+_ONCE: Final = frozenset({b"authorization", b"cookie"})
 _REFUSAL: Final = "; nothing was sent."
 
-Passing = AbstractContextManager[None]
+_NOT_GOOD: Final = (
+    f"The credential is none of this gateway, or has expired, or was revoked{_REFUSAL}",
+    "Use a good key: `motion-gateway keys list` tells which are.",
+)
 
-
-@dataclass(frozen=True)
 class Passage:
-    """A request that may go on: in whose name, and as long as `holds` says so."""
+    """A request that may go on; within it the code acts in the name of who asked."""
 
-    enter: Callable[[], Passing] = nullcontext
     holds: Callable[[], bool] | None = None
-    """Of an event stream, which lasts."""
+    """Of an event stream, which lasts: whether its credential is still good."""
+
+    def __enter__(self) -> None:
+        """Begin."""
+
+    def __exit__(self, *_: object) -> None:
+        """It is answered."""
+
+
+class _Of(Passage):
+    """A request of somebody."""
+
+    def __init__(self, principal: Principal, origin: Origin) -> None:
+        self._asking = asking(principal)
+        self._acting = acting(origin)
+
+    def __enter__(self) -> None:
+        self._asking.__enter__()
+        self._acting.__enter__()
+
+    def __exit__(self, *_: object) -> None:
+        self._acting.__exit__(None, None, None)
+        self._asking.__exit__(None, None, None)
+
+
+class _Counted(_Of):
+    """A request of a key, which may have so many."""
+
+    def __init__(self, principal: Principal, usages: Usages, use: Use) -> None:
+        origin = current()
+        super().__init__(principal, Origin(f"{principal.name} ({origin.caller})", origin.request_id))
+        self._usages, self._key, self._use = usages, principal.id, use
+
+    def __enter__(self) -> None:
+        self._usages.begin(self._key, self._use)
+        super().__enter__()
+
+    def __exit__(self, *_: object) -> None:
+        super().__exit__()
+        self._usages.end(self._key, self._use)
 
 
 class Access:
@@ -77,7 +116,7 @@ class Access:
         if self.is_open:
             if path_of(scope) in STREAMS:
                 _take_ticket(scope)
-            return Passage(lambda: asking(EVERYBODY))
+            return _Of(EVERYBODY, current())
         try:
             grant, session = self._grant_of(scope)
             if any_scope:
@@ -88,8 +127,10 @@ class Access:
             self._tell(scope, error)
             raise
         use = _use_of(scope, right)
-        holds = (lambda: self._holds(grant, session)) if use is Use.SUBSCRIBER else None
-        return Passage(lambda: self._acting(grant.principal, use), holds)
+        passage = _Counted(grant.principal, self._usages, use)
+        if use is Use.SUBSCRIBER:
+            passage.holds = lambda: self._holds(grant, session)
+        return passage
 
     def sees(self, address: str) -> bool:
         """Whether who asks may see this in a list."""
@@ -109,13 +150,6 @@ class Access:
         """
         return self._grant_of(scope)[0]
 
-    @contextmanager
-    def _acting(self, principal: Principal, use: Use) -> Iterator[None]:
-        origin = current()
-        named = Origin(f"{principal.name} ({origin.caller})", origin.request_id)
-        with self._usages.using(principal.id, use), asking(principal), acting(named):
-            yield
-
     def _holds(self, grant: Grant, session: str | None) -> bool:
         return self.credentials.holds(grant) and (session is None or self.sessions.lasts(session))
 
@@ -123,7 +157,10 @@ class Access:
         """Find who asks, and by which session if by one."""
         headers = Headers.of(scope)
         if headers.authorization is not None:
-            return self._good(self.credentials.verify(headers.bearer())), None
+            grant = self.credentials.verify(headers.bearer())
+            if grant is None:
+                raise NotAuthenticated(*_NOT_GOOD)
+            return grant, None
         if path_of(scope) in STREAMS and (ticket := _take_ticket(scope)):
             return self._good(self.tickets.redeem(ticket)), None
         session = headers.cookies.get(session_cookie(scope))
@@ -137,10 +174,7 @@ class Access:
 
     def _good(self, grant: Grant | None) -> Grant:
         if grant is None or not self.credentials.holds(grant):
-            raise NotAuthenticated(
-                f"The credential is none of this gateway, or has expired, or was revoked{_REFUSAL}",
-                "Use a good key: `motion-gateway keys list` tells which are.",
-            )
+            raise NotAuthenticated(*_NOT_GOOD)
         return grant
 
     def _tell(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
@@ -157,11 +191,7 @@ class Access:
 class Headers:
     """What a request says of its sender."""
 
-    authorization: str | None
-    cookies: Mapping[str, str]
-    host: str
-    origin: str
-    site: str
+    found: Mapping[bytes, bytes]
 
     @classmethod
     def of(cls, scope: Scope) -> "Headers":
@@ -171,18 +201,25 @@ class Headers:
         """
         found: dict[bytes, bytes] = {}
         for name, value in scope["headers"]:
-            if name in (b"authorization", b"cookie") and name in found:
+            if name in _ONCE and name in found:
                 raise NotAuthenticated(f"The request has the header {name.decode()} twice{_REFUSAL}")
             found[name] = value
-        given = found.get(b"authorization")
-        cookie = found.get(b"cookie")
-        return cls(
-            None if given is None else given.decode("latin-1"),
-            cookie_parser(cookie.decode("latin-1")) if cookie else {},
-            found.get(b"host", b"").decode("latin-1").lower(),
-            found.get(b"origin", b"").decode("latin-1").lower(),
-            found.get(b"sec-fetch-site", b"").decode("latin-1").lower(),
-        )
+        return cls(found)
+
+    @property
+    def authorization(self) -> str | None:
+        """Which credential is shown, if one is."""
+        given = self.found.get(b"authorization")
+        return None if given is None else given.decode("latin-1")
+
+    @property
+    def cookies(self) -> Mapping[str, str]:
+        """What a browser keeps for us."""
+        cookie = self.found.get(b"cookie")
+        return cookie_parser(cookie.decode("latin-1")) if cookie else {}
+
+    def _word(self, name: bytes) -> str:
+        return self.found.get(name, b"").decode("latin-1").lower()
 
     def bearer(self) -> str:
         """Read the key.
@@ -203,11 +240,12 @@ class Headers:
         """
         safe = scope["type"] == "http" and scope["method"] in _SAFE
         scheme = "https" if is_secure(scope) else "http"
-        own = self.origin in (f"https://{self.host}", f"{scheme}://{self.host}")
-        if self.origin and not own:
+        host, origin, site = self._word(b"host"), self._word(b"origin"), self._word(b"sec-fetch-site")
+        own = origin in (f"https://{host}", f"{scheme}://{host}")
+        if origin and not own:
             raise NotPermitted(_NOT_FROM_THERE)
-        typed_in = self.site == "none" and safe
-        if not (self.site == "same-origin" or typed_in if self.site else own or safe):
+        typed_in = site == "none" and safe
+        if not (site == "same-origin" or typed_in if site else own or safe):
             raise NotPermitted(_NOT_FROM_THERE)
 
 

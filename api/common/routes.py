@@ -33,7 +33,7 @@ class Guarded(BaseRoute):
         """Refuse, or do what the route does."""
         access: Access = scope["app"].state.access
         passage = access.require(scope, self.right, any_scope=self.any_scope)
-        with passage.enter():
+        with passage:
             handling = super().handle(scope, receive, send)
             if passage.holds is None:
                 await handling

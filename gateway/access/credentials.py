@@ -33,6 +33,7 @@ class Credentials:
         self._keys = keys
         self._tokens = tokens
         self._clock = clock
+        self._known: dict[str, Grant] = {}
 
     def verify(self, shown: str) -> Grant | None:
         """Find out who shows this; None if it is not good now.
@@ -42,7 +43,12 @@ class Credentials:
         if not shown.startswith(KEY):
             return self._tokens.verify(shown) if self._tokens else None
         key = self._keys.verify(shown) if self._keys else None
-        return Grant(key.principal(), key) if key else None
+        if key is None:
+            return None
+        grant = self._known.get(key.prefix)
+        if grant is None or grant.key is not key:
+            grant = self._known[key.prefix] = Grant(key.principal(), key)
+        return grant
 
     def holds(self, grant: Grant) -> bool:
         """Whether what was found good before still is."""

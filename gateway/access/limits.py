@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from time import monotonic
+from typing import Final
 
 from gateway.access.errors import LimitReached
 
@@ -16,6 +17,9 @@ class Use(Enum):
     REQUEST = auto()
     MOVE = auto()
     SUBSCRIBER = auto()
+
+
+_COUNTED_AS: Final = {Use.REQUEST: Use.REQUEST, Use.MOVE: Use.REQUEST, Use.SUBSCRIBER: Use.SUBSCRIBER}
 
 
 @dataclass(frozen=True)
@@ -45,26 +49,32 @@ class Usages:
         self._clock = clock
         self._of: dict[str, _Usage] = {}
 
-    @contextmanager
-    def using(self, key: str, use: Use) -> Iterator[None]:
-        """Count a request as long as it lasts.
+    def begin(self, key: str, use: Use) -> None:
+        """Count a request.
 
         :raises LimitReached: the key has as many already; nothing was sent.
         """
         if use is Use.STOP:
-            yield
             return
         usage = self._of.get(key)
         if usage is None:
             usage = self._of[key] = _Usage(self._limits.moves_per_s, self._clock())
         self._require_room(usage, use)
-        count = usage.under_way
-        use = Use.REQUEST if use is Use.MOVE else use
-        count[use] += 1
+        usage.under_way[_COUNTED_AS[use]] += 1
+
+    def end(self, key: str, use: Use) -> None:
+        """A request that was begun is over."""
+        if use is not Use.STOP:
+            self._of[key].under_way[_COUNTED_AS[use]] -= 1
+
+    @contextmanager
+    def using(self, key: str, use: Use) -> Iterator[None]:
+        """Count a request as long as it lasts; errors as of `begin`."""
+        self.begin(key, use)
         try:
             yield
         finally:
-            count[use] -= 1
+            self.end(key, use)
 
     def _require_room(self, usage: _Usage, use: Use) -> None:
         limits = self._limits

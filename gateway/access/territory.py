@@ -32,6 +32,11 @@ class Territory:
             group.address: [Part(group.line.id, member.address) for member in group.members]
             for group in plant.groups()
         }
+        self._covered: dict[frozenset[str], frozenset[str]] = {}
+
+    def forget(self) -> None:
+        """Look anew at what scopes cover: there are other bodies, groups or robots now."""
+        self._covered.clear()
 
     def require(self, principal: Principal, right: Right, *addresses: str) -> None:
         """Refuse somebody who does not have the right on all of these; on none means on the whole plant.
@@ -80,7 +85,10 @@ class Territory:
         wanted = self._parts(address)
         if not wanted:
             return False
-        covered = {part for name in principal.scope for part in self._meant_by(name)}
+        covered = self._covered.get(principal.scope)
+        if covered is None:
+            covered = frozenset(it for name in principal.scope for it in self._meant_by(name))
+            self._covered[principal.scope] = covered
         return all(part.address in covered or part.line_id in covered for part in wanted)
 
     def _meant_by(self, name: str) -> Iterable[str]:
