@@ -41,6 +41,7 @@ _NOT_GOOD: Final = (
     "Use a good key: `motion-gateway keys list` tells which are.",
 )
 
+
 class Passage:
     """A request that may go on; within it the code acts in the name of who asked."""
 
