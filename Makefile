@@ -28,7 +28,7 @@ format: $(VENV)/.development ## Write the code as the tests want it
 	$(BIN)/ruff format .
 
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-	--custom-compile-command "make lock" --group build pyproject.toml
+	--custom-compile-command "make lock" --group build --extra oidc pyproject.toml
 
 # The gateway is served with the versions it is tested with: the first file binds the second.
 lock: ## Pin the dependencies anew as pyproject.toml asks (needs uv)

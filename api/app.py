@@ -101,7 +101,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
             allow_headers=["*"],
             expose_headers=[request_ids.HEADER],
         )
-    app.add_middleware(SameSite, allowed_hosts=server.allowed_hosts, allowed_origins=server.allowed_origins)
+    app.add_middleware(SameSite, allowed_hosts=server.names, allowed_origins=server.allowed_origins)
     return app
 
 

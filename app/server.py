@@ -23,6 +23,8 @@ log = logging.getLogger(__name__)
 
 STREAMS_S = 1.0
 """How long event streams may take to deliver what there is and to close."""
+HANDSHAKE_S = 5.0
+"""How long a client may take to agree on TLS."""
 REQUESTS_S = 2.0
 """How long requests may take to end by themselves; then the lines are closed, which answers whoever waits."""
 
@@ -116,6 +118,25 @@ def _listener(settings: Server) -> socket.socket:
 
 class _Server(uvicorn.Server):
     """A server whose signals are ours, and that ends step by step."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen. A TLS handshake that does not end gives its place back soon: nobody counts it yet."""
+        await super().startup(sockets=[])
+        for listener in sockets or ():
+            server = await asyncio.get_running_loop().create_server(
+                self._connection,
+                sock=listener,
+                ssl=self.config.ssl,
+                ssl_handshake_timeout=HANDSHAKE_S if self.config.ssl else None,
+                backlog=self.config.backlog,
+            )
+            self.servers.append(server)
+
+    def _connection(self) -> asyncio.Protocol:
+        made: asyncio.Protocol = self.config.http_protocol_class(  # type: ignore[call-arg]  # as uvicorn does
+            config=self.config, server_state=self.server_state, app_state=self.lifespan.state
+        )
+        return made
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:

@@ -411,6 +411,13 @@ class Server(_Table):
         """Whether only this machine reaches it."""
         return self.host == "localhost" or ip_address(self.host).is_loopback
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the Host header may name besides the loopback interface."""
+        if self.is_local or ip_address(self.host).is_unspecified:
+            return self.allowed_hosts
+        return (*self.allowed_hosts, f"[{self.host}]" if ":" in self.host else self.host)
+
     @model_validator(mode="after")
     def _be_private(self) -> Self:
         for key, other in ("tls_certificate", "tls_key"), ("tls_key", "tls_certificate"):

@@ -1,6 +1,7 @@
 """A guarded gateway as it is run: keys made beside it, TLS, a renewed certificate, and what it refuses."""
 
 import os
+import socket
 import ssl
 import subprocess
 from collections.abc import Iterator
@@ -99,6 +100,14 @@ def test_a_request_that_ends_its_connection_is_answered_over_tls(guarded: Guarde
     with guarded.client() as client:
         assert client.get("/bodies", headers={"x": "y" * 20_000}).status_code == 431
         assert client.get("/livez").status_code == 200
+
+
+def test_a_handshake_that_does_not_come_loses_its_place(guarded: Guarded) -> None:
+    host, port = guarded.url.removeprefix("https://").split(":")
+    with socket.create_connection((host, int(port)), PATIENCE_S) as silent:
+        with guarded.client() as client:
+            assert client.get("/livez").status_code == 200
+        assert silent.recv(1) == b""
 
 
 def test_a_renewed_certificate_is_shown_without_a_restart(guarded: Guarded) -> None:

@@ -1,3 +1,4 @@
+import json
 import re
 from pathlib import Path
 
@@ -6,7 +7,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from gateway.config import Body, ConfigError, Group, Line, Robot, RobotUnit, Server, load, parse
+from gateway.config import (
+    Access,
+    Body,
+    ConfigError,
+    Group,
+    Line,
+    Oidc,
+    Robot,
+    RobotUnit,
+    Server,
+    load,
+    parse,
+)
 
 PLANT = """\
 [server]
@@ -314,6 +327,8 @@ def test_the_robot_in_the_documentation_is_a_configuration() -> None:
     ("table", "header"),
     [
         (Server, "[server]"),
+        (Access, "[access]"),
+        (Oidc, "[access.oidc]"),
         (Line, "[[lines]]"),
         (Body, "[[lines.bodies]]"),
         (Group, "[[lines.groups]]"),
@@ -335,5 +350,7 @@ def test_the_documentation_has_every_key_with_its_default(table: type[BaseModel]
 def shown(default: object) -> str:
     if default is None:
         return "none"
-    text = f'"{default}"' if isinstance(default, str) else str(default).lower().replace("()", "[]")
+    if isinstance(default, tuple):
+        return f"`{json.dumps(default)}`"
+    text = f'"{default}"' if isinstance(default, str) else str(default).lower()
     return f"`{text}`"

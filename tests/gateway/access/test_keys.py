@@ -39,7 +39,7 @@ def test_a_key_is_known_again(store: KeyStore) -> None:
     token = store.create("mes", Role.OPERATOR, ["line1", "r1"])
     key = verified(store, token)
     assert (key.name, key.role, key.scope) == ("mes", Role.OPERATOR, ("line1", "r1"))
-    assert key.principal().scope == {"line1", "r1"}
+    assert key.principal().scope == frozenset({"line1", "r1"})
     assert store.verify(token + "x") is None
 
 

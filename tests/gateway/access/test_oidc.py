@@ -90,7 +90,7 @@ def test_a_token_says_who_somebody_is_and_where(verifier: OidcVerifier) -> None:
     for shown in (token(), token(EC, "e", "ES256")):
         principal = good(verifier, shown).principal
         assert (principal.name, principal.role) == ("Hanako", Role.OPERATOR)
-        assert principal.scope == {"line1", "r1"}
+        assert principal.scope == frozenset({"line1", "r1"})
         assert principal.id == "oidc u1"
     assert good(verifier, token()) is good(verifier, token())
     assert Credentials(None, verifier).verify(token()) is not None
