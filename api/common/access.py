@@ -35,6 +35,8 @@ _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
 _ONCE: Final = frozenset({b"authorization", b"cookie"})
 _REFUSAL: Final = "; nothing was sent."
+_HEARTBEAT: Final = "/heartbeat"
+"""What keeps a JOG going begins no move."""
 
 _NOT_GOOD: Final = (
     f"The credential is none of this gateway, or has expired, or was revoked{_REFUSAL}",
@@ -184,7 +186,7 @@ class Access:
         now = monotonic()
         if now - self._told_at >= 1:
             what = f"{scope.get('method', 'WebSocket')} {scope['path'][:200]!a} from {current().caller}"
-            log.warning("%d requests refused; the last: %s: %s", self._refused, what, error.detail)
+            log.warning("%d requests refused; the last: %s: %a", self._refused, what, error.detail)
             self._told_at, self._refused = now, 0
 
 
@@ -268,7 +270,8 @@ def _use_of(scope: Scope, right: Right) -> Use:
         return Use.STOP
     if scope["type"] == "websocket" or path_of(scope) == "/events/stream":
         return Use.SUBSCRIBER
-    return Use.MOVE if right is Right.OPERATE else Use.REQUEST
+    moves = right is Right.OPERATE and not scope["path"].endswith(_HEARTBEAT)
+    return Use.MOVE if moves else Use.REQUEST
 
 
 def _targets(scope: Scope) -> list[str]:
