@@ -13,7 +13,15 @@ import pytest
 from websockets.sync.client import connect
 
 from tests.certificates import write_certificate
-from tests.e2e.processes import MOTION_GATEWAY, PATIENCE_S, Program, SimulatedLine, until, write_config
+from tests.e2e.processes import (
+    MOTION_GATEWAY,
+    PATIENCE_S,
+    Program,
+    SimulatedLine,
+    simulated_line,
+    until,
+    write_config,
+)
 from tests.open_access import OPEN
 
 
@@ -48,10 +56,16 @@ class Guarded:
 
 
 @pytest.fixture(scope="module")
-def guarded(shared_line: SimulatedLine, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
+def line(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimulatedLine]:
+    with simulated_line(tmp_path_factory.mktemp("guarded-line")) as line:
+        yield line
+
+
+@pytest.fixture(scope="module")
+def guarded(line: SimulatedLine, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
     folder = tmp_path_factory.mktemp("guarded")
     certificate, key = write_certificate(folder, "first")
-    config = write_config(shared_line, "guarded")
+    config = write_config(line, "guarded")
     tls = f'[server]\ntls_certificate = "{certificate}"\ntls_key = "{key}"'
     config.write_text(config.read_text().replace(OPEN, "").replace("[server]", tls))
     log = folder / "gateway.log"
@@ -137,9 +151,9 @@ def test_a_renewed_certificate_is_shown_without_a_restart(guarded: Guarded) -> N
     ],
 )
 def test_a_gateway_that_anybody_could_use_does_not_start(
-    server: str, access: str, sentence: str, shared_line: SimulatedLine, tmp_path: Path
+    server: str, access: str, sentence: str, line: SimulatedLine, tmp_path: Path
 ) -> None:
-    config = write_config(shared_line, "refused")
+    config = write_config(line, "refused")
     text = config.read_text().replace("[server]", f"[server]\n{server}").replace('"open"', f'"{access}"')
     config.write_text(text)
     said = run("serve", "--config", config, "--data", tmp_path / "data")
