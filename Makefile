@@ -39,7 +39,7 @@ clients: $(VENV)/.development $(TYPESCRIPT)/node_modules ## Write the OpenAPI do
 		--output $(TYPESCRIPT)/src/generated/schema.ts
 
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-	--custom-compile-command "make lock" --group build pyproject.toml
+	--custom-compile-command "make lock" --group build --extra oidc pyproject.toml
 
 # The gateway is served with the versions it is tested with: the first file binds the second.
 lock: ## Pin the dependencies anew as pyproject.toml asks (needs uv)

@@ -81,6 +81,7 @@ def _query() -> dict[str, Any]:
         "after": "Only events after this cursor.",
         "bodies": "Only events of these bodies, groups and robots: addresses joined by commas.",
         "types": "Only events of these types, joined by commas, such as body.move.*,line.down.",
+        "ticket": "A ticket of POST /tickets, from clients that can send no header.",
     }
     described = {name: {"type": "string", "description": text} for name, text in texts.items()}
     return {"type": "object", "properties": described}

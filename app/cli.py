@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from app import exits, journal, moving, serving, setting_up, stopping, watching
+from app import exits, journal, keys, moving, serving, setting_up, stopping, watching
 
 app = typer.Typer(
     help="A network gateway for RORZE and DYNAX motion controllers. It is not a safety function.",
@@ -26,6 +26,7 @@ for command in (
 app.command(context_settings={"ignore_unknown_options": True})(moving.move)
 app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
+app.add_typer(keys.app, name="keys")
 
 
 @app.command()

@@ -47,14 +47,14 @@ class Client:
     def at(cls, url: str, key_file: Path | None) -> "Client":
         """Take the key from the file or, without one, from the environment."""
         if key_file is None:
-            return cls(url.rstrip("/"), os.environ.get(KEY_VARIABLE, "").strip())
+            return cls(url.rstrip("/"), _sound(os.environ.get(KEY_VARIABLE, "").strip()))
         try:
             key = key_file.read_text("ascii").strip()
         except (OSError, UnicodeDecodeError) as error:
             fail(f"The key file {key_file} cannot be read: {error}. Nothing was sent.", exits.USAGE)
         if not key:
             fail(f"The key file {key_file} is empty. Nothing was sent.", exits.USAGE)
-        return cls(url.rstrip("/"), key)
+        return cls(url.rstrip("/"), _sound(key))
 
     @property
     def trust_environment(self) -> bool:
@@ -184,3 +184,9 @@ def exit_of_stop(stop: dict[str, Any]) -> int:
         return exits.DONE
     unsent = all(it["state"] == "not_sent" for it in (*stop["bodies"], *stop["robots"]))
     return exits.NOT_SENT if unsent else exits.UNKNOWN
+
+
+def _sound(key: str) -> str:
+    if not key.isascii() or not (key.isprintable() or not key):
+        fail("The key has other characters than a key has. Nothing was sent.", exits.USAGE)
+    return key

@@ -14,6 +14,7 @@ import typer
 import uvloop
 
 from app import exits
+from app.data_directory import Data, data_directory
 from app.exits import fail
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ def serve(
     config: Annotated[Path | None, typer.Option(help="The configuration file (TOML).")] = None,
     demo: Annotated[bool, typer.Option(help="Serve a built-in simulated line and robot.")] = False,
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="Listen on this port instead.")] = None,
+    data: Data = None,
 ) -> None:
     """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM)."""
     if (config is None) == (not demo):
@@ -35,7 +37,8 @@ def serve(
 
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
-        serving = _serve(_on_port(load(config), port)) if config else _serve_demo(port)
+        given = data or data_directory()
+        serving = _serve(_on_port(load(config), port), given) if config else _serve_demo(port)
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
     except ConfigError as error:
@@ -44,10 +47,10 @@ def serve(
         fail(str(error), exits.NOT_SENT)
 
 
-async def _serve(config: "Config") -> None:
+async def _serve(config: "Config", data: Path) -> None:
     from app.server import serve as run_server
 
-    await run_server(config)
+    await run_server(config, data)
 
 
 async def _serve_demo(port: int | None) -> None:
@@ -59,7 +62,7 @@ async def _serve_demo(port: int | None) -> None:
         async with AsyncExitStack() as stack:
             stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path).aclose)
             stack.push_async_callback(start_demo_robot(robot_path).aclose)
-            await _serve(_on_port(_demo_config(line_path, robot_path), port))
+            await _serve(_on_port(_demo_config(line_path, robot_path), port), Path(folder))
 
 
 def _demo_config(line_path: Path, robot_path: Path) -> "Config":
@@ -73,7 +76,7 @@ def _demo_config(line_path: Path, robot_path: Path) -> "Config":
     ]
     robot = {"id": "r1", "units": units}
     cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
-    return Config.model_validate({"lines": [line, cell]})
+    return Config.model_validate({"access": {"mode": "open"}, "lines": [line, cell]})
 
 
 def _on_port(config: "Config", port: int | None) -> "Config":

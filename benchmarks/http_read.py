@@ -65,5 +65,6 @@ def write_config(
     tables = "".join(f'[[lines.bodies]]\nid = "{body:02X}"\n' for body in bodies)
     line = f'[[lines]]\nid = "line"\naddress = "tcp://127.0.0.1:{line_port}"\n'
     path = folder / "gateway.toml"
-    path.write_text(f"[server]\nport = {web_port}\nmax_connections = {connections}\n{line}{tables}")
+    server = f"[server]\nport = {web_port}\nmax_connections = {connections}\n"
+    path.write_text(f'[access]\nmode = "open"\n{server}{line}{tables}')
     return path

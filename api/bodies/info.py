@@ -11,6 +11,7 @@ from api.common.fast_route import DirectRoute
 from api.common.requests import (
     BodyId,
     age_ms_of,
+    is_seen,
     json_response,
     new_router,
     origin_of,
@@ -212,11 +213,12 @@ async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRe
     return json_response(SpeedAccepted(body_id=_body(request, body_id).address, command=command.code))
 
 
-@router.get("/bodies", Right.VIEW, response_model=BodyList)
+@router.get("/bodies", Right.VIEW, any_scope=True, response_model=BodyList)
 async def list_bodies(request: Request) -> Response:
     """List all bodies; nothing is sent."""
     rorze = plant_of(request).family(Rorze)
-    return json_response(BodyList(bodies=[_info(rorze, body) for body in rorze.bodies()]))
+    seen = [_info(rorze, body) for body in rorze.bodies() if is_seen(request, body.address)]
+    return json_response(BodyList(bodies=seen))
 
 
 @router.get("/bodies/{body_id}", Right.VIEW, response_model=BodyInfo)

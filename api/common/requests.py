@@ -9,6 +9,7 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel
 
+from api.common.access import Access
 from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRoute
 from gateway.core.origin import Origin, current
@@ -59,6 +60,12 @@ def plant_of(request: Request) -> Plant:
 def origin_of(_: Request) -> Origin:
     """Who has sent the request: all of it is served in that name."""
     return current()
+
+
+def is_seen(request: Request, address: str) -> bool:
+    """Whether who asks may see this in a list: keys with a scope see what it covers."""
+    access: Access = request.app.state.access
+    return access.sees(address)
 
 
 def wait_s(request: Request, wait: float | None) -> float:

@@ -33,7 +33,7 @@ def test_a_dashboard_shows_how_moves_have_ended(demo: str, tmp_path: Path, name:
         return re.search(r"^line1\.01 +succeeded +\d+ +[1-9]", shown.read_text(), re.MULTILINE) is not None
 
     with shown.open("w") as output, Gateway(demo) as gateway:
-        command = [program, EXAMPLES / name, demo]
+        command = [str(program), str(EXAMPLES / name), demo]
         dashboard = subprocess.Popen(command, stdout=output, stderr=output, env=ENVIRONMENT)  # noqa: S603
         try:
             until(lambda: "axis" in shown.read_text(), "the dashboard begins")

@@ -173,7 +173,7 @@ def test_from_ports_to_a_moving_motor(tmp_path: Path) -> None:
     ("wrong", "right", "sentence"),
     [
         ("adress", "address", "gateway.toml:6: lines[0].adress: unknown key; did you mean address?"),
-        ('host = "0.0.0.0"\nport', "port", "gateway.toml:2: server.host: must be a loopback address"),
+        ('host = "0.0.0.0"\nport', "port", "server.host: 0.0.0.0 is open to the network"),
     ],
 )
 def test_a_wrong_configuration_is_refused_with_its_line(

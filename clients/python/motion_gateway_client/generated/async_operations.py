@@ -34,6 +34,7 @@ from motion_gateway_client.generated.types import (
     Position,
     PositionTable,
     PositionUpload,
+    Posture,
     RawReply,
     RawRequest,
     Readiness,
@@ -57,6 +58,7 @@ from motion_gateway_client.generated.types import (
     SpeedSetting,
     StopRequest,
     StopResult,
+    Ticket,
     Trace,
     UnitInfo,
     UnitPosition,
@@ -381,6 +383,16 @@ class AsyncOperations(Protocol):
     async def version(self) -> Version:
         """Tell the version."""
         answer: Version = await self.call("GET", filled("/version"))
+        return answer
+
+    async def issue_ticket(self, *, idempotency_key: str | None = None) -> Ticket:
+        """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
+        answer: Ticket = await self.call("POST", filled("/tickets"), idempotency_key=idempotency_key)
+        return answer
+
+    async def get_posture(self) -> Posture:
+        """Tell how the gateway is protected, and name each default that was weakened; values to admins only."""
+        answer: Posture = await self.call("GET", filled("/system/posture"))
         return answer
 
     async def list_robots(self) -> RobotList:

@@ -34,6 +34,7 @@ from motion_gateway_client.generated.types import (
     Position,
     PositionTable,
     PositionUpload,
+    Posture,
     RawReply,
     RawRequest,
     Readiness,
@@ -57,6 +58,7 @@ from motion_gateway_client.generated.types import (
     SpeedSetting,
     StopRequest,
     StopResult,
+    Ticket,
     Trace,
     UnitInfo,
     UnitPosition,
@@ -375,6 +377,16 @@ class Operations(Protocol):
     def version(self) -> Version:
         """Tell the version."""
         answer: Version = self.call("GET", filled("/version"))
+        return answer
+
+    def issue_ticket(self, *, idempotency_key: str | None = None) -> Ticket:
+        """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
+        answer: Ticket = self.call("POST", filled("/tickets"), idempotency_key=idempotency_key)
+        return answer
+
+    def get_posture(self) -> Posture:
+        """Tell how the gateway is protected, and name each default that was weakened; values to admins only."""
+        answer: Posture = self.call("GET", filled("/system/posture"))
         return answer
 
     def list_robots(self) -> RobotList:

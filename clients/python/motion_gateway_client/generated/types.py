@@ -1242,6 +1242,19 @@ class PositionUpload(TypedDict):
     positions: list[PositionEntry]
 
 
+class Posture(TypedDict):
+    """How the gateway is protected."""
+
+    access: Literal["keys", "open"]
+    """Whether a key is needed."""
+    tls: bool
+    """Whether the gateway itself speaks TLS."""
+    network: bool
+    """Whether other machines may reach it, a proxy's clients included."""
+    weakened: list[Weakened]
+    """Every default of the configuration that protects less than it could."""
+
+
 class PowerAcknowledged(TypedDict):
     """What lets it go to places again."""
 
@@ -2212,6 +2225,15 @@ class Strictness(TypedDict):
     strict: bool
 
 
+class Ticket(TypedDict):
+    """What opens one event stream."""
+
+    ticket: str
+    """To be sent as the query parameter `ticket` of /events or /events/stream."""
+    expires_in_s: float
+    """It is good for so long, and once."""
+
+
 class Trace(TypedDict):
     """The newest records of a line, oldest first."""
 
@@ -2352,6 +2374,17 @@ class Version(TypedDict):
     name: str
     version: str
     """Semantic version of the gateway."""
+
+
+class Weakened(TypedDict):
+    """A setting that protects less than its default."""
+
+    setting: str
+    """As the configuration writes it."""
+    value: str | None
+    """What it is set to; null to those who are no admins."""
+    meaning: str
+    """What that allows."""
 
 
 class WentOffline(TypedDict):

@@ -528,6 +528,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/tickets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Issue Ticket
+         * @description Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key.
+         */
+        post: operations["issueTicket"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/posture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Posture
+         * @description Tell how the gateway is protected, and name each default that was weakened; values to admins only.
+         */
+        get: operations["getPosture"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/robots": {
         parameters: {
             query?: never;
@@ -3825,6 +3865,33 @@ export interface components {
             positions: components["schemas"]["PositionEntry"][];
         };
         /**
+         * Posture
+         * @description How the gateway is protected.
+         */
+        Posture: {
+            /**
+             * Access
+             * @description Whether a key is needed.
+             * @enum {string}
+             */
+            access: "keys" | "open";
+            /**
+             * Tls
+             * @description Whether the gateway itself speaks TLS.
+             */
+            tls: boolean;
+            /**
+             * Network
+             * @description Whether other machines may reach it, a proxy's clients included.
+             */
+            network: boolean;
+            /**
+             * Weakened
+             * @description Every default of the configuration that protects less than it could.
+             */
+            weakened: components["schemas"]["Weakened"][];
+        };
+        /**
          * PowerAcknowledged
          * @description What lets it go to places again.
          */
@@ -6317,6 +6384,22 @@ export interface components {
             strict: boolean;
         };
         /**
+         * Ticket
+         * @description What opens one event stream.
+         */
+        Ticket: {
+            /**
+             * Ticket
+             * @description To be sent as the query parameter `ticket` of /events or /events/stream.
+             */
+            ticket: string;
+            /**
+             * Expires In S
+             * @description It is good for so long, and once.
+             */
+            expires_in_s: number;
+        };
+        /**
          * Trace
          * @description The newest records of a line, oldest first.
          */
@@ -6616,6 +6699,27 @@ export interface components {
              * @description Semantic version of the gateway.
              */
             version: string;
+        };
+        /**
+         * Weakened
+         * @description A setting that protects less than its default.
+         */
+        Weakened: {
+            /**
+             * Setting
+             * @description As the configuration writes it.
+             */
+            setting: string;
+            /**
+             * Value
+             * @description What it is set to; null to those who are no admins.
+             */
+            value: string | null;
+            /**
+             * Meaning
+             * @description What that allows.
+             */
+            meaning: string;
         };
         /**
          * WentOffline
@@ -7825,6 +7929,82 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Version"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    issueTicket: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Ticket"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getPosture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Posture"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
