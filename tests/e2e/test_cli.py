@@ -20,6 +20,7 @@ from tests.e2e.processes import (
     simulated_line,
     write_config,
 )
+from tests.open_access import OPEN
 
 
 def run(*arguments: str | Path, url: str = "http://127.0.0.1:9") -> subprocess.CompletedProcess[str]:
@@ -155,7 +156,7 @@ def test_from_ports_to_a_moving_motor(tmp_path: Path) -> None:
         assert checked.returncode == 0, checked.stderr
         assert "bodies 00, 01" in checked.stdout
         assert "robot r1, unit 1 of X, Y, Z" in checked.stdout
-        config.write_text(config.read_text("utf-8").replace("8420", "0"), "utf-8")
+        config.write_text(config.read_text("utf-8").replace("8420", "0") + OPEN, "utf-8")
         gateway = Gateway(config).wait_until_ready()
         try:
             for words in (("line1.01", "relative", "20"), ("r1/units/1", "home")):
