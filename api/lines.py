@@ -13,6 +13,7 @@ from api.common.problems import DECLARED
 from api.common.requests import (
     LineId,
     Wait,
+    is_seen,
     json_response,
     new_router,
     origin_of,
@@ -60,11 +61,12 @@ class Trace(BaseModel):
     entries: list[TraceRecord]
 
 
-@router.get("/lines", Right.VIEW, response_model=LineList)
+@router.get("/lines", Right.VIEW, any_scope=True, response_model=LineList)
 async def list_lines(request: Request) -> Response:
     """List all lines."""
     plant = plant_of(request)
-    return Response(to_json({"lines": list(map(plant.info, plant.ports()))}), media_type="application/json")
+    seen = [plant.info(line_id) for line_id in plant.ports() if is_seen(request, line_id)]
+    return Response(to_json({"lines": seen}), media_type="application/json")
 
 
 @router.get("/lines/{line_id}", Right.VIEW, response_model=AnyLineInfo)

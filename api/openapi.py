@@ -1,21 +1,31 @@
-"""The OpenAPI document as a file: `python -m api.openapi` writes it anew."""
+"""The OpenAPI documents as files, the whole and its core: `python -m api.openapi` writes them anew."""
 
 import json
 from pathlib import Path
+from typing import Any
 
 from api.app import create_app
+from api.common.schemas import core_of
 from gateway.config import Config
 from gateway.plant import Plant
 
-PATH = Path(__file__).parent.parent / "openapi" / "openapi.json"
+FOLDER = Path(__file__).parent.parent / "openapi"
 
 
-def document() -> str:
-    """The document of the app, which is the same for every configuration."""
+def documents() -> dict[str, str]:
+    """The files of the app's documents, which are the same for every configuration.
+
+    `core.json` leaves out the routes of single commands; clients are generated from it.
+    """
     line = {"id": "line1", "address": "tcp://127.0.0.1:1", "bodies": [{"id": "3F"}]}
-    app = create_app(Plant(Config.model_validate({"lines": [line]})))
-    return json.dumps(app.openapi(), ensure_ascii=False, indent=1) + "\n"
+    whole = create_app(Plant(Config.model_validate({"lines": [line]}))).openapi()
+    return {"openapi.json": _written(whole), "core.json": _written(core_of(whole))}
+
+
+def _written(document: dict[str, Any]) -> str:
+    return json.dumps(document, ensure_ascii=False, indent=1) + "\n"
 
 
 if __name__ == "__main__":
-    PATH.write_text(document(), "utf-8")
+    for name, text in documents().items():
+        (FOLDER / name).write_text(text, "utf-8")

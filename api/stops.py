@@ -7,7 +7,7 @@ from pydantic import Field
 
 from api.common.requests import BodyId, GroupId, new_router, origin_of, plant_of
 from api.common.results import StopResult, render
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.stops import StopMode
 from gateway.operations import stops
@@ -15,7 +15,7 @@ from gateway.operations import stops
 router = new_router("stops")
 
 
-class StopRequest(RequestModel):
+class StopRequest(RequestModel, json_schema_extra=example(mode="decelerate")):
     """How to stop."""
 
     mode: StopMode = Field(

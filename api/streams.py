@@ -1,19 +1,20 @@
 """Events over WebSocket, as a list and as server-sent events: the same events with the same cursor."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from typing import Annotated
 
 from fastapi import Header, Query, Request, Response, WebSocket
-from pydantic import BaseModel
 from starlette.responses import StreamingResponse
 from starlette.websockets import WebSocketDisconnect
 
 from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
+from api.event_models import EventList
+from api.front.websocket_protocol import EVENTS
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
-from gateway.core.events import CloudEvent, Event, SlowConsumer, Subscription
+from gateway.core.events import Event, SlowConsumer, Subscription
 from gateway.core.rights import Right
 from gateway.plant import Plant
 
@@ -41,13 +42,6 @@ Types = Annotated[
     str | None,
     Query(description="Only events of these types, joined by commas, such as body.move.*,line.down."),
 ]
-
-
-class EventList(BaseModel):
-    """Some events in their order, and where the list goes on."""
-
-    events: list[CloudEvent]
-    cursor: str
 
 
 @router.get("/events", Right.VIEW, response_model=EventList)
@@ -87,26 +81,26 @@ async def stream_events(
     )
 
 
-async def _server_sent(events: Subscription) -> AsyncIterator[str]:
-    yield f": events after {events.cursor}\n\n"
+async def _server_sent(events: Subscription) -> AsyncIterator[bytes]:
+    yield f": events after {events.cursor}\n\n".encode()
     while True:
         try:
-            event = await _next_within(events, KEEP_ALIVE_S)
-        except (SlowConsumer, StopAsyncIteration):
+            async with asyncio.timeout(KEEP_ALIVE_S):
+                batch = await events.next_batch()
+        except TimeoutError:
+            yield b": still here\n\n"
+            continue
+        except SlowConsumer:
             return
-        yield _frame(event) if event else ": still here\n\n"
+        if batch is None:
+            return
+        yield batch.written(_frames)
 
 
-async def _next_within(events: Subscription, seconds: float) -> Event | None:
-    try:
-        async with asyncio.timeout(seconds):
-            return await anext(events)
-    except TimeoutError:
-        return None
-
-
-def _frame(event: Event) -> str:
-    return f"id: {event.cursor}\nevent: {event.type}\ndata: {event.json}\n\n"
+def _frames(events: Sequence[Event]) -> bytes:
+    return "".join(
+        f"id: {event.cursor}\nevent: {event.type}\ndata: {event.json}\n\n" for event in events
+    ).encode()
 
 
 @router.websocket("/events", Right.VIEW)
@@ -147,8 +141,7 @@ async def _listen(websocket: WebSocket) -> None:
 
 async def _send(websocket: WebSocket, events: Subscription) -> None:
     try:
-        async for event in events:
-            await websocket.send_text(event.json)
+        await events.deliver(websocket.scope["extensions"][EVENTS]["outlet"])
         await websocket.close(CLOSE_GOING_AWAY, "the gateway is shutting down")
     except SlowConsumer as slow:
         await websocket.close(CLOSE_SLOW_CONSUMER, f"slow consumer; go on after {slow.cursor}")

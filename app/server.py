@@ -8,11 +8,16 @@ import signal
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from ipaddress import ip_address
+from pathlib import Path
 
 import uvicorn
 
 from app.descriptors import connections_possible
+from app.door import Door
+from app.systemd import Watchdog, notify, watchdog_wanted
+from app.tls import Certificate
 from gateway.config import Config, Server
 from gateway.plant import Plant
 
@@ -20,6 +25,8 @@ log = logging.getLogger(__name__)
 
 STREAMS_S = 1.0
 """How long event streams may take to deliver what there is and to close."""
+HANDSHAKE_S = 5.0
+"""How long a client may take to agree on TLS."""
 REQUESTS_S = 2.0
 """How long requests may take to end by themselves; then the lines are closed, which answers whoever waits."""
 
@@ -28,35 +35,53 @@ class CannotListen(OSError):
     """The HTTP port cannot be had; the message says which and why."""
 
 
-async def serve(config: Config) -> None:
+async def serve(config: Config, data: Path) -> None:
     """Serve until SIGINT, SIGTERM or SIGHUP. What `on_exit` leaves moving runs on in the controllers.
 
+    `data` is where the keys are.
+
     :raises CannotListen: no line was opened.
+    :raises ConfigError: nobody could be let in, or the certificate cannot be used; no line was opened.
     """
     from api.app import create_app, make_documents
 
+    door = Door(config, data)
     with _listener(config.server) as listener:
         plant = Plant(config)
-        app = create_app(plant)
+        app = create_app(plant, door.credentials)
         make_documents(app)
-        server = _Server(_uvicorn_config(app, config.server))
+        server = _Server(_uvicorn_config(app, config.server, door.certificate))
         end = _End(plant, server)
+        if watchdog_wanted():
+            _feed_watchdog(plant)
         await plant.start()
         try:
             # What has been made by now stays: looking it through again would hold up every line for 50 ms.
             gc.collect()
             gc.freeze()
             plant.watch.start()
-            log.info("running on http://%s:%d", config.server.host, listener.getsockname()[1])
+            scheme = "https" if door.certificate else "http"
+            log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])
+            door.open()
+            notify("READY=1")
             serving = asyncio.create_task(server.serve([listener]), name="server")
             await end.told(serving)
+            notify("STOPPING=1")
             await plant.wind_down()
             plant.events.close()
             await server.end_streams()
             await server.end_requests(serving)
         finally:
             await plant.close()
+            await door.close()
         await serving
+
+
+def _feed_watchdog(plant: Plant) -> None:
+    """Let the lines' own work tell the service manager that the gateway lives."""
+    watchdog = Watchdog(plant.ports())
+    for port in plant.ports().values():
+        port.on_work = partial(watchdog.worked, port.id)
 
 
 class _End:
@@ -107,6 +132,25 @@ def _listener(settings: Server) -> socket.socket:
 class _Server(uvicorn.Server):
     """A server whose signals are ours, and that ends step by step."""
 
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen. A TLS handshake that does not end gives its place back soon: nobody counts it yet."""
+        await super().startup(sockets=[])
+        for listener in sockets or ():
+            server = await asyncio.get_running_loop().create_server(
+                self._connection,
+                sock=listener,
+                ssl=self.config.ssl,
+                ssl_handshake_timeout=HANDSHAKE_S if self.config.ssl else None,
+                backlog=self.config.backlog,
+            )
+            self.servers.append(server)
+
+    def _connection(self) -> asyncio.Protocol:
+        made: asyncio.Protocol = self.config.http_protocol_class(  # type: ignore[call-arg]  # as uvicorn does
+            config=self.config, server_state=self.server_state, app_state=self.lifespan.state
+        )
+        return made
+
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
         """Leave the signals to us: before and after the server the plant has to end too."""
@@ -129,7 +173,7 @@ class _Server(uvicorn.Server):
         await asyncio.wait({serving}, timeout=0 if self.force_exit else REQUESTS_S)
 
 
-def _uvicorn_config(asgi: object, settings: Server) -> uvicorn.Config:
+def _uvicorn_config(asgi: object, settings: Server, certificate: Certificate | None) -> uvicorn.Config:
     from api.front.protocols import protocols
 
     http, websocket = protocols(connections_possible(settings.max_connections))
@@ -144,7 +188,9 @@ def _uvicorn_config(asgi: object, settings: Server) -> uvicorn.Config:
         log_config=None,
         headers=[("X-Content-Type-Options", "nosniff")],
         server_header=False,
-        proxy_headers=False,
+        proxy_headers=False,  # `Proxies` does it
+        root_path=settings.root_path,
+        ssl_context_factory=(lambda *_: certificate.context) if certificate else None,
         lifespan="off",
         # By then the lines are closed, and whoever still waits has had an answer.
         timeout_graceful_shutdown=int(2 * REQUESTS_S),

@@ -7,7 +7,16 @@ from typing import Annotated
 import typer
 import uvloop
 
-from benchmarks import dpram_round_trip, first_byte, http_read, line_use, stop_latency
+from benchmarks import (
+    crowd,
+    dpram_round_trip,
+    fan_out,
+    first_byte,
+    http_read,
+    line_use,
+    move_cost,
+    stop_latency,
+)
 from benchmarks.figures import Figure, table
 
 
@@ -19,6 +28,9 @@ class Benchmark(StrEnum):
     FIRST_BYTE = "first-byte"
     STOP_LATENCY = "stop-latency"
     DPRAM = "dpram"
+    CROWD = "crowd"
+    FAN_OUT = "fan-out"
+    MOVE_COST = "move-cost"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -27,6 +39,9 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.FIRST_BYTE: first_byte.run,
     Benchmark.STOP_LATENCY: stop_latency.run,
     Benchmark.DPRAM: dpram_round_trip.run,
+    Benchmark.CROWD: crowd.run,
+    Benchmark.FAN_OUT: fan_out.run,
+    Benchmark.MOVE_COST: move_cost.run,
 }
 
 

@@ -26,11 +26,11 @@ class FullHub(EventHub):
         await asyncio.sleep(1.0)  # what the gateway has made by then is frozen, and events never are
         while self.last < RETAINED_EVENTS:
             for number in range(BATCH):
-                self.publish("body.move.succeeded", f"/bodies/line.{number % 120:02X}", _move(number))
+                self.publish("body.move.succeeded", f"/bodies/line.{number % 120:02X}", a_move(number))
             await asyncio.sleep(PAUSE_S)
 
 
-def _move(number: int) -> dict[str, object]:
+def a_move(number: int) -> dict[str, object]:
     """The data of a move's event, as large as that of a true one."""
     place = {"value": number, "unit": "pulse"}
     times = dict.fromkeys(("queued_at", "sent_at", "started_at", "ended_at"), "2026-01-01T00:00:00.000000Z")
@@ -41,7 +41,7 @@ def _move(number: int) -> dict[str, object]:
 def main(config: Path) -> None:
     """Serve until the process is ended."""
     with patch("gateway.plant.EventHub", FullHub):
-        uvloop.run(serve(load(config)))
+        uvloop.run(serve(load(config), config.parent))
 
 
 if __name__ == "__main__":

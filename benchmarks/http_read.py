@@ -58,10 +58,13 @@ async def _servers() -> AsyncIterator[tuple[int, int]]:
         yield web, bare
 
 
-def write_config(folder: Path, web_port: int, line_port: int, bodies: list[int]) -> Path:
+def write_config(
+    folder: Path, web_port: int, line_port: int, bodies: list[int], connections: int = 1000
+) -> Path:
     """Write a configuration of one line at a TCP port."""
     tables = "".join(f'[[lines.bodies]]\nid = "{body:02X}"\n' for body in bodies)
     line = f'[[lines]]\nid = "line"\naddress = "tcp://127.0.0.1:{line_port}"\n'
     path = folder / "gateway.toml"
-    path.write_text(f"[server]\nport = {web_port}\n{line}{tables}")
+    server = f"[server]\nport = {web_port}\nmax_connections = {connections}\n"
+    path.write_text(f'[access]\nmode = "open"\n{server}{line}{tables}')
     return path

@@ -4,7 +4,7 @@ import asyncio
 import os
 import socket
 import sys
-from asyncio.subprocess import PIPE
+from asyncio.subprocess import PIPE, Process
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
@@ -54,23 +54,23 @@ async def announced(*program: str) -> AsyncIterator[str]:
 
 
 @asynccontextmanager
-async def gateway(config: Path, port: int, processors: set[int]) -> AsyncIterator[None]:
+async def gateway(config: Path, port: int, processors: set[int]) -> AsyncIterator[Process]:
     """Run the gateway, which accepts connections at `port`, on some processors."""
-    async with _serving([*MOTION_GATEWAY, "serve", "--config", str(config)], port, processors):
-        yield
+    async with _serving([*MOTION_GATEWAY, "serve", "--config", str(config)], port, processors) as process:
+        yield process
 
 
 @asynccontextmanager
 async def module(
     name: str, port: int, *arguments: str, processors: set[int] | None = None
-) -> AsyncIterator[None]:
+) -> AsyncIterator[Process]:
     """Run a module that accepts connections at `port`, on some processors if they are given."""
-    async with _serving(["-m", name, str(port), *arguments], port, processors):
-        yield
+    async with _serving(["-m", name, str(port), *arguments], port, processors) as process:
+        yield process
 
 
 @asynccontextmanager
-async def _serving(program: list[str], port: int, processors: set[int] | None) -> AsyncIterator[None]:
+async def _serving(program: list[str], port: int, processors: set[int] | None) -> AsyncIterator[Process]:
     async with _running(program) as process:
         if processors:
             os.sched_setaffinity(process.pid, processors)
@@ -79,11 +79,11 @@ async def _serving(program: list[str], port: int, processors: set[int] | None) -
                 if process.returncode is not None:
                     raise RuntimeError(f"{program[-1]} did not start; its error stands above.")
                 await asyncio.sleep(0.05)
-        yield
+        yield process
 
 
 @asynccontextmanager
-async def _running(arguments: list[str]) -> AsyncIterator[asyncio.subprocess.Process]:
+async def _running(arguments: list[str]) -> AsyncIterator[Process]:
     process = await asyncio.create_subprocess_exec(sys.executable, *arguments, stdout=PIPE)
     try:
         yield process
@@ -105,6 +105,17 @@ async def _accepts(port: int) -> bool:
         return False
     writer.close()
     return True
+
+
+def cpu_s(process: Process) -> float:
+    """Processor time that a program has taken until now."""
+    return int(Path(f"/proc/{process.pid}/schedstat").read_text().split()[0]) / 1e9
+
+
+def resident_mib(process: Process) -> float:
+    """Memory that a program has now."""
+    pages = int(Path(f"/proc/{process.pid}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 def free_port() -> int:

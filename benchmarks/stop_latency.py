@@ -5,6 +5,7 @@ The yardstick is the same gateway, its event ring as full, with nobody else but 
 
 import asyncio
 import re
+from asyncio.subprocess import Process
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from math import ceil
@@ -64,35 +65,38 @@ class Line(Overheard):
 
 async def run(seconds: float) -> list[Figure]:
     """Stop moving bodies again and again, first among friends and then among others."""
-    async with _gateway() as (line, port), _clients(port, "reads"):
-        await asyncio.to_thread(_teach_speeds, port)
-        await asyncio.to_thread(_wait_until_full, port)
-        quiet = await _stop(line, port, QUIET_SHARE * seconds)
+    async with full_gateway() as (line, port, _), _clients(port, "reads"):
+        quiet = await stops_ms(line, port, QUIET_SHARE * seconds)
         async with _clients(port, *HOSTILE):
-            loud = await _stop(line, port, (1 - QUIET_SHARE) * seconds)
+            loud = await stops_ms(line, port, (1 - QUIET_SHARE) * seconds)
     name, unit = "stop among hostile clients", f"ms of {len(loud)}"
     return [
-        Figure(f"{name}: p99.9", unit, [_quantile(loud, 0.999)], [_quantile(quiet, 0.999)], P999),
+        Figure(f"{name}: p99.9", unit, [quantile(loud, 0.999)], [quantile(quiet, 0.999)], P999),
         Figure(f"{name}: max", unit, [max(loud)], [max(quiet)], MAX),
     ]
 
 
-def _quantile(values: list[float], share: float) -> float:
+def quantile(values: list[float], share: float) -> float:
+    """The least value that a share of them does not exceed."""
     return sorted(values)[ceil(share * len(values)) - 1]
 
 
 @asynccontextmanager
-async def _gateway() -> AsyncIterator[tuple[Line, int]]:
+async def full_gateway(connections: int = 1000) -> AsyncIterator[tuple[Line, int, Process]]:
+    """Run the gateway, its event ring full, on a line in this process; give the line, port and process."""
     line = Line(build_line(BODIES, monotonic()))
     web = free_port()
     async with AsyncExitStack() as stack:
         port = await serve_tcp(line, "127.0.0.1", 0)
         stack.push_async_callback(port.aclose)
         folder = Path(stack.enter_context(TemporaryDirectory()))
-        config = write_config(folder, web, int(port.address.rpartition(":")[2]), BODIES)
+        config = write_config(folder, web, int(port.address.rpartition(":")[2]), BODIES, connections)
         apart = stack.enter_context(set_apart())
-        await stack.enter_async_context(module("benchmarks.full_ring", web, str(config), processors=apart))
-        yield line, web
+        full_ring = module("benchmarks.full_ring", web, str(config), processors=apart)
+        process = await stack.enter_async_context(full_ring)
+        await asyncio.to_thread(teach_speeds, web, MOVERS)
+        await asyncio.to_thread(_wait_until_full, web)
+        yield line, web, process
 
 
 @asynccontextmanager
@@ -101,9 +105,10 @@ async def _clients(port: int, *kinds: str) -> AsyncIterator[None]:
         yield
 
 
-def _teach_speeds(port: int) -> None:
+def teach_speeds(port: int, bodies: list[int]) -> None:
+    """Let bodies know how fast they move."""
     with connect(port) as sock:
-        for body in MOVERS:
+        for body in bodies:
             for name, value in SPEEDS.items():
                 ask(sock, post(f"/bodies/{body:02X}/commands/{name}", value))
 
@@ -119,7 +124,7 @@ def _wait_until_full(port: int) -> None:
     raise RuntimeError(f"not measured, because the event ring was not full after {FILL_S:g} s")
 
 
-async def _stop(line: Line, port: int, seconds: float) -> list[float]:
+async def stops_ms(line: Line, port: int, seconds: float) -> list[float]:
     """Move and stop all movers for some seconds; the milliseconds until each stop began to arrive."""
     ends_at = monotonic() + seconds
     taken = await asyncio.gather(*(_stop_one(line, port, body, ends_at) for body in MOVERS))

@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from ipaddress import ip_address
+from ipaddress import ip_address, ip_network
 from pathlib import Path
 from typing import Annotated, Literal, Self
 from urllib.parse import urlsplit
@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 from pydantic import AfterValidator, Field, PlainValidator, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
+from gateway.access.roles import Role
 from gateway.core.tables import Array, Fault, Line, Table, refuse_repeats
 from gateway.core.toml_lines import KeyPath, LineIndex
 from gateway.families import FAMILIES
@@ -21,17 +22,34 @@ class ConfigError(ValueError):
     """The configuration cannot be used: each line names file, line number, key and what is expected."""
 
 
-def _check_loopback(host: str) -> str:
-    try:
-        loopback = host == "localhost" or ip_address(host).is_loopback
-    except ValueError:
-        loopback = False
-    if not loopback:
-        raise ValueError(
-            f"must be a loopback address such as 127.0.0.1, not {host!r}: there is no access control yet,"
-            " so whoever reached the gateway could move motors"
-        )
+def _check_address_of_host(host: str) -> str:
+    if host != "localhost":
+        try:
+            ip_address(host)
+        except ValueError:
+            raise ValueError(f"must be an IP address such as 127.0.0.1, not {host!r}") from None
     return host
+
+
+def _check_network(text: str) -> str:
+    try:
+        return str(ip_network(text))
+    except ValueError:
+        raise ValueError(f"must be an IP address or network such as 10.0.0.0/24, not {text!r}") from None
+
+
+def _check_root_path(text: str) -> str:
+    if not re.fullmatch("(?:/[A-Za-z0-9._~-]+)*", text):
+        raise ValueError(f"must be a path such as /motion, without a slash at its end, not {text!r}")
+    return text
+
+
+def _check_issuer(text: str) -> str:
+    url = urlsplit(text)
+    at_home = url.scheme == "http" and url.hostname in {"127.0.0.1", "localhost", "::1"}
+    if not url.netloc or url.query or url.fragment or not (url.scheme == "https" or at_home):
+        raise ValueError(f"must be an issuer such as https://id.example/realms/plant, not {text!r}")
+    return text
 
 
 def _check_host(text: str) -> str:
@@ -50,13 +68,20 @@ def _check_origin(text: str) -> str:
 class Server(Table):
     """Where the gateway listens, and what it allows."""
 
-    host: Annotated[str, AfterValidator(_check_loopback)] = "127.0.0.1"
+    host: Annotated[str, AfterValidator(_check_address_of_host)] = "127.0.0.1"
     port: int = Field(8420, ge=0, le=65535)
     """TCP port; 0 lets the operating system choose one."""
     allowed_hosts: Array[Annotated[str, AfterValidator(_check_host)]] = ()
     """Names accepted in the Host header besides those of the loopback interface."""
     allowed_origins: Array[Annotated[str, AfterValidator(_check_origin)]] = ()
     """Web pages of other origins that may use the gateway."""
+    tls_certificate: Annotated[Path, Field(strict=False)] | None = None
+    """Certificate with its chain (PEM); read again when it is renewed."""
+    tls_key: Annotated[Path, Field(strict=False)] | None = None
+    trusted_proxies: Array[Annotated[str, AfterValidator(_check_network)]] = ()
+    """Addresses or networks of proxies that keep TLS for us; X-Forwarded-* of others means nothing."""
+    root_path: Annotated[str, AfterValidator(_check_root_path)] = ""
+    """The path at which a proxy has the gateway, and which it takes off."""
     max_connections: int = Field(1000, ge=1, le=50_000)
     """Connections at once, event streams included; beyond them only stops are served."""
     raw_commands: bool = False
@@ -66,6 +91,60 @@ class Server(Table):
     on_exit: Literal["leave", "stop"] = "leave"
     """Whether motors that move when the gateway ends go on to the ends of their moves, or are stopped; moves
     without an end and JOGs are always stopped."""
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only this machine reaches it."""
+        return self.host == "localhost" or ip_address(self.host).is_loopback
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the Host header may name besides the loopback interface."""
+        if self.is_local or ip_address(self.host).is_unspecified:
+            return self.allowed_hosts
+        return (*self.allowed_hosts, f"[{self.host}]" if ":" in self.host else self.host)
+
+    @model_validator(mode="after")
+    def _be_private(self) -> Self:
+        for key, other in ("tls_certificate", "tls_key"), ("tls_key", "tls_certificate"):
+            if getattr(self, key) is None and getattr(self, other) is not None:
+                raise Fault(f"is required with {other}", key)
+        if not (self.is_local or self.tls_certificate or self.trusted_proxies):
+            raise Fault(
+                f"{self.host} is open to the network, where keys and commands must not go in plain text: set "
+                "tls_certificate and tls_key, or trusted_proxies; or listen on 127.0.0.1",
+                "host",
+            )
+        return self
+
+
+class Oidc(Table):
+    """A provider whose tokens are taken besides keys."""
+
+    issuer: Annotated[str, AfterValidator(_check_issuer)]
+    audience: str = Field(min_length=1)
+    """What tokens for this gateway have as `aud`."""
+    roles: dict[str, Annotated[Role, Field(strict=False)]] = Field(min_length=1)
+    """Which word in the role claim gives which role here."""
+    role_claim: str = Field("roles", min_length=1)
+    """The claim with the words, `realm_access.roles` for one inside another."""
+    name_claim: str = Field("sub", min_length=1)
+    scope_claim: str | None = Field(None, min_length=1)
+    """The claim with addresses; left out, tokens are for everything."""
+    algorithms: Array[
+        Literal["RS256", "RS384", "RS512", "PS256", "PS384", "PS512", "ES256", "ES384", "EdDSA"]
+    ] = ("RS256", "ES256")
+
+
+class Access(Table):
+    """Who may use the gateway."""
+
+    mode: Literal["keys", "open"] = "keys"
+    """`open`: everybody on this machine may do everything."""
+    subscribers_per_key: int = Field(50, ge=1, le=50_000)
+    requests_per_key: int = Field(200, ge=1, le=50_000)
+    moves_per_key_and_s: int = Field(20, ge=1, le=10_000)
+    oidc: Oidc | None = None
 
 
 def _of_its_family(given: object) -> Line:
@@ -89,7 +168,18 @@ class Config(Table):
     """A whole configuration, consistent in itself."""
 
     server: Server = Server()
+    access: Access = Access()
     lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
+
+    @model_validator(mode="after")
+    def _be_guarded(self) -> Self:
+        if self.access.mode == "open" and not (self.server.is_local and not self.server.trusted_proxies):
+            raise Fault(
+                "open is only for a gateway that this machine alone reaches: use keys, or listen on "
+                "127.0.0.1 without trusted_proxies",
+                *("access", "mode"),
+            )
+        return self
 
     @model_validator(mode="after")
     def _share_nothing(self) -> Self:

@@ -17,6 +17,7 @@ from simulator.fics.layout import Layout
 from simulator.fics.line import LineSettings, SimulatedFics, build_line
 from simulator.fics.robot import Robot as SimulatedRobot
 from simulator.truth import Fact
+from tests.open_access import OPEN
 from tests.simulated_line import SimulatedCable
 from tests.tested_plant import TestedPlant
 
@@ -203,7 +204,7 @@ async def fics_rig(
     tables = ", ".join([SCARA, CARTESIAN][:units])
     config = parse(
         f'[[lines]]\nid = "cell"\naddress = "tcp://127.0.0.1:1"\nprotocol = "fics"\nmode = {mode}\n'
-        f'robot = {{id = "r1", units = [{tables}]}}\n{options}',
+        f'robot = {{id = "r1", units = [{tables}]}}\n{options}{OPEN}',
         "test.toml",
     )
     machine = build_line(Layout(units=units), settings=settings, seed=seed)

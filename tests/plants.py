@@ -19,6 +19,7 @@ from simulator.rorze.controller import Rc420
 from simulator.rorze.line import Rc400Line, build_line
 from simulator.rorze.rc400 import LinkSettings
 from simulator.truth import Fact, TruthLog
+from tests.open_access import OPEN
 from tests.simulated_line import SimulatedLine
 from tests.tested_plant import TestedPlant
 from tests.virtual_time import run_virtual
@@ -153,11 +154,12 @@ def configuration(
     group_tables = ", ".join(
         f'{{id = "{group}", members = {list(members)}}}' for group, members in groups.items()
     )
-    return f"[server]\n{server}\n" + "\n".join(
+    tables = "\n".join(
         f'[[lines]]\nid = "{line}"\naddress = "tcp://127.0.0.1:{number + 1}"\n'
         f"bodies = [{body_tables}]\ngroups = [{group_tables}]\n{options}\n"
         for number, line in enumerate(lines)
     )
+    return tables + OPEN
 
 
 @asynccontextmanager

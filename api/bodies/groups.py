@@ -5,8 +5,10 @@ from typing import Annotated
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import GroupId, json_response, new_router, origin_of, plant_of
-from gateway.core.records import RequestModel
+from api.common.access import Access
+from api.common.requests import GroupId, is_seen, json_response, new_router, origin_of, plant_of
+from gateway.core.addresses import numbered_address
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
 from gateway.rorze.bodies import Group
@@ -31,7 +33,7 @@ class GroupList(BaseModel):
     groups: list[GroupInfo]
 
 
-class GroupDefinition(RequestModel):
+class GroupDefinition(RequestModel, json_schema_extra=example(members=["00", "3F"], name="pair")):
     """What a group shall be."""
 
     members: Annotated[list[str], Field(min_length=2, max_length=MOST_MEMBERS)] = Field(
@@ -40,11 +42,12 @@ class GroupDefinition(RequestModel):
     name: Annotated[str, Field(max_length=64)] = ""
 
 
-@router.get("/groups", Right.VIEW, response_model=GroupList)
+@router.get("/groups", Right.VIEW, any_scope=True, response_model=GroupList)
 async def list_groups(request: Request) -> Response:
     """List all groups."""
     groups = plant_of(request).family(Rorze).groups()
-    return json_response(GroupList(groups=[_info(group) for group in groups]))
+    seen = [_info(group) for group in groups if is_seen(request, group.address)]
+    return json_response(GroupList(groups=seen))
 
 
 @router.get("/groups/{group_id}", Right.VIEW, response_model=GroupInfo)
@@ -59,6 +62,10 @@ async def define_group(request: Request, group_id: GroupId, definition: GroupDef
 
     It lasts until the gateway ends; groups of the configuration are defined at every start.
     """
+    address, members = numbered_address(group_id), definition.members
+    home = address.rpartition(".")[0]
+    access: Access = request.app.state.access
+    access.require_also(Right.SETUP, *(f"{home}.{it}" if home and "." not in it else it for it in members))
     group = await bodies.define_group(
         plant_of(request), origin_of(request), group_id, definition.members, definition.name
     )

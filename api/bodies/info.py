@@ -11,13 +11,14 @@ from api.common.fast_route import DirectRoute
 from api.common.requests import (
     BodyId,
     age_ms_of,
+    is_seen,
     json_response,
     new_router,
     origin_of,
     plant_of,
     utc_of,
 )
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
 from gateway.operations.commands import ask
@@ -130,7 +131,7 @@ class BodyStatus(BaseModel):
     age_ms: float
 
 
-class SpeedIncrease(RequestModel):
+class SpeedIncrease(RequestModel, json_schema_extra=example(mode="accelerate")):
     """Accelerate to the maximum speed: command 5AS."""
 
     mode: Literal["accelerate"]
@@ -140,7 +141,7 @@ class SpeedIncrease(RequestModel):
         return Accelerate()
 
 
-class SpeedDecrease(RequestModel):
+class SpeedDecrease(RequestModel, json_schema_extra=example(mode="decelerate")):
     """Decelerate to the start speed: command 5DS."""
 
     mode: Literal["decelerate"]
@@ -150,7 +151,7 @@ class SpeedDecrease(RequestModel):
         return Decelerate()
 
 
-class SpeedSetting(RequestModel):
+class SpeedSetting(RequestModel, json_schema_extra=example(mode="change", speed=20_000)):
     """Change to a speed: command 5CS."""
 
     mode: Literal["change"]
@@ -212,11 +213,12 @@ async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRe
     return json_response(SpeedAccepted(body_id=_body(request, body_id).address, command=command.code))
 
 
-@router.get("/bodies", Right.VIEW, response_model=BodyList)
+@router.get("/bodies", Right.VIEW, any_scope=True, response_model=BodyList)
 async def list_bodies(request: Request) -> Response:
     """List all bodies; nothing is sent."""
     rorze = plant_of(request).family(Rorze)
-    return json_response(BodyList(bodies=[_info(rorze, body) for body in rorze.bodies()]))
+    seen = [_info(rorze, body) for body in rorze.bodies() if is_seen(request, body.address)]
+    return json_response(BodyList(bodies=seen))
 
 
 @router.get("/bodies/{body_id}", Right.VIEW, response_model=BodyInfo)

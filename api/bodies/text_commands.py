@@ -20,7 +20,7 @@ from api.common.requests import (
 from api.common.results import StopResult, render
 from api.common.strict_json import StrictRoute
 from gateway.core.move_record import Move
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Answer
 from gateway.operations.commands import do, read_text
@@ -38,7 +38,7 @@ class TextRoute(StrictRoute):
 router = new_router("commands", TextRoute)
 
 
-class RawRequest(RequestModel):
+class RawRequest(RequestModel, json_schema_extra=example(text="6PD")):
     """A command as it stands on the line, without introducer, body number and CR."""
 
     text: Annotated[str, Field(pattern=r"^[0-9A-Z*+/-]{3}[ -%'-~]*$", max_length=58, examples=["6PD"])]

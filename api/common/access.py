@@ -1,15 +1,310 @@
 """The one hook at which access control refuses a request, before anything but its head is read."""
 
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
+from time import monotonic
+from typing import Final
+from urllib.parse import parse_qs, parse_qsl, urlencode
+
+from starlette.requests import cookie_parser
 from starlette.types import Scope
 
+from api.common.problems import path_of
+from gateway.access.credentials import Credentials
+from gateway.access.errors import NotAuthenticated, NotPermitted
+from gateway.access.grants import Grant, Sessions, Tickets
+from gateway.access.limits import Limits, Usages, Use
+from gateway.access.principal import EVERYBODY, Principal, asking
+from gateway.access.principal import current as current_principal
+from gateway.access.territory import Territory
+from gateway.core.origin import Origin, acting, current
 from gateway.core.rights import Right
+from gateway.plant import Plant
+
+log = logging.getLogger(__name__)
+
+STREAMS: Final = frozenset({"/events", "/events/stream"})
+"""What can be about some bodies only, by its query."""
+LOOK_AGAIN_S: Final = 5.0
+"""How often it is asked whether the credential of an event stream is still good."""
+CLOSE_NOT_AUTHENTICATED: Final = 4401
+_TARGETS: Final = ("body_id", "group_id", "robot_id", "line_id")
+_SAFE: Final = frozenset({"GET", "HEAD"})
+_TICKET: Final = "ticket"
+_ONCE: Final = frozenset({b"authorization", b"cookie"})
+_REFUSAL: Final = "; nothing was sent."
+_HEARTBEAT: Final = "/heartbeat"
+"""What keeps a JOG going begins no move."""
+
+_NOT_GOOD: Final = (
+    f"The credential is none of this gateway, or has expired, or was revoked{_REFUSAL}",
+    "Use a good key: `motion-gateway keys list` tells which are.",
+)
+
+
+class Passage:
+    """A request that may go on; within it the code acts in the name of who asked."""
+
+    holds: Callable[[], bool] | None = None
+    """Of an event stream, which lasts: whether its credential is still good."""
+
+    def __enter__(self) -> None:
+        """Begin."""
+
+    def __exit__(self, *_: object) -> None:
+        """It is answered."""
+
+
+class _Of(Passage):
+    """A request of somebody."""
+
+    def __init__(self, principal: Principal, origin: Origin) -> None:
+        self._asking = asking(principal)
+        self._acting = acting(origin)
+
+    def __enter__(self) -> None:
+        self._asking.__enter__()
+        self._acting.__enter__()
+
+    def __exit__(self, *_: object) -> None:
+        self._acting.__exit__(None, None, None)
+        self._asking.__exit__(None, None, None)
+
+
+class _Counted(_Of):
+    """A request of a key, which may have so many."""
+
+    def __init__(self, principal: Principal, usages: Usages, use: Use) -> None:
+        origin = current()
+        super().__init__(principal, Origin(f"{principal.name} ({origin.caller})", origin.request_id))
+        self._usages, self._key, self._use = usages, principal.id, use
+
+    def __enter__(self) -> None:
+        self._usages.begin(self._key, self._use)
+        super().__enter__()
+
+    def __exit__(self, *_: object) -> None:
+        super().__exit__()
+        self._usages.end(self._key, self._use)
 
 
 class Access:
-    """Lets everything pass: there is no access control yet."""
+    """Asks each request for a credential, a right and a scope; with mode `open` none is asked for."""
 
-    def require(self, scope: Scope, right: Right) -> None:
+    def __init__(self, plant: Plant, credentials: Credentials | None = None) -> None:
+        settings = plant.config.access
+        self.is_open = settings.mode == "open"
+        self.credentials = credentials or Credentials()
+        self.sessions = Sessions()
+        self.tickets = Tickets()
+        self.territory = Territory(plant)
+        self._usages = Usages(
+            Limits(settings.subscribers_per_key, settings.requests_per_key, settings.moves_per_key_and_s)
+        )
+        self._refused = 0
+        self._told_at = 0.0
+
+    def require(self, scope: Scope, right: Right, *, any_scope: bool = False) -> Passage:
         """Refuse a request or a WebSocket whose sender does not have the right; `scope` is as in ASGI.
 
-        :raises GatewayError: the sender does not have it; nothing was done.
+        `any_scope` lets keys of every scope pass: the route tells nothing of the plant, or heeds the scope.
+
+        :raises NotAuthenticated: it has no credential, or one that is not good; nothing was done.
+        :raises NotPermitted: the sender does not have the right, or not there; nothing was done.
         """
+        if right is Right.OPEN:
+            return Passage()
+        if self.is_open:
+            if path_of(scope) in STREAMS:
+                _take_ticket(scope)
+            return _Of(EVERYBODY, current())
+        try:
+            grant, session = self._grant_of(scope)
+            if any_scope:
+                self.territory.require_right(grant.principal, right)
+            else:
+                self.territory.require(grant.principal, right, *_targets(scope))
+        except (NotAuthenticated, NotPermitted) as error:
+            self._tell(scope, error)
+            raise
+        use = _use_of(scope, right)
+        passage = _Counted(grant.principal, self._usages, use)
+        if use is Use.SUBSCRIBER:
+            passage.holds = lambda: self._holds(grant, session)
+        return passage
+
+    def sees(self, address: str) -> bool:
+        """Whether who asks may see this in a list."""
+        return self.territory.covers(current_principal(), address)
+
+    def require_also(self, right: Right, *addresses: str) -> None:
+        """Refuse what only the body of a request names.
+
+        :raises NotPermitted: who asks does not have the right there; nothing was sent.
+        """
+        self.territory.require(current_principal(), right, *addresses)
+
+    def grant_of(self, scope: Scope) -> Grant:
+        """Find what a request that has passed was let in for.
+
+        :raises NotAuthenticated: by then it is no longer good.
+        """
+        return self._grant_of(scope)[0]
+
+    def _holds(self, grant: Grant, session: str | None) -> bool:
+        return self.credentials.holds(grant) and (session is None or self.sessions.lasts(session))
+
+    def _grant_of(self, scope: Scope) -> tuple[Grant, str | None]:
+        """Find who asks, and by which session if by one."""
+        headers = Headers.of(scope)
+        if headers.authorization is not None:
+            grant = self.credentials.verify(headers.bearer())
+            if grant is None:
+                raise NotAuthenticated(*_NOT_GOOD)
+            return grant, None
+        if path_of(scope) in STREAMS and (ticket := _take_ticket(scope)):
+            return self._good(self.tickets.redeem(ticket)), None
+        session = headers.cookies.get(session_cookie(scope))
+        if session is None:
+            raise NotAuthenticated(
+                f"The request has no key{_REFUSAL}", "Send the header Authorization: Bearer KEY."
+            )
+        grant = self._good(self.sessions.grant_of(session))
+        headers.require_own_page(scope)
+        return grant, session
+
+    def _good(self, grant: Grant | None) -> Grant:
+        if grant is None or not self.credentials.holds(grant):
+            raise NotAuthenticated(*_NOT_GOOD)
+        return grant
+
+    def _tell(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
+        """Log refusals, one a second at most."""
+        self._refused += 1
+        now = monotonic()
+        if now - self._told_at >= 1:
+            what = f"{scope.get('method', 'WebSocket')} {scope['path'][:200]!a} from {current().caller}"
+            log.warning("%d requests refused; the last: %s: %a", self._refused, what, error.detail)
+            self._told_at, self._refused = now, 0
+
+
+@dataclass(frozen=True)
+class Headers:
+    """What a request says of its sender."""
+
+    found: Mapping[bytes, bytes]
+
+    @classmethod
+    def of(cls, scope: Scope) -> "Headers":
+        """Read them.
+
+        :raises NotAuthenticated: there is more than one credential, so which is meant is not known.
+        """
+        found: dict[bytes, bytes] = {}
+        for name, value in scope["headers"]:
+            if name in _ONCE and name in found:
+                raise NotAuthenticated(f"The request has the header {name.decode()} twice{_REFUSAL}")
+            found[name] = value
+        return cls(found)
+
+    @property
+    def authorization(self) -> str | None:
+        """Which credential is shown, if one is."""
+        given = self.found.get(b"authorization")
+        return None if given is None else given.decode("latin-1")
+
+    @property
+    def cookies(self) -> Mapping[str, str]:
+        """What a browser keeps for us."""
+        cookie = self.found.get(b"cookie")
+        return cookie_parser(cookie.decode("latin-1")) if cookie else {}
+
+    def _word(self, name: bytes) -> str:
+        return self.found.get(name, b"").decode("latin-1").lower()
+
+    def bearer(self) -> str:
+        """Read the key.
+
+        :raises NotAuthenticated: the header has another form.
+        """
+        scheme, _, key = (self.authorization or "").partition(" ")
+        if scheme.lower() != "bearer" or not key.strip():
+            raise NotAuthenticated(
+                f"The header Authorization has no key{_REFUSAL}", "Send Authorization: Bearer KEY."
+            )
+        return key.strip()
+
+    def require_own_page(self, scope: Scope) -> None:
+        """Refuse what a page of somebody else makes a signed-in browser send.
+
+        :raises NotPermitted: the page is not the gateway's own, or nothing shows that it is.
+        """
+        safe = scope["type"] == "http" and scope["method"] in _SAFE
+        scheme = "https" if is_secure(scope) else "http"
+        host, origin, site = self._word(b"host"), self._word(b"origin"), self._word(b"sec-fetch-site")
+        own = origin in (f"https://{host}", f"{scheme}://{host}")
+        if origin and not own:
+            raise NotPermitted(_NOT_FROM_THERE)
+        typed_in = site == "none" and safe
+        if not (site == "same-origin" or typed_in if site else own or safe):
+            raise NotPermitted(_NOT_FROM_THERE)
+
+
+_NOT_FROM_THERE: Final = f"Only the gateway's own pages may use a browser that is signed in{_REFUSAL}"
+
+
+def is_secure(scope: Scope) -> bool:
+    """Whether the client speaks TLS, with us or with a proxy that we trust."""
+    return scope.get("scheme") in ("https", "wss")
+
+
+def session_cookie(scope: Scope) -> str:
+    """The name of the cookie; over TLS browsers take it from nobody but this host."""
+    return "__Host-mg-session" if is_secure(scope) else "mg-session"
+
+
+def _use_of(scope: Scope, right: Right) -> Use:
+    if right is Right.STOP:
+        return Use.STOP
+    if scope["type"] == "websocket" or path_of(scope) == "/events/stream":
+        return Use.SUBSCRIBER
+    moves = right is Right.OPERATE and not scope["path"].endswith(_HEARTBEAT)
+    return Use.MOVE if moves else Use.REQUEST
+
+
+def _targets(scope: Scope) -> list[str]:
+    """What a request is about, by its path; events by their query."""
+    params = scope.get("path_params") or {}
+    named = [str(params[name]) for name in _TARGETS if name in params]
+    if named or path_of(scope) not in STREAMS:
+        return named
+    query = parse_qs(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+    wanted = query.get("bodies", [])
+    # Which of two is heeded, or whether an empty one means all, is not for this place to guess.
+    return [part.strip() for part in wanted[0].split(",")] if len(wanted) == 1 else []
+
+
+def _take_ticket(scope: Scope) -> str | None:
+    """Take the ticket out of the query, so that it stands in no log and no answer."""
+    if b"ticket=" not in scope["query_string"]:
+        return None
+    query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+    tickets = [value for name, value in query if name == _TICKET]
+    scope["query_string"] = urlencode([pair for pair in query if pair[0] != _TICKET]).encode()
+    return tickets[0] if len(tickets) == 1 else None
+
+
+async def while_it_holds(holds: Callable[[], bool], handling: Awaitable[None]) -> bool:
+    """Serve an event stream, and end it soon after its credential; give whether that was the end."""
+    task = asyncio.ensure_future(handling)
+    try:
+        while not (await asyncio.wait({task}, timeout=LOOK_AGAIN_S))[0]:
+            if not holds():
+                return False
+        await task
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+    return True

@@ -7,14 +7,17 @@ written to the line and nothing will be. What may have reached a controller is 4
 from collections.abc import Mapping
 from http import HTTPStatus
 from typing import Any, Final
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
+from starlette.responses import RedirectResponse
+from starlette.types import Scope
 
 from api.common.faults import faults_of
+from gateway.access.errors import NotAuthenticated, NotPermitted
 from gateway.core.errors import (
     Ambiguous,
     ControllerError,
@@ -31,8 +34,12 @@ from gateway.core.origin import current
 TYPE_PREFIX = "urn:motion-gateway:problem:"
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER_S = 1
+SIGN_IN: Final = "/sign-in"
+"""The page that takes a key from somebody with a browser."""
 
 _STATUS: Final[Mapping[type[GatewayError], int]] = {
+    NotAuthenticated: 401,
+    NotPermitted: 403,
     NotFound: 404,
     Ambiguous: 409,
     InvalidRequest: 422,
@@ -124,6 +131,12 @@ def wants_japanese(request: Request) -> bool:
     return first.partition(";")[0].strip().lower().partition("-")[0] == "ja"
 
 
+def path_of(scope: Scope) -> str:
+    """The path of a request at this gateway, without that at which a proxy has it."""
+    path: str = scope["path"]
+    return path.removeprefix(scope.get("root_path", ""))
+
+
 def instance_of(request: Request) -> str:
     """The path of a request, as it may stand in a URI."""
     return quote(request.scope["path"])
@@ -138,6 +151,8 @@ def install(app: FastAPI) -> None:
 
 
 async def _tell_gateway_error(request: Request, error: GatewayError) -> Response:
+    if isinstance(error, NotAuthenticated) and _shows_pages(request):
+        return RedirectResponse(f"{SIGN_IN}?{urlencode({'next': path_of(request.scope)})}", 303)
     japanese = wants_japanese(request)
     problem = problem_of(error, instance_of(request), japanese=japanese)
     headers = {"Vary": "Accept-Language"}
@@ -145,7 +160,15 @@ async def _tell_gateway_error(request: Request, error: GatewayError) -> Response
         headers["Content-Language"] = "ja"
     if problem.status == 503:
         headers["Retry-After"] = str(RETRY_AFTER_S)
+    if problem.status == 401:
+        headers["WWW-Authenticate"] = 'Bearer realm="motion-gateway"'
     return response_to(problem, headers)
+
+
+def _shows_pages(request: Request) -> bool:
+    """Whether somebody opens a page in a browser, who can sign in."""
+    head = request.scope["headers"]
+    return (b"sec-fetch-mode", b"navigate") in head and request.scope.get("method") == "GET"
 
 
 async def _tell_invalid(request: Request, error: RequestValidationError) -> Response:

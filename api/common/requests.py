@@ -9,6 +9,7 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel
 
+from api.common.access import Access
 from api.common.routes import HttpRoute, Router
 from api.common.strict_json import StrictRoute
 from gateway.core.origin import Origin, current
@@ -19,14 +20,20 @@ MAX_WAIT_S = 60
 
 _WAIT = re.compile(r'(?:^|[,;])\s*wait\s*=\s*"?(\d{1,9}(?:\.\d+)?)"?\s*(?:$|[,;])', re.IGNORECASE)
 
-LineId = Annotated[str, Path(description="The line's id.", examples=["arm"])]
+LineId = Annotated[str, Path(description="The line's id.", examples=["line1"])]
 BodyId = Annotated[
     str,
-    Path(description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F."),
+    Path(
+        description="Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.",
+        examples=["3F"],
+    ),
 ]
 GroupId = Annotated[
     str,
-    Path(description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80."),
+    Path(
+        description="Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.",
+        examples=["80"],
+    ),
 ]
 Wait = Annotated[
     float | None,
@@ -53,6 +60,12 @@ def plant_of(request: Request) -> Plant:
 def origin_of(_: Request) -> Origin:
     """Who has sent the request: all of it is served in that name."""
     return current()
+
+
+def is_seen(request: Request, address: str) -> bool:
+    """Whether who asks may see this in a list: keys with a scope see what it covers."""
+    access: Access = request.app.state.access
+    return access.sees(address)
 
 
 def wait_s(request: Request, wait: float | None) -> float:

@@ -1,10 +1,10 @@
 """Results of operations as responses."""
 
 from collections.abc import Mapping
-from typing import Any, Generic, TypeVar
+from typing import Annotated, Any, Final
 
 from fastapi import Request, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, WithJsonSchema
 from pydantic_core import to_json
 
 from api.common.problems import Problem, instance_of, problem_of, wants_japanese
@@ -16,28 +16,31 @@ from gateway.fics.stops import RobotStopReport
 from gateway.rorze.stops import StopReport
 from protocols.table import Reply
 
-R = TypeVar("R", bound=Reply)
-
 AGE_HEADER = "Age-Ms"
 
 
-class MemberReply(BaseModel, Generic[R]):
+_ANY_REPLY: Final = {"anyOf": [{"type": "object", "additionalProperties": True}, {"type": "null"}]}
+
+
+class MemberReply(BaseModel):
     """What one member answered."""
 
     model_config = ConfigDict(frozen=True)
 
     body_id: str
-    reply: R | None = Field(description="Null if the member gave none: see `error`.")
+    reply: Annotated[SerializeAsAny[Reply] | None, WithJsonSchema(_ANY_REPLY)] = Field(
+        description="As the same command to a single body is answered; null if there is none: see `error`."
+    )
     error: Problem | None = Field(description="Why there is no reply.")
 
 
-class GroupReply(BaseModel, Generic[R]):
+class GroupReply(BaseModel):
     """What the members of a group answered to one command."""
 
     model_config = ConfigDict(frozen=True)
 
     group_id: str
-    members: list[MemberReply[R]]
+    members: list[MemberReply]
 
 
 class GroupMove(BaseModel):

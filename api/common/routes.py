@@ -1,38 +1,55 @@
 """Routes, each with the right that using it takes: there is none without, and no way past the hook."""
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.types import Receive, Scope, Send
 
-from api.common.access import Access
+from api.common.access import CLOSE_NOT_AUTHENTICATED, Access, while_it_holds
 from api.common.problems import DECLARED
 from gateway.core.rights import Right
 
 Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
 
+_END_OF_SOCKET: Final = {
+    "type": "websocket.close",
+    "code": CLOSE_NOT_AUTHENTICATED,
+    "reason": "the key or the session has ended",
+}
+_END_OF_STREAM: Final = {"type": "http.response.body", "body": b"", "more_body": False}
+
 
 class Guarded(BaseRoute):
     """A route that asks the access hook for its right as soon as it was found, before it reads a body."""
 
-    def __init__(self, *args: Any, right: Right, **options: Any) -> None:
+    def __init__(self, *args: Any, right: Right, any_scope: bool = False, **options: Any) -> None:
         self.right = Right(right)
+        self.any_scope = any_scope
         super().__init__(*args, **options)
 
     async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse, or do what the route does."""
         access: Access = scope["app"].state.access
-        access.require(scope, self.right)
-        await super().handle(scope, receive, send)
+        passage = access.require(scope, self.right, any_scope=self.any_scope)
+        with passage:
+            handling = super().handle(scope, receive, send)
+            if passage.holds is None:
+                await handling
+            elif not await while_it_holds(passage.holds, handling):
+                await send(_END_OF_SOCKET if scope["type"] == "websocket" else _END_OF_STREAM)
 
 
 class HttpRoute(Guarded, APIRoute):
     """An operation, which its OpenAPI entry shows with its right."""
 
     def __init__(self, path: str, endpoint: Callable[..., Any], *, right: Right, **options: Any) -> None:
-        extra = {"x-right": right, **(options.pop("openapi_extra", None) or {})}
+        extra = {
+            "x-right": right,
+            **({"security": []} if right is Right.OPEN else {}),
+            **(options.pop("openapi_extra", None) or {}),
+        }
         super().__init__(path, endpoint, right=right, openapi_extra=extra, **options)
 
 
@@ -107,7 +124,9 @@ class Router:
 
 
 def _name_of(route: APIRoute) -> str:
-    return route.name
+    """Name an operation as clients in most languages do: startMove."""
+    first, *others = route.name.split("_")
+    return first + "".join(map(str.capitalize, others))
 
 
 def unguarded(routes: Iterable[BaseRoute]) -> Iterator[BaseRoute]:

@@ -1,4 +1,4 @@
-"""Which browsers and host names may talk to the gateway: what protects it until there is access control."""
+"""Which browsers and host names may talk to the gateway: whatever key they send."""
 
 from collections.abc import Iterable
 from typing import Final

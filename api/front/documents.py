@@ -114,16 +114,19 @@ _POLICY: Final = (
 _OF_PAGES: Final = {"X-Frame-Options": "DENY", "Referrer-Policy": "no-referrer"}
 
 
-def install(app: FastAPI) -> None:
-    """Add the OpenAPI document, the pages that show it, and what these load; all without internet."""
+def install(app: FastAPI, root_path: str = "") -> None:
+    """Add the OpenAPI document, the pages that show it, and what these load; all without internet.
+
+    `root_path` is where a proxy has the gateway: the pages load from there.
+    """
     documents = {
         OPENAPI_AT: Document(JSON, lambda: _openapi(app)),
-        "/docs": page(lambda: _swagger(app.title)),
-        "/redoc": page(lambda: _redoc(app.title)),
+        "/docs": page(lambda: _swagger(app.title, root_path)),
+        "/redoc": page(lambda: _redoc(app.title, root_path)),
         **{f"{ASSETS_AT}/{name}": _asset(name, media_type) for name, media_type in _ASSETS.items()},
     }
     for path, document in documents.items():
-        app.routes.append(PageRoute(path, _answering(document), right=Right.VIEW))
+        app.routes.append(PageRoute(path, _answering(document), right=Right.VIEW, any_scope=True))
     app.state.documents = list(documents.values())
 
 
@@ -144,22 +147,22 @@ def _openapi(app: FastAPI) -> bytes:
     return json.dumps(app.openapi(), ensure_ascii=False, separators=(",", ":")).encode()
 
 
-def _swagger(title: str) -> HTMLResponse:
+def _swagger(title: str, at: str) -> HTMLResponse:
     return get_swagger_ui_html(
-        openapi_url=OPENAPI_AT,
+        openapi_url=at + OPENAPI_AT,
         title=f"{title} - Swagger UI",
-        swagger_js_url=f"{ASSETS_AT}/swagger-ui-bundle.js",
-        swagger_css_url=f"{ASSETS_AT}/swagger-ui.css",
-        swagger_favicon_url=f"{ASSETS_AT}/favicon.png",
+        swagger_js_url=f"{at}{ASSETS_AT}/swagger-ui-bundle.js",
+        swagger_css_url=f"{at}{ASSETS_AT}/swagger-ui.css",
+        swagger_favicon_url=f"{at}{ASSETS_AT}/favicon.png",
     )
 
 
-def _redoc(title: str) -> HTMLResponse:
+def _redoc(title: str, at: str) -> HTMLResponse:
     return get_redoc_html(
-        openapi_url=OPENAPI_AT,
+        openapi_url=at + OPENAPI_AT,
         title=f"{title} - ReDoc",
-        redoc_js_url=f"{ASSETS_AT}/redoc.standalone.js",
-        redoc_favicon_url=f"{ASSETS_AT}/favicon.png",
+        redoc_js_url=f"{at}{ASSETS_AT}/redoc.standalone.js",
+        redoc_favicon_url=f"{at}{ASSETS_AT}/favicon.png",
         with_google_fonts=False,
     )
 

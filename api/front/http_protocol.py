@@ -291,6 +291,7 @@ class HttpProtocol(HttpToolsProtocol):
             self.flow.behind = False
             self.flow.resume_reading()
             self.handle_websocket_upgrade()
+            del self.parser  # and with it a circle
             return
         # The parser takes no body of a request that offers a protocol, though it may have one.
         version = self.parser.get_http_version().encode()
@@ -464,7 +465,8 @@ class HttpProtocol(HttpToolsProtocol):
     def _say_last_words(self) -> None:
         """Answer, and close a moment later: a client that still sends then may lose the answer."""
         self.transport.write(self._last_words or b"")
-        self.transport.write_eof()
+        if self.transport.can_write_eof():  # not over TLS
+            self.transport.write_eof()
         self.flow.behind = False
         self.flow.resume_reading()
         self.loop.call_later(LINGER_S, self._close)

@@ -1,39 +1,67 @@
 """WebSockets as uvicorn speaks them; whatever a client sends or does not read, its socket ends in time."""
 
 import asyncio
-from typing import Any, ClassVar, cast
+from collections.abc import Callable, Sequence
+from struct import pack
+from typing import Any, ClassVar, Final, cast
 
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import CloseCode
+from websockets.http11 import Request
 
 from api.front.drain import Drain
 from api.front.http_protocol import Limits, Refused
+from gateway.core.events import Event, Writer
+
+EVENTS: Final = "motion_gateway.events"
+"""The ASGI extension by which an application writes events to a WebSocket: its `outlet`."""
 
 
 class WebSocketProtocol(WebSocketsSansIOProtocol):
-    """A connection."""
+    """A connection, and the outlet of its events."""
 
     limits: ClassVar[Limits] = Limits()
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._in_use = False
+        """Whether the application has it."""
+        self.takes = True
+        self.writer: Writer = _frames
+        self.on_room: Callable[[], None] = _nobody_asks
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Take it over from HTTP."""
         super().connection_made(transport)
+        self.write: Callable[[bytes], None] = self.transport.write
         self._drain = Drain(cast("asyncio.Transport", transport), self.limits.stall_s)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget it."""
+        self.takes = False
         self._drain.stop()
         super().connection_lost(exc)
+        self._untie()
 
     def pause_writing(self) -> None:
         """The client does not take events as fast as they come."""
         super().pause_writing()
+        self.takes = False
         self._drain.watch()
 
     def resume_writing(self) -> None:
         """It has taken most of them."""
         super().resume_writing()
         self._drain.stop()
+        self.takes = True
+        self.on_room()
+
+    def handle_connect(self, event: Request) -> None:
+        """Offer the outlet to the application."""
+        super().handle_connect(event)
+        if not self.close_sent:
+            self.scope["extensions"][EVENTS] = {"outlet": self}
+            self._in_use = True
 
     def data_received(self, data: bytes) -> None:
         """Answer a handshake, or take frames; what they say is not read."""
@@ -78,6 +106,18 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
         if self.close_sent:
             self._drain.watch()
 
+    def on_task_complete(self, task: asyncio.Task[None]) -> None:
+        """The application has done with it."""
+        super().on_task_complete(task)
+        self.scope["extensions"].clear()
+        self._in_use = False
+        self._untie()
+
+    def _untie(self) -> None:
+        """Leave nothing to the garbage collector: it holds the loop for 100 ms when a thousand have left."""
+        if self.disconnected and not self._in_use:
+            self.conn.parser.close()
+
     def _close(self) -> None:
         self.transport.close()
         self._drain.watch()
@@ -89,3 +129,24 @@ def _is_text(data: bytes) -> bool:
     except UnicodeDecodeError:
         return False
     return True
+
+
+def _nobody_asks() -> None:
+    """Nothing is to be sent."""
+
+
+def _frames(events: Sequence[Event]) -> bytes:
+    """Write text frames as a server does: whole, and not masked (RFC 6455 5.2)."""
+    return b"".join(map(_frame, events))
+
+
+def _frame(event: Event) -> bytes:
+    text = event.json.encode()
+    size = len(text)
+    if size < 126:
+        head = pack("!BB", 0x81, size)
+    elif size < 65_536:
+        head = pack("!BBH", 0x81, 126, size)
+    else:
+        head = pack("!BBQ", 0x81, 127, size)
+    return head + text

@@ -6,7 +6,15 @@ from typing import Literal
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.requests import age_ms_of, json_response, new_router, origin_of, plant_of, utc_of
+from api.common.requests import (
+    age_ms_of,
+    is_seen,
+    json_response,
+    new_router,
+    origin_of,
+    plant_of,
+    utc_of,
+)
 from api.common.results import StopResult
 from api.robots.paths import RobotId, UnitNumber, robot_of, unit_of
 from api.stops import StopBody, perform_stop
@@ -130,11 +138,12 @@ class RobotErrors(BaseModel):
     errors: list[RobotErrorRecord]
 
 
-@router.get("/robots", Right.VIEW, response_model=RobotList)
+@router.get("/robots", Right.VIEW, any_scope=True, response_model=RobotList)
 async def list_robots(request: Request) -> Response:
     """List all robots; nothing is sent."""
     all_robots = plant_of(request).family(Fics).robots()
-    return json_response(RobotList(robots=[_info(robot) for robot in all_robots]))
+    seen = [_info(robot) for robot in all_robots if is_seen(request, robot.id)]
+    return json_response(RobotList(robots=seen))
 
 
 @router.get("/robots/{robot_id}", Right.VIEW, response_model=RobotInfo)

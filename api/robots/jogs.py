@@ -7,7 +7,7 @@ from api.common.problems import DECLARED
 from api.common.requests import json_response, new_router, origin_of, plant_of
 from api.common.results import render
 from api.robots.paths import RobotId
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.fics.jogs import JogSession
 from gateway.operations import jogs
@@ -18,7 +18,7 @@ from protocols.fics.notation import AxisName, Direction, Unit
 router = new_router("jogs")
 
 
-class JogRequest(RequestModel):
+class JogRequest(RequestModel, json_schema_extra=example(unit=2, axis="X", direction="+")):
     """Which axis to jog, and which way (C-HOST manual 2-2)."""
 
     unit: Unit

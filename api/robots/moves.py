@@ -17,7 +17,7 @@ from api.common.requests import (
 from api.common.results import render
 from api.common.words import ends_declared
 from api.robots.paths import RobotId, UnitNumber
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.fics.move_record import RobotMove
 from gateway.fics.move_requests import RobotMoveRequest
@@ -32,7 +32,7 @@ router = new_router("robot moves")
 UNIT = "/robots/{robot_id}/units/{unit}"
 
 
-class MacroRunRequest(RequestModel):
+class MacroRunRequest(RequestModel, json_schema_extra=example(unit=1)):
     """How to run a macro (C-HOST manual 1-7)."""
 
     unit: Unit | None = Field(

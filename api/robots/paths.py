@@ -11,7 +11,7 @@ from gateway.fics.units import RobotUnit
 from protocols.fics.notation import Unit
 
 RobotId = Annotated[str, Path(description="The robot's id in the configuration.", examples=["r1"])]
-UnitNumber = Annotated[Unit, Path(description="Number of the unit, from 1.")]
+UnitNumber = Annotated[Unit, Path(description="Number of the unit, from 1.", examples=[1])]
 
 
 def robot_of(request: Request, robot_id: str) -> Robot:

@@ -13,7 +13,7 @@ from api.common.requests import json_response, new_router, origin_of, plant_of
 from api.common.strict_json import read_body
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, AxisValue
 from gateway.fics.units import RobotUnit
@@ -42,7 +42,10 @@ class PositionEntry(RequestModel):
     axes: Amounts = Field(min_length=1, description="By name; an axis that is not named is left out.")
 
 
-class PositionUpload(RequestModel):
+class PositionUpload(
+    RequestModel,
+    json_schema_extra=example(positions=[{"number": 1, "axes": {"X": {"value": 10, "unit": "mm"}}}]),
+):
     """Positions to be stored; others stay as they are."""
 
     positions: Annotated[list[PositionEntry], Field(min_length=1, max_length=LAST_POSITION)]

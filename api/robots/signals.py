@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 
 from api.common.requests import json_response, new_router, origin_of, plant_of
 from api.robots.paths import RobotId
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import robots
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
@@ -44,7 +44,7 @@ class Channels(BaseModel):
     channels: list[Channel]
 
 
-class OutputState(RequestModel):
+class OutputState(RequestModel, json_schema_extra=example(on=True)):
     """What an output shall be."""
 
     on: bool
@@ -57,7 +57,7 @@ class Variables(BaseModel):
     variables: list[VariableValue]
 
 
-class VariableSetting(RequestModel):
+class VariableSetting(RequestModel, json_schema_extra=example(value=12.5)):
     """What a variable shall hold."""
 
     value: Number

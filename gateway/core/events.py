@@ -3,16 +3,19 @@
 import asyncio
 import re
 import secrets
-from collections.abc import AsyncIterator, Callable, Iterable, Mapping
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, Literal, NamedTuple, Self
+from functools import lru_cache, partial
+from typing import Any, Literal, NamedTuple, Protocol, Self
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 from pydantic_core import from_json, to_json
 
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
+from gateway.core.event_ring import EventRing, Kept
+from gateway.core.turns import Turn, Turns
 
 RETAINED_EVENTS = 100_000
 """How many of the newest events can be read again."""
@@ -21,7 +24,10 @@ MAX_BACKLOG = 1024
 """Events a live subscription may be behind: eight from each of 120 bodies at once are not its fault."""
 
 BATCH = 64
-"""Events a reader takes before it lets the rest of the gateway run."""
+"""Events a reader looks at before it lets the rest of the gateway run."""
+
+SHARED_BATCHES = 16
+"""Batches that are kept for the next client at the same place with the same filter."""
 
 MAX_PAGE = 1000
 """Events in one page of the list."""
@@ -92,8 +98,7 @@ class SlowConsumer(Exception):  # the name clients see
         self.cursor = cursor
 
 
-@dataclass(frozen=True, slots=True)
-class Filter:
+class Filter(NamedTuple):
     """Which events somebody wants; empty means all."""
 
     bodies: frozenset[str] = frozenset()
@@ -137,11 +142,46 @@ class Filter:
         return not self.bodies.isdisjoint(names)
 
 
+class Batch:
+    """Events that follow one another, and what is written of them: once for all clients that get them."""
+
+    __slots__ = ("_written", "events")
+
+    def __init__(self, events: Sequence[Event]) -> None:
+        self.events = events
+        self._written: dict[Writer, bytes] = {}
+
+    def written(self, write: "Writer") -> bytes:
+        """Give the events as a client gets them."""
+        if (text := self._written.get(write)) is None:
+            text = self._written[write] = write(self.events)
+        return text
+
+
+Writer = Callable[[Sequence[Event]], bytes]
+
+
+class Outlet(Protocol):
+    """Where the events of one client go."""
+
+    takes: bool
+    """Whether it takes more now."""
+    on_room: Callable[[], None]
+    """Called when it takes more again."""
+    writer: Writer
+    """What its client reads."""
+
+    @property
+    def write(self) -> Callable[[bytes], None]:
+        """Takes a batch as it was written."""
+
+
 class Subscription(AsyncIterator[Event]):
     """The events that one client wants, from its cursor on: first those it has missed, then each new one.
 
     It is a place in the hub's ring and keeps no events of its own, so that the change from old to new can
-    neither leave out nor repeat one. Iteration ends when the hub is closed, or by `SlowConsumer`.
+    neither leave out nor repeat one, and a client that does not read costs nothing. It ends when the hub is
+    closed, or by `SlowConsumer`.
     """
 
     def __init__(self, hub: "EventHub", position: int, wanted: Filter, missed_after: str | None) -> None:
@@ -149,9 +189,9 @@ class Subscription(AsyncIterator[Event]):
         self._position = position
         self._wanted = wanted
         self._missed_after = missed_after
-        self._live = False
-        self._since_pause = 0
-        self._wake: asyncio.Future[None] | None = None
+        self._in_time: int | None = None
+        """The newest event when news last found it waiting; None while it reads what it has missed."""
+        self._waits = False
 
     @property
     def cursor(self) -> str:
@@ -161,46 +201,100 @@ class Subscription(AsyncIterator[Event]):
     async def __anext__(self) -> Event:
         """Wait for the next event.
 
-        :raises SlowConsumer: more than `MAX_BACKLOG` events have come while the last one was being handled.
+        :raises SlowConsumer: as `next_batch` does.
         """
-        while (event := await self.next_published()) is None:
-            if self._hub.closed:
-                raise StopAsyncIteration
-            self._live = True
-            await self._next_publication()
+        batch = await self.next_batch()
+        if batch is None:
+            raise StopAsyncIteration
+        event = batch.events[0]
+        self._position = event.number
         return event
 
-    async def next_published(self) -> Event | None:
-        """Take the next event that has happened already; None when there is none.
+    async def next_batch(self) -> Batch | None:
+        """Wait for the next events; None when the hub is closed, and there are no more.
 
-        :raises SlowConsumer: as iteration does.
+        :raises SlowConsumer: more than `MAX_BACKLOG` events have come while the last ones were being handled.
         """
-        if self._live and self._hub.last - self._position > MAX_BACKLOG:
+        while True:
+            turn = asyncio.get_running_loop().create_future()
+            self._in_turn(partial(_wake, turn))
+            try:
+                await turn
+            finally:
+                self._hub.turns.forget(self)
+            if (batch := self._take()).events:
+                return batch
+            if self._hub.closed and self._has_read_all:
+                return None
+
+    async def deliver(self, outlet: Outlet) -> None:
+        """Write events to an outlet until the hub is closed.
+
+        :raises SlowConsumer: it has taken nothing while more than `MAX_BACKLOG` events have come.
+        """
+        end: asyncio.Future[SlowConsumer | None] = asyncio.get_running_loop().create_future()
+        turn = partial(self._deliver, outlet, end)
+        outlet.on_room = partial(self._in_turn, turn)
+        self._in_turn(turn)
+        try:
+            slow = await end
+        finally:
+            outlet.on_room = _nothing
+            self._hub.turns.forget(self)
+        if slow is not None:
+            raise slow
+
+    def _deliver(self, outlet: Outlet, end: "asyncio.Future[SlowConsumer | None]") -> None:
+        """Have a turn of a delivery: no task is woken for each event of each client."""
+        if not outlet.takes or end.done():
+            return
+        try:
+            batch = self._take()
+        except SlowConsumer as slow:
+            end.set_result(slow)
+            return
+        if batch.events:
+            outlet.write(batch.written(outlet.writer))
+        elif self._hub.closed and self._has_read_all:
+            end.set_result(None)
+            return
+        if outlet.takes:
+            outlet.on_room()
+
+    @property
+    def _has_read_all(self) -> bool:
+        return self._position == self._hub.last and self._missed_after is None
+
+    def _in_turn(self, turn: Turn) -> None:
+        """Have a turn: at news, or soon where there is something to be read, or nothing more to come."""
+        hub = self._hub
+        if self._position == hub.last and self._missed_after is None and not hub.closed:
+            self._waits = True
+            hub.turns.at_news(self, turn)
+        else:
+            hub.turns.soon(self, turn)
+
+    def _take(self) -> Batch:
+        """Take what is wanted of the next `BATCH` events that have happened already."""
+        hub, after = self._hub, self._position
+        if self._waits:
+            self._in_time, self._waits = hub.last, False
+        elif self._in_time is not None and hub.last - max(self._in_time, after) > MAX_BACKLOG:
             raise SlowConsumer(self.cursor)
-        while self._missed_after or self._position < self._hub.last:
-            await self._pause_between_batches()
-            if self._missed_after or self._position < self._hub.first - 1:
-                return self._skip_to_first()
-            self._position += 1
-            event = self._hub.event(self._position)
-            if self._wanted.wants(event):
-                return event
-        return None
+        if self._missed_after is not None or after < hub.first - 1:
+            return Batch([self._skip_to_first()])
+        self._position = min(after + BATCH, hub.last)
+        return hub.batch(after, self._position, self._wanted)
 
-    def wake(self) -> None:
-        """Look again at once."""
-        if self._wake is not None and not self._wake.done():
-            self._wake.set_result(None)
-
-    def offer(self, event: Event) -> bool:
-        """Wake up for a new event if it is wanted; called by the hub while the subscription is idle."""
-        if self._wake is None or self._wake.done():
-            return True
-        if not self._wanted.wants(event):
-            self._position = event.number
-            return False
-        self._wake.set_result(None)
-        return True
+    async def page(self, limit: int) -> "Page":
+        """Take at most so many events that have happened already."""
+        events: list[Event] = []
+        while len(events) < limit and not self._has_read_all:
+            events += self._take().events
+            await asyncio.sleep(0)
+        if len(events) <= limit:
+            return Page(events, self.cursor)
+        return Page(events[:limit], events[limit - 1].cursor)
 
     def _skip_to_first(self) -> Event:
         requested = self._missed_after or self.cursor
@@ -208,20 +302,14 @@ class Subscription(AsyncIterator[Event]):
         self._position = self._hub.first - 1
         return self._hub.gap_before(self._position + 1, requested)
 
-    async def _pause_between_batches(self) -> None:
-        self._since_pause += 1
-        if self._since_pause > BATCH:
-            self._since_pause = 1
-            await asyncio.sleep(0)
 
-    async def _next_publication(self) -> None:
-        self._wake = asyncio.get_running_loop().create_future()
-        self._hub.add_idle(self)
-        try:
-            await self._wake
-        finally:
-            self._hub.remove_idle(self)
-            self._since_pause = 0
+def _wake(turn: "asyncio.Future[None]") -> None:
+    if not turn.done():
+        turn.set_result(None)
+
+
+def _nothing() -> None:
+    """Nobody is to be told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,17 +337,16 @@ class EventHub:
         self.last = 0
         """Number of the newest event; 0 before the first."""
         self.closed = False
-        self._capacity = capacity
         self._clock = clock
-        self._ring: list[tuple[str, str, str]] = []
-        """Type, subject and text: tuples of texts are nothing to the garbage collector, which would hold the
-        loop for 100 ms to look through so many objects (decision 9)."""
-        self._idle: list[Subscription] = []
+        self._ring = EventRing(capacity)
+        self.turns = Turns()
+        """The order in which subscriptions read."""
+        self.batch = lru_cache(SHARED_BATCHES)(self._batch)
 
     @property
     def first(self) -> int:
         """Number of the oldest event that can still be read."""
-        return self.last - len(self._ring) + 1
+        return self._ring.first
 
     @property
     def cursor(self) -> str:
@@ -269,21 +356,15 @@ class EventHub:
     def publish(self, type_: str, subject: str, data: Data, correlation: str | None = None) -> Event:
         """Number an event and keep it; it can be read as soon as this returns."""
         event = self._event(self.last + 1, type_, subject, data, correlation)
-        record = (type_, subject, event.json)
-        if len(self._ring) < self._capacity:
-            self._ring.append(record)
-        else:
-            self._ring[self.last % self._capacity] = record
-        self.last += 1
-        if self._idle:
-            self._idle = [subscription for subscription in self._idle if not subscription.offer(event)]
+        self._ring.append(Kept(type_, subject, event.json))
+        self.last = event.number
+        self.turns.news()
         return event
 
     def close(self) -> None:
         """End all subscriptions once they have read what there is: the gateway is shutting down."""
         self.closed = True
-        for subscription in self._idle:
-            subscription.wake()
+        self.turns.news()
 
     def subscribe(
         self,
@@ -311,14 +392,11 @@ class EventHub:
         reader = self._read(
             _cursor(self.epoch, self.first - 1) if after is None else after, Filter.of(bodies, types)
         )
-        events: list[Event] = []
-        while len(events) < min(limit, MAX_PAGE) and (event := await reader.next_published()):
-            events.append(event)
-        return Page(events, reader.cursor)
+        return await reader.page(min(limit, MAX_PAGE))
 
     def event(self, number: int) -> Event:
         """Give a retained event, from `first` to `last`."""
-        return Event(self.epoch, number, *self._ring[(number - 1) % self._capacity])
+        return Event(self.epoch, number, *self._ring[number])
 
     def gap_before(self, number: int, requested: str) -> Event:
         """Make the event that stands for those between a requested cursor and an event number."""
@@ -346,14 +424,10 @@ class EventHub:
         }
         return Event(self.epoch, number, type_, subject, to_json(told, inf_nan_mode="null").decode())
 
-    def add_idle(self, subscription: Subscription) -> None:
-        """Offer new events to a subscription that has read all."""
-        self._idle.append(subscription)
-
-    def remove_idle(self, subscription: Subscription) -> None:
-        """Offer it no more."""
-        if subscription in self._idle:
-            self._idle.remove(subscription)
+    def _batch(self, after: int, last: int, wanted: Filter) -> Batch:
+        """Look once for all clients with a filter; `batch` gives each the same one."""
+        events = map(self.event, range(after + 1, last + 1))
+        return Batch([event for event in events if wanted.wants(event)])
 
     def _read(self, after: str, wanted: Filter) -> Subscription:
         match = _CURSOR.fullmatch(after)

@@ -63,6 +63,8 @@ class PortLoop(ABC):
         self.recorder = Recorder(capacity=0)
         """That of the port, if it is recorded."""
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
+        self.on_work: Callable[[], None] = lambda: None
+        """Told often, as long as the line's own work goes on, whatever is at its far end."""
         self._open = False
         self._ready = False
         self._silence: str | None = None
@@ -151,6 +153,7 @@ class PortLoop(ABC):
     async def _keep_open(self) -> None:
         pause_s = REOPEN_S[0]
         while True:
+            self.on_work()
             try:
                 await self.transport.open(self)
                 self.counters["openings"] += 1
@@ -280,6 +283,7 @@ class PortLoop(ABC):
 
     def _hand_over(self, data: bytes) -> None:
         """Let the recorder know who writes, and write."""
+        self.on_work()
         origin = current()
         self.recorder.sender = origin.caller, origin.request_id
         self.transport.write(data)

@@ -4,6 +4,7 @@ import asyncio
 import secrets
 from collections import OrderedDict
 from datetime import datetime
+from itertools import islice
 from typing import Generic, TypeVar
 
 from gateway.core.errors import NotFound
@@ -28,9 +29,9 @@ class MoveLog(Generic[M]):
         """Remember a new move; the oldest that are over may be forgotten for it."""
         self._moves[move.id] = move
         self._over[move.id] = asyncio.Event()
-        surplus = len(self._moves) - HISTORY
-        old = [it.id for it in self._moves.values() if it.status.final] if surplus > 0 else []
-        for move_id in old[:surplus]:
+        # Only what still runs stands before the oldest that is over.
+        over = (it.id for it in self._moves.values() if it.status.final)
+        for move_id in list(islice(over, max(0, len(self._moves) - HISTORY))):
             del self._moves[move_id], self._over[move_id]
 
     def end(self, move: M) -> None:

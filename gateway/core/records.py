@@ -2,11 +2,16 @@
 
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, JsonValue, TypeAdapter
 
 
 def _all_required(schema: dict[str, Any]) -> None:
     schema["required"] = list(schema["properties"])
+
+
+def example(**members: object) -> dict[str, JsonValue]:
+    """What a class of requests takes as `json_schema_extra`, to show one that works on the demo."""
+    return {"examples": [TypeAdapter(JsonValue).validate_python(members)]}
 
 
 class Record(BaseModel):

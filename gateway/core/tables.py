@@ -73,6 +73,11 @@ Slug = Annotated[str, AfterValidator(check_slug)]
 Name = Annotated[str, Field(max_length=64), AfterValidator(check_printable)]
 
 
+def named(id_: str, name: str | None) -> str:
+    """An id with the name that people have given it."""
+    return f"{id_} ({name})" if name else id_
+
+
 class Line(Table):
     """A port; what is on it stands in the table of its protocol."""
 
@@ -92,6 +97,14 @@ class Line(Table):
     trace_file_bytes: int = Field(8_000_000, ge=4096)
     """Size of each file of the trace's ring."""
     trace_files: int = Field(4, ge=2, le=100)
+
+    def served(self) -> str:
+        """What stands on it, in words."""
+        return self.protocol
+
+    def weak_settings(self) -> Iterable[str]:
+        """What it allows that is not allowed by default, in words."""
+        return ()
 
     def unique_ids(self) -> Mapping[KeyPath, str]:
         """The ids on this line that no other line may have, by where they stand."""

@@ -127,7 +127,7 @@ class Target(ABC):
         """Stop it; every stop frame is queued before anything is awaited."""
         raise InvalidRequest(f"{self.address} has no motor to be stopped ({mode}); nothing was sent.")
 
-    async def stop_by(self, command: AnyCommand) -> Answer | Stopped:
+    async def stop_by(self, command: AnyCommand) -> Answer | MemberAnswers | Stopped:
         """Stop as a command of the table says."""
         return await self.stop(self.stop_modes[type(command)])
 

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.stops import StopMode
-from gateway.core.targets import Answer, Begun, Opened, Stopped, Target, stopped
+from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
 from gateway.fics.fit import require_fit
 from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.moves import RobotMoves
@@ -84,7 +84,7 @@ class UnitTarget(RobotTarget):
         session = await self.robot.jogs.start(self.unit.number, command.axis, command.direction)
         return Opened(f"/robots/{self.robot.id}/jogs/{session.id}", session)
 
-    async def stop_by(self, command: Any) -> Answer | Stopped:
+    async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
         """Stop one axis, with its session, or all axes."""
         if not isinstance(command, StopJog):
             return await super().stop_by(command)

@@ -132,3 +132,8 @@ class Line(tables.Line):
     def unique_ids(self) -> Mapping[KeyPath, str]:
         """The ids on this line that no other line may have, by where they stand."""
         return {("robot", "id"): self.robot.id}
+
+    def served(self) -> str:
+        """Its robot, with its units."""
+        units = "; ".join(f"unit {unit.number} of {', '.join(unit.axes)}" for unit in self.robot.units)
+        return f"Fics: robot {tables.named(self.robot.id, self.robot.name)}, {units}"

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.fics.amounts import Amounts, build, numbers
 from gateway.fics.axes import Coordinates, UnitAxes
 from protocols.fics import motor_axes, moves
@@ -41,7 +41,9 @@ class _AxesMoveRequest(_RobotMoveRequest):
         return build("axes", row, coordinates=numbers("axes", unit, names, self.axes))
 
 
-class RobotAbsoluteMoveRequest(_AxesMoveRequest):
+class RobotAbsoluteMoveRequest(
+    _AxesMoveRequest, json_schema_extra=example(kind="absolute", axes={"X": {"value": 10, "unit": "mm"}})
+):
     """Move axes to a position (C-HOST manual 2-6, 4-3)."""
 
     kind: Literal["absolute"]
@@ -51,7 +53,9 @@ class RobotAbsoluteMoveRequest(_AxesMoveRequest):
         return self._built(_ABSOLUTE[self.coordinates], unit)
 
 
-class RobotRelativeMoveRequest(_AxesMoveRequest):
+class RobotRelativeMoveRequest(
+    _AxesMoveRequest, json_schema_extra=example(kind="relative", axes={"X": {"value": 10, "unit": "mm"}})
+):
     """Move axes by an amount (C-HOST manual 2-5, 4-2)."""
 
     kind: Literal["relative"]
@@ -61,7 +65,7 @@ class RobotRelativeMoveRequest(_AxesMoveRequest):
         return self._built(_RELATIVE[self.coordinates], unit)
 
 
-class RobotPositionMoveRequest(_RobotMoveRequest):
+class RobotPositionMoveRequest(_RobotMoveRequest, json_schema_extra=example(kind="position", position=1)):
     """Move to a stored position (C-HOST manual 2-16)."""
 
     kind: Literal["position"]
@@ -72,7 +76,7 @@ class RobotPositionMoveRequest(_RobotMoveRequest):
         return moves.MoveToPosition(position=self.position)
 
 
-class RobotHomeRequest(_RobotMoveRequest):
+class RobotHomeRequest(_RobotMoveRequest, json_schema_extra=example(kind="home")):
     """Home all axes, or the mechanism as its program does it (C-HOST manual 2-4)."""
 
     kind: Literal["home"]
@@ -82,7 +86,7 @@ class RobotHomeRequest(_RobotMoveRequest):
         return HomeRobot()
 
 
-class RobotStepRequest(_RobotMoveRequest):
+class RobotStepRequest(_RobotMoveRequest, json_schema_extra=example(kind="step", axis="X", steps=10)):
     """Move one axis by a few of the smallest amounts it displays (C-HOST manual 2-3)."""
 
     kind: Literal["step"]

@@ -21,7 +21,7 @@ from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import Refusal
 from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
-from protocols.rorze.programs import RunProgram, StepProgram
+from protocols.rorze.programs import EndProgram, RunProgram, StepProgram
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
@@ -479,7 +479,7 @@ def forbid_stop(address: str, command: RorzeCommand[Any]) -> None:
 
     :raises InvalidRequest: it is one.
     """
-    if command.effect is Effect.STOP:
+    if command.effect is Effect.STOP and not isinstance(command, EndProgram):
         raise InvalidRequest(
             f"{command.code} is not sent to {address} alone, for nobody would see to its standstill; nothing "
             "was sent.",

@@ -1,6 +1,7 @@
 """What the configuration file may say of a line with an RC-400: its bodies and groups."""
 
 import re
+from collections.abc import Iterable
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, PlainValidator, model_validator
@@ -120,6 +121,21 @@ class Line(tables.Line):
                         f"{member} is no body of line {self.id}", "groups", index, "members", position
                     )
         return self
+
+    def served(self) -> str:
+        """Its bodies and groups."""
+        bodies = ", ".join(tables.named(body.id, body.name) for body in self.bodies) or "none"
+        groups = "".join(f"; group {group.id} of {', '.join(group.members)}" for group in self.groups)
+        return f"RC-400: bodies {bodies}{groups}"
+
+    def weak_settings(self) -> Iterable[str]:
+        """Bodies that go to places after a loss of power."""
+        careless = [body.id for body in self.bodies if not body.needs_origin]
+        if careless:
+            yield (
+                f"line {self.id}: needs_origin is off for {', '.join(careless)}: after a loss of power they "
+                "still go to places, which are somewhere else then"
+            )
 
     def _need_one_digit_bodies(self) -> None:
         if self.groups:

@@ -308,6 +308,7 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         """Ask the bodies that went silent, less and less often, whether they are back."""
         pause_s = PROBE_S[0]
         while True:
+            self.on_work()  # a line without bodies has nothing to write
             if await self._another_falls_silent(pause_s):
                 pause_s = PROBE_S[0]
                 continue

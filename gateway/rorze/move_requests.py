@@ -5,7 +5,7 @@ from typing import Annotated, Any, Final, Literal, Self
 from pydantic import Field, ValidationError, WithJsonSchema, model_validator
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Group
 from gateway.rorze.units import Scale, Unit, to_pulses
 from protocols.rorze import moves, origin
@@ -36,7 +36,7 @@ _HOME: Final[dict[str, MotionRow]] = {
 }
 
 
-class Length(RequestModel):
+class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
     """A distance or a position with its unit."""
 
     value: Annotated[int | float, WithJsonSchema({"type": "number"})] = Field(
@@ -64,7 +64,10 @@ class _MoveRequest(RequestModel):
     )
 
 
-class RelativeMoveRequest(_MoveRequest):
+class RelativeMoveRequest(
+    _MoveRequest,
+    json_schema_extra=example(kind="relative", direction="cw", distance={"value": 500, "unit": "pulse"}),
+):
     """Move by a distance (RC-420 manual 13.2)."""
 
     kind: Literal["relative"]
@@ -79,7 +82,9 @@ class RelativeMoveRequest(_MoveRequest):
         return _built(row, distance=self.distance.pulses(scale), pattern=self.pattern)
 
 
-class AbsoluteMoveRequest(_MoveRequest):
+class AbsoluteMoveRequest(
+    _MoveRequest, json_schema_extra=example(kind="absolute", position={"value": 0, "unit": "pulse"})
+):
     """Move to a position (RC-420 manual 13.2)."""
 
     kind: Literal["absolute"]
@@ -92,7 +97,7 @@ class AbsoluteMoveRequest(_MoveRequest):
         return _built(_ABSOLUTE[self.speed], position=self.position.pulses(scale), pattern=self.pattern)
 
 
-class HomeRequest(_MoveRequest):
+class HomeRequest(_MoveRequest, json_schema_extra=example(kind="home")):
     """Search the origin (RC-420 manual 13.5)."""
 
     kind: Literal["home"]
@@ -105,7 +110,9 @@ class HomeRequest(_MoveRequest):
         return _HOME[self.method]()
 
 
-class ContinuousMoveRequest(_MoveRequest):
+class ContinuousMoveRequest(
+    _MoveRequest, json_schema_extra=example(kind="continuous", direction="cw", speed="low")
+):
     """Move until stopped; only where the configuration has `allow_endless_moves`."""
 
     kind: Literal["continuous"]

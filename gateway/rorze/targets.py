@@ -14,6 +14,7 @@ from gateway.rorze.moves import Moves
 from gateway.rorze.plans import GroupPlan, PlannedMove, group_plan_of, plan_of
 from gateway.rorze.stops import Stops
 from protocols.rorze.link_master import SetGroup
+from protocols.rorze.programs import EndProgram
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
 from protocols.rorze.stops import StopDecelerating, StopImmediately
 from protocols.table import Reply
@@ -45,6 +46,12 @@ class _Motors(Target):
         """Start the moves of its bodies; errors as of `Moves.start`."""
         moves = await self._moves.start(self.thing, command)
         return Begun(self.path, moves, self.address if isinstance(self.thing, Group) else None)
+
+    async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
+        """Stop its bodies; UES ends a program, and is only asked."""
+        if isinstance(command, EndProgram):
+            return await self.ask(command)
+        return await super().stop_by(command)
 
     async def stop(self, mode: StopMode) -> Stopped:
         """Stop its bodies."""

@@ -14,6 +14,8 @@ from starlette.types import Receive, Scope, Send
 
 from api.front.http_protocol import Limits
 from api.front.protocols import protocols
+from api.front.websocket_protocol import EVENTS
+from gateway.core.events import EventHub
 
 HOST = b"host: 127.0.0.1\r\n"
 SOON_S = 0.05
@@ -29,10 +31,15 @@ class Application:
         self.done: list[tuple[str, bytes]] = []
         self.left: list[str] = []
         self.go = asyncio.Event()
+        self.hub: EventHub | None = None
+        """Whose events a WebSocket follows."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "websocket":
-            await (self._deny if scope["path"] == "/denied" else self._follow)(receive, send)
+            if scope["path"] == "/denied":
+                await self._deny(receive, send)
+            else:
+                await self._follow(scope, receive, send)
             return
         path = scope["path"]
         self.begun.append(path)
@@ -53,12 +60,15 @@ class Application:
         await send({"type": "http.response.start", "status": 200, "headers": [length]})
         await send({"type": "http.response.body", "body": answer})
 
-    async def _follow(self, receive: Receive, send: Send) -> None:
+    async def _follow(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send events, which nobody may read, until the client has left."""
         await receive()
         await send({"type": "websocket.accept"})
         self.begun.append("websocket")
         sender = asyncio.create_task(self._flood(send)) if self.go.is_set() else None
+        if self.hub is not None:
+            outlet = scope["extensions"][EVENTS]["outlet"]
+            sender = asyncio.create_task(self.hub.subscribe().deliver(outlet))
         while (await receive())["type"] != "websocket.disconnect":
             pass
         self.left.append("websocket")

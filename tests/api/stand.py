@@ -13,8 +13,12 @@ from fastapi import FastAPI
 from httpx2 import ASGITransport, AsyncClient
 
 from api.app import create_app
+from api.front.websocket_protocol import EVENTS
+from gateway.access.credentials import Credentials
 from gateway.config import Config
+from gateway.core.events import Event
 from simulator.rorze.line import build_line
+from tests.open_access import OPEN_TABLE
 from tests.plants import is_known
 from tests.simulated_line import SimulatedLine
 from tests.tested_plant import TestedPlant
@@ -26,6 +30,8 @@ BODIES: Final[Sequence[Mapping[str, object]]] = [
     {"id": "01", "units": {"unit": "mm", "pulses_per_unit": 1000.0}},
     {"id": "3F"},
 ]
+Bodies = Sequence[Mapping[str, object]]
+NO_GROUPS: Final[Mapping[str, Bodies]] = {}
 RELATIVE = {"kind": "relative", "direction": "cw", "distance": {"value": 50_000, "unit": "pulse"}}
 
 
@@ -69,12 +75,17 @@ class Stand:
         await self.send(body, "set-maximum-acceleration", acceleration=100_000)
 
 
-Bodies = Sequence[Mapping[str, object]]
 Story = Callable[[Stand], Coroutine[Any, Any, None]]
 
 
 @asynccontextmanager
-async def build_stand(lines: Mapping[str, Bodies], server: Mapping[str, object]) -> AsyncIterator[Stand]:
+async def build_stand(
+    lines: Mapping[str, Bodies],
+    server: Mapping[str, object],
+    access: Mapping[str, object] = OPEN_TABLE,
+    credentials: Credentials | None = None,
+    groups: Mapping[str, Bodies] = NO_GROUPS,
+) -> AsyncIterator[Stand]:
     """Start a plant of these lines and wait until they are ready."""
     now = asyncio.get_running_loop().time()
     addresses = {line: f"tcp://127.0.0.1:{number}" for number, line in enumerate(lines, start=1)}
@@ -82,8 +93,11 @@ async def build_stand(lines: Mapping[str, Bodies], server: Mapping[str, object])
         line: SimulatedLine(build_line([int(str(body["id"]), 16) for body in bodies], now))
         for line, bodies in lines.items()
     }
-    tables = [{"id": line, "address": addresses[line], "bodies": lines[line]} for line in lines]
-    config = Config.model_validate({"server": server, "lines": tables})
+    tables = [
+        {"id": line, "address": addresses[line], "bodies": lines[line], "groups": groups.get(line, [])}
+        for line in lines
+    ]
+    config = Config.model_validate({"server": server, "access": access, "lines": tables})
     by_address = {addresses[line]: port for line, port in ports.items()}
     plant = TestedPlant(config, open_transport=lambda address: by_address[address])
     ups = plant.events.subscribe(types=["line.up"])
@@ -92,7 +106,7 @@ async def build_stand(lines: Mapping[str, Bodies], server: Mapping[str, object])
         await anext(ups)
     while any(body.online and not is_known(body) for body in plant.bodies()):  # noqa: ASYNC110  # no event tells it
         await asyncio.sleep(0.01)
-    app = create_app(plant)
+    app = create_app(plant, credentials)
     transport = ASGITransport(app, raise_app_exceptions=False)
     async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
         yield Stand(plant, app, client, ports)
@@ -137,8 +151,18 @@ class Served(Protocol):
     def app(self) -> FastAPI: ...
 
 
+class _Reading(asyncio.Event):
+    """Whether a client reads; the outlet of its events is told when it reads on."""
+
+    on_set: Callable[[], None] = staticmethod(lambda: None)
+
+    def set(self) -> None:
+        super().set()
+        self.on_set()
+
+
 class Socket:
-    """A WebSocket client that speaks ASGI straight to the app."""
+    """A WebSocket client that speaks ASGI straight to the app, with an outlet as the server has it."""
 
     def __init__(
         self, app: FastAPI, target: str, subprotocols: Sequence[str], headers: Mapping[str, str]
@@ -154,16 +178,39 @@ class Socket:
             "query_string": query.encode(),
             "headers": [(name.lower().encode(), value.encode()) for name, value in headers.items()],
             "subprotocols": list(subprotocols),
+            "extensions": {EVENTS: {"outlet": self}},
         }
         self._to_app: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
         self._from_app: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
-        self.reading = asyncio.Event()
+        self._stuck = False
+        self.reading = _Reading()
         self.reading.set()
         self.task = asyncio.create_task(app(self._scope, self._to_app.get, self._take))
 
     async def _take(self, message: Any) -> None:
         await self.reading.wait()
         await self._from_app.put(message)
+
+    @property
+    def takes(self) -> bool:
+        return self.reading.is_set() or not self._stuck
+
+    def write(self, batch: bytes) -> None:
+        self._stuck = not self.reading.is_set()
+        for text in batch.splitlines():
+            self._from_app.put_nowait({"type": "websocket.send", "text": text.decode()})
+
+    @staticmethod
+    def writer(events: Sequence[Event]) -> bytes:
+        return b"\n".join(event.json.encode() for event in events)
+
+    @property
+    def on_room(self) -> Callable[[], None]:
+        return self.reading.on_set
+
+    @on_room.setter
+    def on_room(self, on_room: Callable[[], None]) -> None:
+        self.reading.on_set = on_room
 
     async def message(self) -> dict[str, Any]:
         async with asyncio.timeout(10):

@@ -2,13 +2,15 @@
 
 import json
 import re
+from collections.abc import Iterator
 from typing import Any
 
 from api import openapi
+from gateway.event_types import EVENT_TYPES
 from protocols.fics.commands import COMMANDS as FICS_COMMANDS
 from protocols.rorze.commands import COMMANDS
 
-TEXT = openapi.document()
+TEXT, CORE = openapi.documents().values()
 DOCUMENT: dict[str, Any] = json.loads(TEXT)
 
 
@@ -16,8 +18,54 @@ def operations() -> list[dict[str, Any]]:
     return [operation for path in DOCUMENT["paths"].values() for operation in path.values()]
 
 
-def test_the_file_is_what_the_app_says() -> None:
-    assert openapi.PATH.read_text("utf-8") == TEXT, "write it anew: python -m api.openapi"
+def test_the_files_are_what_the_app_says() -> None:
+    for name, text in openapi.documents().items():
+        assert (openapi.FOLDER / name).read_text("utf-8") == text, "write it anew: python -m api.openapi"
+
+
+def test_the_core_has_no_route_of_a_single_command_and_only_schemas_it_refers_to() -> None:
+    core = json.loads(CORE)
+    assert {path for path in DOCUMENT["paths"] if "/commands/" not in path} == set(core["paths"])
+    named = set(re.findall(r'"#/components/schemas/([^"]+)"', CORE))
+    assert named == set(core["components"]["schemas"])
+
+
+def bodies() -> Iterator[tuple[str, dict[str, Any]]]:
+    for operation in operations():
+        if body := operation.get("requestBody"):
+            yield operation["operationId"], body["content"]["application/json"]
+
+
+def test_every_request_with_members_shows_an_example() -> None:
+    schemas = DOCUMENT["components"]["schemas"]
+    for name, content in bodies():
+        reference = content["schema"].get("$ref", "").rpartition("/")[2]
+        if not reference or schemas[reference]["properties"]:
+            assert content["examples"], name
+
+
+def test_no_request_has_a_default_for_strict_typescript_demands_the_member_then() -> None:
+    schemas = DOCUMENT["components"]["schemas"]
+    seen: set[str] = set()
+    waiting = [content["schema"] for _, content in bodies()]
+    while waiting:
+        text = json.dumps(waiting.pop())
+        assert '"default": ' not in text
+        new = set(re.findall(r'"#/components/schemas/([^"]+)"', text)) - seen
+        waiting += [schemas[name] for name in new]
+        seen |= new
+    assert "Left out: high." in schemas["RelativeMoveRequest"]["properties"]["speed"]["description"]
+
+
+def test_events_are_a_union_by_type() -> None:
+    items = DOCUMENT["components"]["schemas"]["EventList"]["properties"]["events"]["items"]
+    assert items["discriminator"]["propertyName"] == "type"
+    assert set(items["discriminator"]["mapping"]) == set(EVENT_TYPES)
+
+
+def test_groups_answer_in_one_shape() -> None:
+    shapes = [name for name in DOCUMENT["components"]["schemas"] if name.startswith(("GroupReply", "Member"))]
+    assert shapes == ["GroupReply", "MemberReply"]
 
 
 def test_every_reference_leads_somewhere() -> None:
@@ -30,7 +78,7 @@ def test_every_reference_leads_somewhere() -> None:
 def test_every_operation_has_a_name_of_its_own_and_tells_its_problems() -> None:
     names = [operation["operationId"] for operation in operations()]
     assert len(set(names)) == len(names)
-    assert all(name.isidentifier() for name in names)
+    assert all(re.fullmatch("[a-z]+([A-Z0-9][a-z0-9]*)*", name) for name in names)
     problem = {"schema": {"$ref": "#/components/schemas/Problem"}}
     for operation in operations():
         if operation["operationId"] not in ("livez", "readyz"):
@@ -51,6 +99,6 @@ def test_discriminators_have_no_default() -> None:
 
 
 def test_every_command_carries_its_code() -> None:
-    sent = [operation for operation in operations() if operation["operationId"].startswith("send_")]
+    sent = [operation for operation in operations() if operation["operationId"].startswith("send")]
     codes = {operation["x-code"] for operation in sent if "x-code" in operation}
     assert codes == {*COMMANDS, *FICS_COMMANDS}

@@ -21,6 +21,16 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
         ("first-byte", ["GET to first byte: p50", "POST to first byte: p50"]),
         ("stop-latency", [f"stop among hostile clients: {which}" for which in ("p99.9", "max")]),
         ("dpram", ["DPRAM round trip: p50", "DPRAM idle"]),
+        ("fan-out", ["event to 100 subscribers: a message", "moves with 100 subscribers"]),
+        (
+            "crowd",
+            [
+                *(f"stop among 1000 subscribers: {which}" for which in ("p50", "p99")),
+                "memory among them",
+                "memory when they have left",
+            ],
+        ),
+        ("move-cost", ["move: processor time", "memory after moves"]),
     ],
 )
 def test_a_benchmark_runs_and_prints_its_figures(benchmark: str, names: list[str]) -> None:

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import httpx
 
 from protocols.rorze.profile import Profile, SpeedParameters, plan
+from tests.open_access import OPEN
 
 T = TypeVar("T")
 
@@ -345,7 +346,7 @@ def write_config(
         **more,
     }
     keys = [f"{key} = {value}" for key, value in table.items()]
-    config.write_text("\n".join(["[server]", "port = 0", "", "[[lines]]", *keys, ""]), "utf-8")
+    config.write_text("\n".join(["[server]", "port = 0", "", "[[lines]]", *keys, OPEN]), "utf-8")
     return config
 
 

@@ -1,5 +1,7 @@
 """The command line as scripts use it: exit codes, one clear sentence, and plain words of help."""
 
+import os
+import signal
 import socket
 import subprocess
 from pathlib import Path
@@ -11,18 +13,27 @@ from tests.e2e.processes import (
     MOTION_GATEWAY,
     PATIENCE_S,
     Gateway,
+    Program,
     SimulatedLine,
+    SimulatedRobot,
     gateway_at,
     simulated_line,
     write_config,
 )
+from tests.open_access import OPEN
 
 
 def run(*arguments: str | Path, url: str = "http://127.0.0.1:9") -> subprocess.CompletedProcess[str]:
     """Run a command to its end; without a gateway's URL there is none."""
     return subprocess.run(  # noqa: S603
         [MOTION_GATEWAY, *arguments],
-        env={"MOTION_GATEWAY_URL": url, "COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"},
+        env={
+            **{name: value for name, value in os.environ.items() if name == "PYTHONPATH"},
+            "MOTION_GATEWAY_URL": url,
+            "COLUMNS": "100",
+            "NO_COLOR": "1",
+            "TERM": "dumb",
+        },
         capture_output=True,
         text=True,
         check=False,
@@ -31,7 +42,7 @@ def run(*arguments: str | Path, url: str = "http://127.0.0.1:9") -> subprocess.C
 
 
 def test_version() -> None:
-    said = run("version")
+    said = run("--version")
     assert said.returncode == 0
     assert said.stdout.strip().count(".") == 2
 
@@ -102,11 +113,68 @@ def test_scan_of_a_line_that_is_not_there(gateway: Gateway) -> None:
     assert "There is no line line2" in said.stderr
 
 
+def test_move_status_and_stop_in_few_words(gateway: Gateway, line: SimulatedLine) -> None:
+    said = run("move", "01", "relative", "-250", "--wait", "10", url=gateway.url)
+    assert said.returncode == 0, said.stderr
+    assert len(line.executed("1-M")) == 1
+    said = run("status", url=gateway.url)
+    assert said.returncode == 0, said.stderr
+    assert [row.split()[:2] for row in said.stdout.splitlines()[:2]] == [
+        ["LINE", "STATE"],
+        ["line1", "ready"],
+    ]
+    assert "line1.01        standing" in said.stdout
+    gateway.moving("3F", 400_000)
+    said = run("stop", url=gateway.url)
+    assert said.returncode == 0, said.stderr
+    assert "line1.3F  confirmed" in said.stdout
+
+
+def test_watch_begins_after_a_cursor_and_shows_what_is_asked_for(gateway: Gateway) -> None:
+    begin = gateway.get("/events?limit=1000")["cursor"]
+    for body in ("00", "01"):
+        gateway.move(body, 10, wait=10)
+    words = ("--bodies", "01", "--types", "body.move.*", "--after", begin, "--count", "3")
+    said = run("watch", *words, url=gateway.url)
+    assert said.returncode == 0, said.stderr
+    happened = [line.split()[1:3] for line in said.stdout.splitlines()]
+    assert happened == [[f"body.move.{it}", "/bodies/line1.01"] for it in ("queued", "sent", "started")]
+
+
+def test_from_ports_to_a_moving_motor(tmp_path: Path) -> None:
+    """A search that is interrupted is enough, once everybody is found."""
+    robot = SimulatedRobot(tmp_path)
+    config = tmp_path / "found.toml"
+    with simulated_line(tmp_path, "00,01") as line:
+        ports = ("--port", line.place, "--port", str(robot.place))
+        search = Program(tmp_path / "init.log", "init", "--out", str(config), *ports)
+        search.said("asking body .*; 2 found")
+        search.signal(signal.SIGINT)
+        assert search.ended() == 1
+        assert "only what was found until then is written" in search.words()
+        checked = run("check", config)
+        assert checked.returncode == 0, checked.stderr
+        assert "bodies 00, 01" in checked.stdout
+        assert "robot r1, unit 1 of X, Y, Z" in checked.stdout
+        config.write_text(config.read_text("utf-8").replace("8420", "0") + OPEN, "utf-8")
+        gateway = Gateway(config).wait_until_ready()
+        try:
+            for words in (("line1.01", "relative", "20"), ("r1/units/1", "home")):
+                said = run("move", *words, "--wait", "60", url=gateway.url)
+                assert said.returncode == 0, said.stderr
+            assert len(line.executed("1+M")) == 1
+            assert run("send", "r1/units/1", "APS", url=gateway.url).returncode == 0
+            assert run("stop", "r1", "00", url=gateway.url).returncode == 0
+        finally:
+            gateway.end()
+    robot.program.end()
+
+
 @pytest.mark.parametrize(
     ("wrong", "right", "sentence"),
     [
         ("adress", "address", "gateway.toml:6: lines[0].adress: unknown key; did you mean address?"),
-        ('host = "0.0.0.0"\nport', "port", "gateway.toml:2: server.host: must be a loopback address"),
+        ('host = "0.0.0.0"\nport', "port", "server.host: 0.0.0.0 is open to the network"),
     ],
 )
 def test_a_wrong_configuration_is_refused_with_its_line(
@@ -116,6 +184,8 @@ def test_a_wrong_configuration_is_refused_with_its_line(
     text = write_config(line, "template").read_text("utf-8")
     config.write_text(text.replace(right, wrong, 1), "utf-8")
     said = run("serve", "--config", config)
+    checked = run("check", config)
+    assert (checked.returncode, checked.stderr) == (78, said.stderr)
     assert said.returncode == 78
     assert sentence in said.stderr
     assert said.stdout == ""
@@ -135,7 +205,11 @@ def test_serve_wants_to_know_what() -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ((), ("serve", "simulate", "send", "scan", "version", "not a safety function")),
+        ((), ("serve", "simulate", "send", "scan", "--version", "not a safety function")),
+        (("move",), ("relative|absolute|home", "--unit", "--wait")),
+        (("stop",), ("does not replace a hardware stop", "--mode")),
+        (("watch",), ("--bodies", "--types", "--after")),
+        (("init",), ("Nothing is sent that moves or changes a motor", "--port")),
         (("serve",), ("--config", "--demo", "--port", "SIGTERM")),
         (("send",), ("Code and parameters as in the manual", "Seconds to wait")),
         (("scan",), ("120 body numbers",)),

@@ -27,6 +27,7 @@ from tests.e2e.processes import (
     simulated_line,
     until,
 )
+from tests.open_access import OPEN
 
 END_S = 10.0
 """A gateway that takes longer to end has hung."""
@@ -77,6 +78,7 @@ class Cell:
             reply_timeout_s = 0.2
             late_reply_s = 0.3
             poll_interval_s = 0.1
+            {OPEN}
             """
         path = self.folder / "cell.toml"
         path.write_text(text, "utf-8")

@@ -1,3 +1,4 @@
+import json
 import re
 from pathlib import Path
 
@@ -6,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from gateway.config import ConfigError, Server, load, parse
+from gateway.config import Access, ConfigError, Oidc, Server, load, parse
 from gateway.core import tables
 from gateway.fics import config as fics
 from gateway.fics.config import Robot, RobotUnit
@@ -179,8 +180,8 @@ def test_a_wrong_value_is_refused_with_its_line_and_what_is_expected(old: str, n
         ('"main"', '"Main"', "7: lines[0].id", "lower-case letters"),
         ("serial:///dev", "seriel:///dev", "8: lines[0].address", "serial://, tcp://"),
         ("?baud=38400", "?speed=38400", "8: lines[0].address", "speed"),
-        ("port = 9000", 'host = "0.0.0.0"', "2: server.host", "there is no access control yet"),
-        ("port = 9000", 'host = "example.com"', "2: server.host", "loopback address"),
+        ("port = 9000", 'host = "0.0.0.0"', "2: server.host", "tls_certificate and tls_key"),
+        ("port = 9000", 'host = "example.com"', "2: server.host", "an IP address"),
         ("Gateway.Example", "http://gateway", "3: server.allowed_hosts[0]", "without scheme"),
         ("panel.example:8080", "panel.example/x", "4: server.allowed_origins[0]", "must be an origin"),
         ('"after_reply"', '"after_reply"\npipeline = 2', "27: lines[1].pipeline", "must be 1: replies carry"),
@@ -322,6 +323,8 @@ def test_the_robot_in_the_documentation_is_a_configuration() -> None:
     ("table", "header"),
     [
         (Server, "[server]"),
+        (Access, "[access]"),
+        (Oidc, "[access.oidc]"),
         (tables.Line, "[[lines]]"),
         (Line, '[[lines]]` of protocol `"rorze"'),
         (fics.Line, '[[lines]]` of protocol `"fics"'),
@@ -347,5 +350,7 @@ def test_the_documentation_has_every_key_with_its_default(table: type[BaseModel]
 def shown(default: object) -> str:
     if default is None:
         return "none"
-    text = f'"{default}"' if isinstance(default, str) else str(default).lower().replace("()", "[]")
+    if isinstance(default, tuple):
+        return f"`{json.dumps(default)}`"
+    text = f'"{default}"' if isinstance(default, str) else str(default).lower()
     return f"`{text}`"

@@ -14,6 +14,7 @@ from gateway.config import ConfigError, parse
 from gateway.families import FAMILIES
 from gateway.plant import Plant
 from tests.api.stand import HOST
+from tests.open_access import OPEN
 from tests.simulated_line import SimulatedCable
 from tests.third_family.family import Toys
 from tests.third_family.machine import ToyMachine
@@ -54,7 +55,7 @@ def on_bench(story: Story) -> Callable[[pytest.MonkeyPatch], None]:
 
 async def _told(story: Story) -> None:
     machine = ToyMachine()
-    plant = Plant(parse(LINE, "toy.toml"), open_transport=lambda _: SimulatedCable(machine))
+    plant = Plant(parse(LINE + OPEN, "toy.toml"), open_transport=lambda _: SimulatedCable(machine))
     await plant.start()
     await asyncio.sleep(0.5)
     transport = ASGITransport(create_app(plant), raise_app_exceptions=False)

@@ -11,7 +11,7 @@ from starlette.routing import BaseRoute, Mount, Route
 from starlette.types import Scope
 
 from api.app import create_app
-from api.common.access import Access
+from api.common.access import Passage
 from api.common.fast_route import DirectRoute
 from api.common.routes import FilesMount, Guarded, HttpRoute, PageRoute, Router, SocketRoute, unguarded
 from api.common.strict_json import StrictRoute
@@ -23,15 +23,17 @@ from gateway.plant import Plant
 from protocols.fics.commands import ROWS
 from protocols.rorze.commands import COMMANDS
 from tests.api.stand import RELATIVE, Stand, on_stand, socket
+from tests.open_access import AnyAccess
 
 
-class Denying(Access):
+class Denying(AnyAccess):
     """Lets nobody do anything, and notes what was asked for."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.asked: list[Right] = []
 
-    def require(self, scope: Scope, right: Right) -> None:
+    def require(self, scope: Scope, right: Right, **_: object) -> Passage:  # type: ignore[override]
         assert scope["type"] in ("http", "websocket")
         self.asked.append(right)
         raise NotAllowed("You may not; nothing was sent.")
@@ -96,14 +98,15 @@ def test_a_command_takes_the_right_that_its_effect_says(routes: list[BaseRoute])
 
 def test_nothing_but_health_and_version_is_open(routes: list[BaseRoute]) -> None:
     open_to_all = [route for route in routes if isinstance(route, Guarded) and route.right is Right.OPEN]
-    assert {getattr(route, "path", "") for route in open_to_all} == {"/livez", "/readyz", "/version"}
+    paths = {getattr(route, "path", "") for route in open_to_all}
+    assert paths == {"/livez", "/readyz", "/version", "/sign-in"}
 
 
 def test_who_may_view_changes_nothing(routes: list[BaseRoute]) -> None:
     questions = {row.name() for row in (*COMMANDS.values(), *ROWS) if RIGHT_OF[row.effect] is Right.VIEW}
     for route in routes:
         if isinstance(route, HttpRoute) and route.right is Right.VIEW and route.methods != {"GET"}:
-            assert route.path.rpartition("/")[2] in questions, route.path
+            assert route.path.rpartition("/")[2] in {*questions, "tickets"}, route.path
 
 
 def test_the_openapi_entry_shows_the_right() -> None:

@@ -1,10 +1,13 @@
 """WebSocket clients that break the protocol, or do not read: a close code, an end, and no traceback."""
 
 import asyncio
+import gc
+import json
 import struct
 
 import pytest
 
+from gateway.core.events import EventHub
 from tests.api.front_stand import HOST, PATIENCE_S, Client, Front, on_front
 
 HANDSHAKE = (
@@ -149,3 +152,58 @@ async def test_a_socket_is_not_opened_ahead_of_an_answer(front: Front) -> None:
     front.app.go.set()
     assert (await client.answer())[0] == 200
     assert (await client.answer())[0] == 400
+
+
+async def texts(client: Client, count: int) -> list[bytes]:
+    """So many text frames, as a server writes them."""
+    found: list[bytes] = []
+    async with asyncio.timeout(PATIENCE_S):
+        while len(found) < count:
+            first, length = await client.reader.readexactly(2)
+            assert first == FIN | TEXT
+            if length > 125:
+                size = await client.reader.readexactly(2 if length == 126 else 8)
+                length = int.from_bytes(size, "big")
+            found.append(await client.reader.readexactly(length))
+    return found
+
+
+@on_front()
+async def test_each_event_is_a_text_frame_whatever_its_length(front: Front) -> None:
+    front.app.hub = hub = EventHub()
+    client = await opened(front)
+    written = [hub.publish("line.up", "/lines/a", {"x": "あ" * size}) for size in (0, 50, 30_000)]
+    assert [json.loads(text) for text in await texts(client, 3)] == [json.loads(it.json) for it in written]
+    client.say(frame(FIN | CLOSE, b"\x03\xe8"))
+    assert await close_code(client) == 1000
+
+
+@on_front()
+async def test_who_reads_again_is_sent_what_has_come_since(front: Front) -> None:
+    front.app.hub = hub = EventHub()
+    client = await opened(front)
+    client.writer.transport.pause_reading()  # type: ignore[attr-defined]  # a transport can
+    for _ in range(500):
+        hub.publish("line.up", "/lines/a", {"x": "x" * 60_000})
+        await asyncio.sleep(0)
+    client.writer.transport.resume_reading()  # type: ignore[attr-defined]
+    sequences = [json.loads(text)["sequence"] for text in await texts(client, 500)]
+    assert sequences == [f"{number:012d}" for number in range(1, 501)]
+
+
+@on_front()
+async def test_who_has_left_leaves_nothing_to_the_garbage_collector(front: Front) -> None:
+    front.app.hub = EventHub()
+    client = await opened(front)
+    gc.collect()
+    gc.disable()
+    try:
+        client.leave()
+        await front.until(lambda: not front.connections and not front.server.server_state.tasks)
+        gc.set_debug(gc.DEBUG_SAVEALL)
+        gc.collect()
+        assert not [found for found in gc.garbage if type(found).__module__.startswith(("api", "websockets"))]
+    finally:
+        gc.set_debug(0)
+        gc.garbage.clear()
+        gc.enable()

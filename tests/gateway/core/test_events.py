@@ -22,6 +22,7 @@ from gateway.core.events import (
     SlowConsumer,
     Subscription,
 )
+from gateway.core.turns import Turns
 from gateway.rorze.stops import StopReport
 from tests.virtual_time import run_virtual
 
@@ -43,6 +44,10 @@ async def take(subscription: Subscription, count: int) -> list[Event]:
 
 def numbers(events: Iterable[Event]) -> list[int]:
     return [event.number for event in events]
+
+
+def joined(events: Iterable[Event]) -> bytes:
+    return "".join(event.json for event in events).encode()
 
 
 class TestAnEvent:
@@ -242,21 +247,53 @@ class TestASubscription:
             hub = make_hub(capacity=10)
             subscription = hub.subscribe(types=["line.down"])
             reader = asyncio.ensure_future(anext(subscription))
-            await asyncio.sleep(0)
-            publish(hub, 2 * MAX_BACKLOG)
+            for _ in range(MAX_BACKLOG):
+                await asyncio.sleep(1)
+                publish(hub, 2)
+            await asyncio.sleep(1)
             assert subscription.cursor == hub.cursor
             publish(hub, 1, "line.down")
             assert (await reader).type == "line.down"
 
         run_virtual(story())
 
+    def test_at_one_place_with_one_filter_shares_a_batch_and_what_is_written_of_it(self) -> None:
+        async def story() -> None:
+            hub = make_hub()
+            one, other = (hub.subscribe(types=["line.*"]) for _ in range(2))
+            publish(hub, 3)
+            first, second = await one.next_batch(), await other.next_batch()
+            assert first is not None
+            assert first is second
+            assert numbers(first.events) == [1, 2, 3]
+            assert first.written(joined) is first.written(joined)
+
+        run_virtual(story())
+
+    def test_is_not_slow_because_its_turn_comes_late(self) -> None:
+        async def story() -> None:
+            hub = make_hub()
+            subscription = hub.subscribe()
+            reader = asyncio.ensure_future(take(subscription, 2 * MAX_BACKLOG))
+            await asyncio.sleep(0)
+            publish(hub, 2 * MAX_BACKLOG)
+            assert numbers(await reader) == list(range(1, 2 * MAX_BACKLOG + 1))
+
+        run_virtual(story())
+
     def test_lets_the_rest_of_the_gateway_run_while_it_replays(self) -> None:
         async def story() -> None:
             hub = make_hub()
+            hub.turns = Turns(clock=lambda: 0.0)
             publish(hub, 10 * BATCH)
             read_at_each_turn: list[int] = []
             subscription = hub.subscribe("0badcafe-000000000000")
-            reader = asyncio.ensure_future(take(subscription, 10 * BATCH))
+
+            async def read() -> None:
+                while subscription.cursor != hub.cursor:
+                    await subscription.next_batch()
+
+            reader = asyncio.ensure_future(read())
             while not reader.done():
                 read_at_each_turn.append(int(subscription.cursor[-12:]))
                 await asyncio.sleep(0)
@@ -270,7 +307,7 @@ class TestASubscription:
             subscription = hub.subscribe()
             with pytest.raises(TimeoutError):
                 await asyncio.wait_for(anext(subscription), 1)
-            assert hub._idle == []
+            assert hub.turns.idle
             publish(hub, 1)
             assert (await anext(subscription)).number == 1
 

@@ -1,0 +1,91 @@
+"""What generators of clients need of the OpenAPI document, and FastAPI does not write by itself."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+Schema = dict[str, Any]
+
+_REFERENCE = "#/components/schemas/"
+_JSON = "application/json"
+COMMAND = "/commands/"
+"""What only paths of single rows of the command tables have."""
+
+
+def complete(document: Schema) -> None:
+    """Show examples at the request bodies, and leave the defaults of requests to their descriptions.
+
+    Strict TypeScript demands a member that has a default, for whoever reads it always finds it; but here
+    somebody writes it.
+    """
+    for operation in _operations(document):
+        for content in _contents(operation.get("requestBody", {})):
+            content.setdefault("examples", _examples(document, content["schema"]))
+    for schema in _reached(
+        document, [op["requestBody"] for op in _operations(document) if "requestBody" in op]
+    ):
+        for member in schema.get("properties", {}).values():
+            _describe_default(member)
+
+
+def core_of(document: Schema) -> Schema:
+    """The document without the routes of single commands, which stay few and have the better names."""
+    paths = {path: item for path, item in document["paths"].items() if COMMAND not in path}
+    kept = {id(schema) for schema in _reached(document, [paths])}
+    schemas = document["components"]["schemas"]
+    components = {name: schema for name, schema in schemas.items() if id(schema) in kept}
+    return {**document, "paths": paths, "components": {"schemas": components}}
+
+
+def _operations(document: Schema) -> Iterator[Schema]:
+    for path in document["paths"].values():
+        yield from path.values()
+
+
+def _contents(body: Schema) -> Iterator[Schema]:
+    if content := body.get("content", {}).get(_JSON):
+        yield content
+
+
+def _examples(document: Schema, schema: Schema) -> Schema:
+    """Collect the examples of a body's schema, or of each of its kinds."""
+    schemas = [_resolved(document, it) for it in schema.get("oneOf", [schema])]
+    found = [value for it in schemas for value in it.get("examples", ())]
+    return {value.get("kind") or value.get("mode") or "example": {"value": value} for value in found}
+
+
+def _describe_default(member: Schema) -> None:
+    default = member.pop("default", None)
+    if default is not None:
+        said = f"Left out: {str(default).lower() or 'empty'}."
+        member["description"] = f"{member.get('description', '')} {said}".strip()
+
+
+def _resolved(document: Schema, schema: Schema) -> Schema:
+    name = schema.get("$ref", "").removeprefix(_REFERENCE)
+    resolved: Schema = document["components"]["schemas"][name] if name else schema
+    return resolved
+
+
+def _reached(document: Schema, parts: Iterable[Any]) -> list[Schema]:
+    """Give the named schemas to which some parts of the document lead, each once."""
+    schemas = document["components"]["schemas"]
+    reached: dict[str, Schema] = {}
+    waiting = list(parts)
+    while waiting:
+        for name in _names(waiting.pop()):
+            if name not in reached:
+                reached[name] = schemas[name]
+                waiting.append(schemas[name])
+    return list(reached.values())
+
+
+def _names(part: Any) -> Iterator[str]:
+    """Give the names of the schemas that a part of the document refers to."""
+    if isinstance(part, dict):
+        if isinstance(reference := part.get("$ref"), str):
+            yield reference.removeprefix(_REFERENCE)
+        part = part.values()
+    elif not isinstance(part, list):
+        return
+    for item in part:
+        yield from _names(item)

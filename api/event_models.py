@@ -1,0 +1,31 @@
+"""The events as models, one for each type: what a client can tell apart by `type`."""
+
+import re
+from typing import Annotated, Any, Literal, Union
+
+from pydantic import BaseModel, Field, create_model
+
+from gateway.core.event_types import EventType
+from gateway.core.events import CloudEvent
+from gateway.event_types import EVENT_TYPES
+
+
+def name_of(row: EventType) -> str:
+    """The type's name as a class has it: BodyMoveStarted."""
+    return "".join(word.capitalize() for word in re.split(r"[._]", row.name))
+
+
+def _model_of(row: EventType) -> type[BaseModel]:
+    types: dict[str, Any] = {"type": Literal[row.name], "data": row.data}
+    doc = f"{row.when[0].upper()}{row.when[1:]}; about `{row.subject}`."
+    return create_model(f"{name_of(row)}Event", __base__=CloudEvent, __doc__=doc, **types)
+
+
+_ANY: Any = Union[tuple(map(_model_of, EVENT_TYPES.values()))]  # noqa: UP007  # of as many as there are
+
+EventList: Any = create_model(
+    "EventList",
+    __doc__="Some events in their order, and where the list goes on.",
+    events=list[Annotated[_ANY, Field(discriminator="type")]],
+    cursor=str,
+)

@@ -1,0 +1,148 @@
+"""The page on which somebody with a browser shows a key once, and goes on with a session."""
+
+from base64 import b64encode
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from html import escape
+from typing import Final
+from urllib.parse import parse_qs, quote
+
+from fastapi import Request, Response
+from starlette.responses import HTMLResponse, RedirectResponse
+
+from api.common.access import Access, is_secure, session_cookie
+from api.common.problems import SIGN_IN, wants_japanese
+from api.common.routes import PageRoute
+from api.common.strict_json import read_body
+from gateway.access.errors import NotPermitted
+from gateway.access.grants import Grant
+from gateway.core.rights import Right
+
+SIGN_OUT: Final = "/sign-out"
+MOST_BYTES: Final = 16_384
+"""A form with a token of an OpenID provider is no longer."""
+_AFTERWARDS: Final = "/docs"
+_FORM: Final = "application/x-www-form-urlencoded"
+
+
+@dataclass(frozen=True)
+class _Words:
+    language: str
+    title: str
+    key: str
+    sign_in: str
+    sign_out: str
+    refused: str
+    note: str
+
+
+_ENGLISH: Final = _Words(
+    "en",
+    "Sign in to the motion gateway",
+    "Key",
+    "Sign in",
+    "Sign out",
+    "This key is not good: it is none of this gateway, has expired, or was revoked.",
+    "Software stops do not replace a hardware stop.",
+)
+_JAPANESE: Final = _Words(
+    "ja",
+    "モーションゲートウェイへのサインイン",
+    "キー",
+    "サインイン",
+    "サインアウト",
+    "このキーは使えません。登録されていないか、期限切れか、取り消されています。",
+    "ソフトウェア停止はハードウェアの非常停止の代わりにはなりません。",
+)
+_STYLE: Final = (
+    "body{font-family:sans-serif;max-width:28rem;margin:15vh auto;padding:0 1rem}"
+    "input,button{font:inherit;padding:.5rem;width:100%;box-sizing:border-box;margin:.25rem 0 1rem}"
+    "[role=alert]{color:#a00}"
+)
+_HEADERS: Final[Mapping[str, str]] = {
+    "Content-Security-Policy": "default-src 'none'; style-src 'sha256-"
+    f"{b64encode(sha256(_STYLE.encode()).digest()).decode()}'; form-action 'self'; base-uri 'none'; "
+    "frame-ancestors 'none'",
+    "X-Frame-Options": "DENY",
+    # A browser sends `null` as the Origin of a form on a page without referrers.
+    "Referrer-Policy": "same-origin",
+    "Cache-Control": "no-store",
+    "Vary": "Accept-Language, Cookie",
+}
+
+
+def routes() -> list[PageRoute]:
+    """The page, what it sends, and the way out."""
+    return [
+        PageRoute(SIGN_IN, _show, right=Right.OPEN),
+        PageRoute(SIGN_IN, _sign_in, methods=["POST"], right=Right.OPEN),
+        PageRoute(SIGN_OUT, _sign_out, methods=["POST"], right=Right.VIEW, any_scope=True),
+    ]
+
+
+async def _show(request: Request) -> Response:
+    return _page(request, request.query_params.get("next", ""))
+
+
+async def _sign_in(request: Request) -> Response:
+    access: Access = request.app.state.access
+    form = parse_qs((await read_body(request, MOST_BYTES)).decode("utf-8", "replace"))
+    content_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    shown = form.get("key", [""])[0].strip() if content_type == _FORM else ""
+    following = form.get("next", [""])[0]
+    grant = _grant_of(access, shown)
+    if grant is None and not access.is_open:
+        return _page(request, following, refused=True)
+    answer = RedirectResponse(quote(_local(following), safe="/?&=%"), 303)
+    if grant is not None:
+        # An id from before would be one that somebody else may have chosen.
+        access.sessions.end(request.cookies.get(session_cookie(request.scope), ""))
+        session = access.sessions.begin(grant)
+        secure = is_secure(request.scope)
+        answer.set_cookie(
+            session_cookie(request.scope), session, httponly=True, samesite="strict", secure=secure, path="/"
+        )
+    return answer
+
+
+def _grant_of(access: Access, shown: str) -> Grant | None:
+    try:
+        return access.credentials.verify(shown)
+    except NotPermitted:
+        return None
+
+
+async def _sign_out(request: Request) -> Response:
+    access: Access = request.app.state.access
+    name = session_cookie(request.scope)
+    access.sessions.end(request.cookies.get(name, ""))
+    answer = RedirectResponse(SIGN_IN, 303)
+    answer.delete_cookie(name, httponly=True, samesite="strict", secure=is_secure(request.scope), path="/")
+    return answer
+
+
+def _local(path: str) -> str:
+    """A path of this gateway; a link to anywhere else is not followed."""
+    good = path.startswith("/") and not path.startswith("//") and "\\" not in path and path.isprintable()
+    return path if good else _AFTERWARDS
+
+
+def _page(request: Request, following: str, *, refused: bool = False) -> Response:
+    words = _JAPANESE if wants_japanese(request) else _ENGLISH
+    access: Access = request.app.state.access
+    at = escape(request.app.state.plant.config.server.root_path)
+    session = request.cookies.get(session_cookie(request.scope), "")
+    out = f'<form method="post" action="{at}{SIGN_OUT}"><button>{words.sign_out}</button></form>'
+    content = (
+        f'<!doctype html><html lang="{words.language}"><meta charset="utf-8"><title>{words.title}</title>'
+        '<meta name="viewport" content="width=device-width">'
+        f"<style>{_STYLE}</style><h1>{words.title}</h1>"
+        f"{f'<p role=alert>{words.refused}</p>' if refused else ''}"
+        f'<form method="post" action="{at}{SIGN_IN}"><label>{words.key}'
+        '<input type="password" name="key" autocomplete="current-password" required autofocus></label>'
+        f'<input type="hidden" name="next" value="{escape(_local(following))}">'
+        f"<button>{words.sign_in}</button></form>"
+        f"{out if session and access.sessions.grant_of(session) else ''}<p>{words.note}</p></html>"
+    )
+    return HTMLResponse(content, 401 if refused else 200, {**_HEADERS, "Content-Language": words.language})

@@ -1,0 +1,63 @@
+"""The gateway itself: how open it is, and tickets for those that can send no header."""
+
+from typing import Annotated, Literal
+
+from fastapi import Request, Response
+from pydantic import BaseModel, Field
+
+from api.common.access import Access
+from api.common.requests import json_response, new_router, plant_of
+from gateway.access.grants import TICKET_S, Grant
+from gateway.access.posture import Weakened, weakened
+from gateway.access.principal import EVERYBODY, current
+from gateway.access.roles import Role
+from gateway.core.rights import Right
+
+router = new_router("system")
+
+
+class Ticket(BaseModel):
+    """What opens one event stream."""
+
+    ticket: str = Field(
+        description="To be sent as the query parameter `ticket` of /events or /events/stream."
+    )
+    expires_in_s: float = Field(description="It is good for so long, and once.")
+
+
+class Posture(BaseModel):
+    """How the gateway is protected."""
+
+    access: Literal["keys", "open"] = Field(description="Whether a key is needed.")
+    tls: bool = Field(description="Whether the gateway itself speaks TLS.")
+    network: bool = Field(description="Whether other machines may reach it, a proxy's clients included.")
+    weakened: Annotated[
+        list[Weakened],
+        Field(description="Every default of the configuration that protects less than it could."),
+    ]
+
+
+@router.post("/tickets", Right.VIEW, any_scope=True, response_model=Ticket)
+async def issue_ticket(request: Request) -> Response:
+    """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
+    access: Access = request.app.state.access
+    grant = Grant(EVERYBODY) if access.is_open else access.grant_of(request.scope)
+    ticket = Ticket(ticket=access.tickets.issue(grant), expires_in_s=TICKET_S)
+    return json_response(ticket, headers={"Cache-Control": "no-store"})
+
+
+@router.get("/system/posture", Right.VIEW, any_scope=True, response_model=Posture)
+async def get_posture(request: Request) -> Response:
+    """Tell how the gateway is protected, and name each default that was weakened; values to admins only."""
+    config = plant_of(request).config
+    server = config.server
+    found = weakened(config)
+    if current().role is not Role.ADMIN:
+        found = [it.model_copy(update={"value": None}) for it in found]
+    posture = Posture(
+        access=config.access.mode,
+        tls=server.tls_certificate is not None,
+        network=not server.is_local or bool(server.trusted_proxies),
+        weakened=found,
+    )
+    return json_response(posture)

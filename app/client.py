@@ -1,0 +1,192 @@
+"""The HTTP interface as commands use it: every failure is a sentence and an exit code."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+from uuid import uuid4
+
+import httpx
+import typer
+
+from app import exits
+from app.exits import Failure, fail
+from app.progress import Progress
+from gateway.core.errors import Ambiguous, GarbledReply, NoReply
+from gateway.core.move_record import MoveStatus
+
+LOCAL = "http://127.0.0.1:8420"
+KEY_VARIABLE = "MOTION_GATEWAY_KEY"
+STEP_S = 2.0
+"""A long wait is made of requests of so long, with a word to people after each."""
+ANSWER_S = 10.0
+"""What an answer may take beyond the wait that was asked for."""
+
+NEVER_REACHED = (httpx.ConnectError, httpx.ConnectTimeout, httpx.UnsupportedProtocol, httpx.InvalidURL)
+
+Url = Annotated[str, typer.Option(help="Where the gateway listens.", envvar="MOTION_GATEWAY_URL")]
+KeyFile = Annotated[
+    Path | None,
+    typer.Option(
+        help=f"A file that holds the API key; the variable {KEY_VARIABLE} holds the key itself.",
+        envvar="MOTION_GATEWAY_KEY_FILE",
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Seconds = Annotated[float, typer.Option(min=0, help="Seconds to wait for the end of a move.")]
+
+
+@dataclass(frozen=True, slots=True)
+class Client:
+    """A gateway that is asked, and the key it is asked with."""
+
+    url: str
+    key: str = ""
+
+    @classmethod
+    def at(cls, url: str, key_file: Path | None) -> "Client":
+        """Take the key from the file or, without one, from the environment."""
+        if key_file is None:
+            return cls(url.rstrip("/"), _sound(os.environ.get(KEY_VARIABLE, "").strip()))
+        try:
+            key = key_file.read_text("ascii").strip()
+        except (OSError, UnicodeDecodeError) as error:
+            fail(f"The key file {key_file} cannot be read: {error}. Nothing was sent.", exits.USAGE)
+        if not key:
+            fail(f"The key file {key_file} is empty. Nothing was sent.", exits.USAGE)
+        return cls(url.rstrip("/"), _sound(key))
+
+    @property
+    def trust_environment(self) -> bool:
+        """Whether proxies and authorities of the environment count: no stop goes in plain text to a proxy."""
+        return self.url.startswith("https:")
+
+    def headers(self) -> dict[str, str]:
+        """Those of every request: its own id, and the key."""
+        return {
+            "X-Request-Id": uuid4().hex,
+            **({"Authorization": f"Bearer {self.key}"} if self.key else {}),
+        }
+
+    def get(self, path: str) -> dict[str, Any]:
+        """Read something; a failure ends the command."""
+        return self.ask("GET", path)
+
+    def ask(self, method: str, path: str, content: object = None, *, wait_s: float = 0) -> dict[str, Any]:
+        """Ask the gateway; a failure ends the command with its sentence and exit code."""
+        try:
+            return self.request(method, path, content, wait_s=wait_s)
+        except Failure as failure:
+            fail(str(failure), failure.code)
+
+    def request(self, method: str, path: str, content: object = None, *, wait_s: float = 0) -> dict[str, Any]:
+        """Ask the gateway.
+
+        :raises Failure: it was refused, or nobody knows; the sentence names the request's id.
+        """
+        headers, url = self.headers(), self.url + path
+        if wait_s:
+            headers["Prefer"] = f"wait={wait_s:g}"
+        try:
+            answer = httpx.request(
+                method,
+                url,
+                json=content,
+                headers=headers,
+                timeout=wait_s + ANSWER_S,
+                trust_env=self.trust_environment,
+            )
+            data = dict(answer.json())
+        except NEVER_REACHED as error:
+            raise Failure(
+                f"No gateway answers at {url}: {error}. Nothing was sent.", exits.NOT_SENT
+            ) from None
+        except (httpx.HTTPError, TypeError, ValueError) as error:
+            lost = f"The gateway at {url} was asked, and its answer was lost: {str(error).rstrip('.')}."
+            if method == "GET":
+                raise Failure(f"{lost} It was only a question; nothing was sent.", exits.NOT_SENT) from None
+            raise Failure(
+                f"{lost} The command may have been carried out: read status and position before anything "
+                f"else. The line's trace has what was sent, as request {headers['X-Request-Id']}.",
+                exits.UNKNOWN,
+            ) from None
+        if not answer.is_success:
+            raise refusal(answer.status_code, data, headers["X-Request-Id"])
+        return data
+
+    def begin(self, path: str, content: object, wait_s: float, progress: Progress) -> list[dict[str, Any]]:
+        """Start what moves, and give its moves: one, or those of a group's members.
+
+        They are followed for so many seconds at most. A failure ends the command.
+        """
+        answer = self.ask("POST", path, content, wait_s=min(wait_s, STEP_S))
+        moves: list[dict[str, Any]] = answer.get("moves", [answer])
+        while (wait_s := wait_s - STEP_S) > 0:
+            running = [it for it in moves if not MoveStatus(it["status"]).final]
+            if not running:
+                break
+            progress.say("; ".join(f"{it['body_id']} {it['status']}" for it in running))
+            first = self._look(running[0], min(wait_s, STEP_S))
+            others = {it["id"]: self._look(it, 0) for it in running[1:]}
+            moves = [others.get(it["id"], first if it is running[0] else it) for it in moves]
+        return moves
+
+    def _look(self, move: dict[str, Any], wait_s: float) -> dict[str, Any]:
+        """What has become of a move that was started."""
+        kind = "robots" if "/units/" in move["body_id"] else "bodies"
+        path = f"/{kind}/{move['body_id']}/moves/{move['id']}"
+        try:
+            return self.request("GET", path, wait_s=wait_s)
+        except Failure as failure:
+            fail(
+                f"The move {move['id']} of {move['body_id']} was started, and its end was not seen: "
+                f"{failure} Read status and position before anything else.",
+                exits.UNKNOWN,
+            )
+
+
+def refusal(status: int, problem: dict[str, Any], request_id: str) -> Failure:
+    """Turn a problem into its sentence, the request's id and an exit code."""
+    sentence = f"{problem.get('detail', f'HTTP status {status}.')} {problem.get('remedy', '')}".strip()
+    return Failure(f"{sentence} (request {request_id})", _exit_code(status, problem))
+
+
+def _exit_code(status: int, problem: dict[str, Any]) -> int:
+    kind = str(problem.get("type", "")).rpartition(":")[2]
+    if problem.get("moved") == "unknown" or kind in (NoReply.kind, GarbledReply.kind):
+        return exits.UNKNOWN
+    if kind == Ambiguous.kind:
+        return exits.USAGE
+    if status == httpx.codes.SERVICE_UNAVAILABLE:
+        return exits.NOT_SENT
+    refused = status in (httpx.codes.UNAUTHORIZED, httpx.codes.FORBIDDEN, httpx.codes.CONFLICT)
+    return exits.REFUSED if refused or problem.get("code") else exits.USAGE
+
+
+def exit_of_moves(moves: list[dict[str, Any]], *, awaited: bool) -> int:
+    """The exit code of moves as they are now."""
+    return exits.worst(*(_exit_of_move(move, awaited=awaited) for move in moves))
+
+
+def _exit_of_move(move: dict[str, Any], *, awaited: bool) -> int:
+    status = MoveStatus(move["status"])
+    if not status.final:
+        return exits.UNDER_WAY if awaited else exits.DONE
+    if status is MoveStatus.SUCCEEDED:
+        return exits.DONE
+    moved = (move["error"] or {}).get("moved")
+    return exits.UNKNOWN if MoveStatus.UNKNOWN in (status, moved) else exits.REFUSED
+
+
+def exit_of_stop(stop: dict[str, Any]) -> int:
+    """The exit code of a stop: done is standstill that every controller reports."""
+    if stop["confirmed"]:
+        return exits.DONE
+    unsent = all(it["state"] == "not_sent" for it in (*stop["bodies"], *stop["robots"]))
+    return exits.NOT_SENT if unsent else exits.UNKNOWN
+
+
+def _sound(key: str) -> str:
+    if not key.isascii() or not (key.isprintable() or not key):
+        fail("The key has other characters than a key has. Nothing was sent.", exits.USAGE)
+    return key

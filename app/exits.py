@@ -1,0 +1,44 @@
+"""How a command of the command line ends: the exit codes that scripts read, and one sentence why."""
+
+from typing import NoReturn
+
+import typer
+
+DONE = 0
+REFUSED = 1
+"""It was refused, or did not succeed: the gateway's answer says why."""
+USAGE = 2
+NOT_SENT = 3
+"""The gateway could not be reached or could not start, or it sent nothing."""
+UNKNOWN = 4
+"""It was sent, and nobody knows what became of it."""
+UNDER_WAY = 5
+"""It is still going on, though its end was waited for."""
+CONFIG = 78
+
+IN_WORDS = (
+    "Exit codes: 0 done; 1 refused, or not succeeded; 2 wrong arguments; 3 nothing was sent; 4 sent, "
+    "and nobody knows what became of it, or a stop is not confirmed; 5 still under way when the time of "
+    "--wait was over; 78 wrong configuration."
+)
+
+_BY_WEIGHT = (DONE, UNDER_WAY, USAGE, REFUSED, NOT_SENT, UNKNOWN)
+
+
+class Failure(Exception):
+    """A command did not do what was asked; the message is for people, the code for scripts."""
+
+    def __init__(self, sentence: str, code: int) -> None:
+        super().__init__(sentence)
+        self.code = code
+
+
+def fail(sentence: str, code: int) -> NoReturn:
+    """Say on standard error why, and end."""
+    typer.echo(sentence, err=True)
+    raise typer.Exit(code)
+
+
+def worst(*codes: int) -> int:
+    """The code of several things that were done together: that of what people have to see to first."""
+    return max(codes, key=_BY_WEIGHT.index, default=DONE)

@@ -1,0 +1,295 @@
+"""Who is at the ports of this machine: an RC-400 and its bodies, or a Fics, at which baud rate.
+
+Only what changes no motor is said: a line too long to be a command, so that a half command that somebody has
+left is not executed; XID to the link master; reads of position entries; and the questions MOD, VER, UNT and
+ACD to a Fics. Whatever else is at a port hears bytes that it does not know.
+"""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+from urllib.parse import quote
+
+from serial.tools import list_ports
+
+from gateway.core.line import Reader
+from protocols.fics import link as fics
+from protocols.fics.link import TERMINATORS, Terminator
+from protocols.fics.row import FicsCommand
+from protocols.fics.status import AxisStatuses, GetAxisStatus
+from protocols.fics.system import (
+    CommunicationMode,
+    GetCommunicationMode,
+    GetSystemVersion,
+    GetUnit,
+    SystemVersion,
+    UnitNumbers,
+)
+from protocols.rorze import link as rorze
+from protocols.rorze.link import POISON
+from protocols.rorze.link_master import IdentifyControllers
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.position_table import GetNumberedPositionEntry
+from protocols.rorze.row import LAST_BODY, LINK_MASTER
+from protocols.table import Reply, WireFault
+from transports import Transport, TransportError, TransportLost, create
+from transports.addresses import Address
+
+BAUDS = (9600, 19200, 38400, 115200, 57600, 4800, 56000, 230400, 460800, 921600)
+"""A Fics has 4800 to 56000 (C-HOST manual 1-3-1), an RC-400 9600 as delivered and up to 921600."""
+ANSWERS_WITHIN_S = 0.3
+"""A controller answers within milliseconds; a terminal server or an adapter may add its own."""
+BODY_ANSWERS_WITHIN_S = 0.1
+ROUNDS = 2
+"""A body that missed the first question is asked again."""
+SETTLES_S = 0.1
+"""What an answer to the first bytes needs to be over."""
+LONGEST_ANSWER = 64
+"""Bytes of an answer that is waited for."""
+ENTRIES = 2048
+
+F = TypeVar("F")
+T = TypeVar("T")
+Tell = Callable[[str, str], None]
+"""Told the address of a port, and what goes on there."""
+
+
+@dataclass(slots=True)
+class FoundLine:
+    """An RC-400 that has answered, and the bodies that have so far."""
+
+    address: str
+    controllers: str
+    """What it has answered to XID."""
+    bodies: list[int] = field(default_factory=list)
+    complete: bool = False
+    """Whether all 120 body numbers were asked."""
+
+
+@dataclass(slots=True)
+class FoundRobot:
+    """A Fics that has answered."""
+
+    address: str
+    terminator: Terminator
+    mode: int | None = None
+    version: SystemVersion | None = None
+    unit: int | None = None
+    axes: int | None = None
+    """How many motor axes the present unit has."""
+
+
+Found = FoundLine | FoundRobot
+
+
+def serial_devices() -> list[str]:
+    """The serial ports of this machine, by names that stay where there are such."""
+    return sorted(map(_lasting_name, (port.device for port in list_ports.comports())))
+
+
+def _lasting_name(device: str, links: Path = Path("/dev/serial/by-id")) -> str:
+    for link in sorted(links.iterdir()) if links.is_dir() else ():
+        if link.resolve() == Path(device).resolve():
+            return str(link)
+    return device
+
+
+def addresses_of(port: str) -> list[str]:
+    """All addresses to try for a port: those of each baud rate, where none is named.
+
+    :raises ValueError: it is neither a device nor an address.
+    """
+    address = f"serial://{quote(port)}" if port.startswith("/") else port
+    create(address)
+    if Address.parse(address).scheme == "serial" and "baud" not in Address.parse(address).options:
+        return [f"{address}?baud={baud}" for baud in BAUDS]
+    return [address]
+
+
+async def search(
+    ports: Sequence[Sequence[str]],
+    found: list[Found],
+    tell: Tell,
+    *,
+    note: Callable[[str], None],
+    open_transport: Callable[[str], Transport] = create,
+) -> None:
+    """Search all ports at once, each by its addresses in turn; `found` grows as somebody answers.
+
+    `note` is told what could not be opened. Cancelled, it leaves what was found.
+    """
+    async with asyncio.TaskGroup() as together:
+        for addresses in ports:
+            together.create_task(_search_port(addresses, found, tell, note, open_transport))
+
+
+async def _search_port(
+    addresses: Sequence[str],
+    found: list[Found],
+    tell: Tell,
+    note: Callable[[str], None],
+    open_transport: Callable[[str], Transport],
+) -> None:
+    for address in addresses:
+        tell(address, "asking who is there")
+        port = open_transport(address)
+        try:
+            if await _search_address(Questions(port), found, tell):
+                return
+        except TransportError as error:
+            note(f"{error}")
+            return
+        finally:
+            await port.close()
+
+
+async def _search_address(questions: "Questions", found: list[Found], tell: Tell) -> bool:
+    """Whether somebody answers at this address."""
+    await questions.open()
+    address = questions.port.address
+    if not address.startswith("dpram:"):
+        line = await _find_line(questions)
+        if line is not None:
+            found.append(line)
+            await _find_bodies(questions, line, tell)
+            return True
+    robot = await _find_robot(questions)
+    if robot is not None:
+        found.append(robot)
+        await _describe(questions, robot)
+    return robot is not None
+
+
+class Questions:
+    """One port, on which one question is asked after the other."""
+
+    def __init__(self, port: Transport) -> None:
+        self.port = port
+        self._heard: asyncio.Queue[bytes | TransportLost] = asyncio.Queue()
+
+    async def open(self) -> None:
+        """Open the port and end whatever was half said on it.
+
+        :raises TransportUnavailable: it cannot be opened.
+        """
+        await self.port.open(self)
+        self.port.write(POISON)
+        await asyncio.sleep(len(POISON) * self.port.byte_time_s + SETTLES_S)
+
+    def data_received(self, data: bytes) -> None:
+        """Bytes from the port."""
+        self._heard.put_nowait(data)
+
+    def connection_lost(self, error: TransportLost) -> None:
+        """The port has gone."""
+        self._heard.put_nowait(error)
+
+    async def ask(
+        self, question: bytes, reader: Reader[F], answer: Callable[[F], T | None], within_s: float
+    ) -> T | None:
+        """Ask, and give the first answer that is one; None if none comes.
+
+        :raises TransportLost: the port has gone.
+        """
+        while not self._heard.empty():
+            self._next(self._heard.get_nowait())
+        self.port.write(question)
+        wire_s = (len(question) + LONGEST_ANSWER) * self.port.byte_time_s
+        try:
+            async with asyncio.timeout(wire_s + within_s):
+                while True:
+                    for frame in reader.feed(self._next(await self._heard.get())):
+                        if (found := answer(frame)) is not None:
+                            return found
+        except TimeoutError:
+            return None
+
+    @staticmethod
+    def _next(heard: bytes | TransportLost) -> bytes:
+        if isinstance(heard, TransportLost):
+            raise heard
+        return heard
+
+
+# an RC-400
+
+
+async def _find_line(questions: Questions) -> FoundLine | None:
+    def answer(frame: rorze.Frame) -> str | None:
+        if not isinstance(frame, rorze.Answer | rorze.Refusal):
+            return None
+        if (frame.body, frame.code) != (LINK_MASTER, IdentifyControllers.code):
+            return None
+        return frame.payload if isinstance(frame, rorze.Answer) else ""
+
+    question = rorze.encode(LINK_MASTER, IdentifyControllers())
+    controllers = await questions.ask(question, rorze.LinkReader(), answer, ANSWERS_WITHIN_S)
+    return None if controllers is None else FoundLine(questions.port.address, controllers)
+
+
+async def _find_bodies(questions: Questions, line: FoundLine, tell: Tell) -> None:
+    """Ask all body numbers; each by another position entry, whose number comes back."""
+    missing = list(range(LAST_BODY + 1))
+    for turn in range(ROUNDS):
+        for body in list(missing):
+            tell(line.address, f"asking body {body:02X} of {LAST_BODY:02X}; {len(line.bodies)} found")
+            if await _is_there(questions, body, entry=(turn * (LAST_BODY + 1) + body) % ENTRIES):
+                missing.remove(body)
+                line.bodies.append(body)
+                line.bodies.sort()
+    line.complete = True
+
+
+async def _is_there(questions: Questions, body: int, entry: int) -> bool:
+    command = GetNumberedPositionEntry(entry=PositionReference(position=entry))
+
+    def answer(frame: rorze.Frame) -> bool | None:
+        if not isinstance(frame, rorze.Answer) or (frame.body, frame.code) != (body, command.code):
+            return None
+        try:
+            return True if command.read_reply(frame.payload).position == entry else None
+        except WireFault:
+            return None
+
+    question = rorze.encode(body, command)
+    return bool(await questions.ask(question, rorze.LinkReader(), answer, BODY_ANSWERS_WITHIN_S))
+
+
+# a Fics
+
+
+async def _find_robot(questions: Questions) -> FoundRobot | None:
+    """Ask with either end of a line; in motion VER is answered, and MOD is not (C-HOST manual 2-36)."""
+    for terminator in TERMINATORS:
+        robot = FoundRobot(questions.port.address, terminator)
+        for query in (GetCommunicationMode(), GetSystemVersion()):
+            answer = await _ask_robot(questions, robot, query)
+            if isinstance(answer, CommunicationMode):
+                robot.mode = answer.mode
+            if answer is not None:
+                return robot
+    return None
+
+
+async def _describe(questions: Questions, robot: FoundRobot) -> None:
+    """Ask for what the configuration needs; no unit is selected for that."""
+    version = await _ask_robot(questions, robot, GetSystemVersion())
+    units = await _ask_robot(questions, robot, GetUnit())
+    axes = await _ask_robot(questions, robot, GetAxisStatus())
+    robot.version = version if isinstance(version, SystemVersion) else None
+    robot.unit = units.host_unit if isinstance(units, UnitNumbers) else None
+    robot.axes = len(axes.axes) if isinstance(axes, AxisStatuses) else None
+
+
+async def _ask_robot(
+    questions: Questions, robot: FoundRobot, query: FicsCommand[Any]
+) -> Reply | fics.Refusal | fics.Failure | fics.Completion | None:
+    """Its answer or its refusal: either shows that a Fics is there."""
+    return await questions.ask(
+        fics.encode(query, robot.terminator),
+        fics.Ver3Reader(),  # reads both modes
+        lambda frame: fics.credit(query, frame),
+        ANSWERS_WITHIN_S,
+    )

@@ -1,0 +1,96 @@
+"""What a word on the command line means: an address, or the name that the configuration gives."""
+
+import re
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from app import exits
+from app.client import Client
+from app.exits import Failure
+from gateway.core.addresses import numbered_address
+from protocols.rorze.row import FIRST_GROUP
+
+Kind = Literal["bodies", "groups", "robots"]
+
+_NUMBERED = re.compile("(?:[a-z][a-z0-9-]*[.])?[0-9][0-9a-f]", re.ASCII | re.IGNORECASE)
+_UNIT = re.compile("(.+?)(?:/units)?/([1-9])", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """Who is meant; `unit` is the number of a robot's unit, where one was named."""
+
+    kind: Kind
+    address: str
+    unit: int | None = None
+    units: tuple[int, ...] = ()
+    """All units of the robot."""
+
+    @property
+    def path(self) -> str:
+        """Where the gateway serves it."""
+        return f"/{self.kind}/{self.address}" + (f"/units/{self.unit}" if self.unit else "")
+
+    @property
+    def filter(self) -> str:
+        """What names it in a filter of events."""
+        return self.address + (f"/units/{self.unit}" if self.unit else "")
+
+    def unit_path(self) -> str:
+        """Where its unit is served; the only one if none was named.
+
+        :raises Failure: it has several.
+        """
+        if self.unit is None and len(self.units) != 1:
+            named = ", ".join(f"{self.address}/units/{number}" for number in self.units)
+            raise Failure(
+                f"Robot {self.address} has several units: say {named}. Nothing was sent.", exits.USAGE
+            )
+        return f"/{self.kind}/{self.address}/units/{self.unit or self.units[0]}"
+
+
+def numbered(word: str) -> Target | None:
+    """Read the address of a body or a group, `3F` or `arm.80`; None if it is none."""
+    if not _NUMBERED.fullmatch(word):
+        return None
+    group = int(word[-2:], 16) >= FIRST_GROUP
+    return Target("groups" if group else "bodies", numbered_address(word))
+
+
+def find(client: Client, word: str) -> Target:
+    """Find who is meant: an address means itself, whatever names there are.
+
+    :raises Failure: nobody has this name, or several have; or the gateway did not tell.
+    """
+    if target := numbered(word):
+        return target
+    unit = _UNIT.fullmatch(word)
+    name, number = (unit[1], int(unit[2])) if unit else (word, None)
+    robots = client.request("GET", "/robots")["robots"]
+    for robot in robots:
+        if robot["robot_id"] == name.lower():
+            return _robot(robot, number)
+    found = [_robot(robot, number) for robot in robots if robot["name"] == name]
+    if number is None:
+        found += _named(client, "bodies", "body_id", name) + _named(client, "groups", "group_id", name)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise Failure(
+            f"{word!r} is the name of {' and '.join(it.address for it in found)}: say the address. "
+            "Nothing was sent.",
+            exits.USAGE,
+        )
+    raise Failure(
+        f"There is nothing called {word!r}; `motion-gateway status` lists what there is. Nothing was sent.",
+        exits.USAGE,
+    )
+
+
+def _robot(robot: dict[str, Any], unit: int | None) -> Target:
+    return Target("robots", robot["robot_id"], unit, tuple(it["number"] for it in robot["units"]))
+
+
+def _named(client: Client, kind: Kind, id_key: str, name: str) -> list[Target]:
+    listed = client.request("GET", f"/{kind}")[kind]
+    return [Target(kind, it[id_key]) for it in listed if it["name"] == name]

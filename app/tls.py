@@ -1,0 +1,70 @@
+"""The gateway's certificate, which is taken anew when its files are."""
+
+import asyncio
+import logging
+import ssl
+from pathlib import Path
+from typing import Final
+
+from gateway.config import ConfigError
+
+log = logging.getLogger(__name__)
+
+LOOK_AGAIN_S: Final = 5.0
+
+
+class Certificate:
+    """A certificate and its key, for TLS 1.2 and newer."""
+
+    def __init__(self, certificate: Path, key: Path) -> None:
+        """Read both.
+
+        :raises ConfigError: one cannot be read, or they do not belong together.
+        """
+        self._files = certificate, key
+        self.context = _context()
+        self._seen = self._stamp()
+        try:
+            self._load()
+        except OSError as error:  # ssl.SSLError is one
+            raise ConfigError(
+                f"server.tls_certificate {certificate} and server.tls_key {key} cannot be used: "
+                f"{error.strerror or error}"
+            ) from error
+
+    async def watch(self) -> None:
+        """Look at the files from time to time until it is cancelled."""
+        while True:
+            await asyncio.sleep(LOOK_AGAIN_S)
+            self.look()
+
+    def look(self) -> None:
+        """Take the files anew if they are others; what cannot be used leaves those before in force."""
+        stamp = self._stamp()
+        if stamp == self._seen or stamp is None:
+            return
+        self._seen = stamp
+        try:
+            self._load()
+        except OSError as error:
+            log.warning("the renewed certificate cannot be used, the one before stays in force: %s", error)
+        else:
+            log.info("the renewed certificate is in force")
+
+    def _load(self) -> None:
+        # A context that refuses a key has taken the certificate already: so they are tried in another one.
+        _context().load_cert_chain(*self._files)
+        self.context.load_cert_chain(*self._files)
+
+    def _stamp(self) -> list[tuple[int, int, int]] | None:
+        try:
+            found = [file.stat() for file in self._files]
+        except OSError:
+            return None
+        return [(it.st_mtime_ns, it.st_ino, it.st_size) for it in found]
+
+
+def _context() -> ssl.SSLContext:
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    return context

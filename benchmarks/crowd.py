@@ -1,0 +1,45 @@
+"""A stop while a thousand clients follow events and half of them never read, and the memory they leave.
+
+The yardstick is the same gateway before they come.
+"""
+
+import asyncio
+
+from benchmarks.figures import Figure, Target
+from benchmarks.processes import announced, resident_mib
+from benchmarks.stop_latency import full_gateway, quantile, stops_ms
+
+READING = 500
+SILENT = 500
+CONNECTIONS = 1100
+"""Theirs, and those that move and stop."""
+QUIET_SHARE = 0.25
+LEAVE_S = 5.0
+"""After which nothing is left of a client."""
+
+
+async def run(seconds: float) -> list[Figure]:
+    """Stop moving bodies again and again, first alone and then among the crowd."""
+    async with full_gateway(CONNECTIONS) as (line, port, process):
+        quiet = await stops_ms(line, port, QUIET_SHARE * seconds)
+        before_mib = resident_mib(process)
+        async with announced("-m", "benchmarks.subscribers", str(port), str(READING), str(SILENT)):
+            loud = await stops_ms(line, port, (1 - QUIET_SHARE) * seconds)
+            crowded_mib = resident_mib(process)
+        await asyncio.sleep(LEAVE_S)
+        after_mib = resident_mib(process)
+    name, unit = f"stop among {READING + SILENT} subscribers", f"ms of {len(loud)}"
+    return [
+        Figure(
+            f"{name}: p50", unit, [quantile(loud, 0.5)], [quantile(quiet, 0.5)], Target("figure", "<=", 10.0)
+        ),
+        Figure(
+            f"{name}: p99",
+            unit,
+            [quantile(loud, 0.99)],
+            [quantile(quiet, 0.99)],
+            Target("figure", "<=", 20.0),
+        ),
+        Figure("memory among them", "MiB", [crowded_mib], [before_mib], Target("ratio", "<=", 2.5)),
+        Figure("memory when they have left", "MiB", [after_mib], [before_mib], Target("ratio", "<=", 1.25)),
+    ]

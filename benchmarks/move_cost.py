@@ -1,0 +1,31 @@
+"""What a move costs the gateway over HTTP, at first and after many, and the memory that moves leave."""
+
+import asyncio
+from asyncio.subprocess import Process
+
+from benchmarks.fan_out import moved_line, moves_per_s
+from benchmarks.figures import Figure, Target
+from benchmarks.processes import cpu_s, resident_mib
+
+ROUNDS = 10
+
+
+async def run(seconds: float) -> list[Figure]:
+    """Move flat out; the later half of the rounds beside the earlier one."""
+    async with moved_line() as (port, process):
+        await moves_per_s(port, seconds / ROUNDS)
+        before_mib = resident_mib(process)
+        costs = [await _cpu_ms(port, process, seconds / ROUNDS) for _ in range(ROUNDS)]
+        after_mib = resident_mib(process)
+    early, late = costs[: ROUNDS // 2], costs[ROUNDS // 2 :]
+    return [
+        Figure("move: processor time", "ms", late, early, Target("figure", "<=", 1.2)),
+        Figure("memory after moves", "MiB", [after_mib], [before_mib], Target("ratio", "<=", 2.0)),
+    ]
+
+
+async def _cpu_ms(port: int, process: Process, seconds: float) -> float:
+    begun_s, begun_at = cpu_s(process), asyncio.get_running_loop().time()
+    rate = await moves_per_s(port, seconds)
+    moves = rate * (asyncio.get_running_loop().time() - begun_at)
+    return 1000 * (cpu_s(process) - begun_s) / moves

@@ -1,0 +1,725 @@
+"""Every operation of the gateway as a method; generated from openapi/core.json."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Protocol
+
+from motion_gateway_client.generated.types import (
+    AbsoluteMoveRequest,
+    BodyInfo,
+    BodyList,
+    BodyStatus,
+    Channels,
+    CommandList,
+    ContinuousMoveRequest,
+    EventList,
+    GroupDefinition,
+    GroupInfo,
+    GroupList,
+    GroupMove,
+    GroupPlan,
+    HomeRequest,
+    JogRequest,
+    JogSession,
+    Length,
+    LineInfo,
+    LineList,
+    Liveness,
+    MacroRunRequest,
+    Move,
+    MoveList,
+    OutputState,
+    PlannedMove,
+    PlannedRobotMove,
+    Position,
+    PositionTable,
+    PositionUpload,
+    Posture,
+    RawReply,
+    RawRequest,
+    Readiness,
+    RelativeMoveRequest,
+    RobotAbsoluteMoveRequest,
+    RobotErrors,
+    RobotHomeRequest,
+    RobotInfo,
+    RobotLineInfo,
+    RobotList,
+    RobotMove,
+    RobotMoveList,
+    RobotPositionMoveRequest,
+    RobotRelativeMoveRequest,
+    RobotStepRequest,
+    Scan,
+    SettingsChange,
+    SpeedAccepted,
+    SpeedDecrease,
+    SpeedIncrease,
+    SpeedSetting,
+    StopRequest,
+    StopResult,
+    Ticket,
+    Trace,
+    UnitInfo,
+    UnitPosition,
+    UnitSettings,
+    UnitStatus,
+    Uploaded,
+    Variables,
+    VariableSetting,
+    VariableValue,
+    Version,
+)
+from motion_gateway_client.paths import filled
+
+
+class AsyncOperations(Protocol):
+    """What a gateway can be asked; how it is asked is up to `call`."""
+
+    async def call(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: dict[str, Any] | None = None,
+        body: Any = None,
+        idempotency_key: str | None = None,
+    ) -> Any:
+        """Send a request, and give the answer's content."""
+
+    async def read_position(self, body_id: str) -> Position:
+        """Ask the controller where the motor stands (6PD)."""
+        answer: Position = await self.call("GET", filled("/bodies/{body_id}/position", body_id=body_id))
+        return answer
+
+    async def set_position(
+        self, body_id: str, body: Length, /, *, idempotency_key: str | None = None
+    ) -> Position:
+        """Call the present position by another number (6PS). Nothing moves; refused while the motor moves."""
+        answer: Position = await self.call(
+            "PUT",
+            filled("/bodies/{body_id}/position", body_id=body_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_status(self, body_id: str) -> BodyStatus:
+        """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD)."""
+        answer: BodyStatus = await self.call("GET", filled("/bodies/{body_id}/status", body_id=body_id))
+        return answer
+
+    async def change_speed_of_move(
+        self,
+        body_id: str,
+        body: SpeedIncrease | SpeedDecrease | SpeedSetting,
+        /,
+        *,
+        idempotency_key: str | None = None,
+    ) -> SpeedAccepted:
+        """Change the speed of the running move; refused at standstill, while homing and while interpolating."""
+        answer: SpeedAccepted = await self.call(
+            "POST",
+            filled("/bodies/{body_id}/speed", body_id=body_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def list_bodies(self) -> BodyList:
+        """List all bodies; nothing is sent."""
+        answer: BodyList = await self.call("GET", filled("/bodies"))
+        return answer
+
+    async def get_body(self, body_id: str) -> BodyInfo:
+        """Tell what is known of a body; nothing is sent."""
+        answer: BodyInfo = await self.call("GET", filled("/bodies/{body_id}", body_id=body_id))
+        return answer
+
+    async def acknowledge_body_power_cycle(
+        self, body_id: str, *, idempotency_key: str | None = None
+    ) -> BodyInfo:
+        """Allow motions to places again after a loss of power: its position counts from where it was switched on.
+
+        The controller is asked whether it has kept its power since. Its settings and its position table are those
+        of its flash memory. Homing does the same as this, and so does setting its position.
+        """
+        answer: BodyInfo = await self.call(
+            "POST",
+            filled("/bodies/{body_id}/power-cycle/acknowledge", body_id=body_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def start_move(
+        self,
+        body_id: str,
+        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> Move:
+        """Start a move, or with `validate_only` say what it would be.
+
+        202 when the controller has accepted it and it is not over, 200 when it ended while the request waited. A
+        move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`. `plan_move` does that.
+        """
+        answer: Move = await self.call(
+            "POST",
+            filled("/bodies/{body_id}/moves", body_id=body_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def plan_move(
+        self,
+        body_id: str,
+        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> PlannedMove:
+        """Say what `start_move` would send, and how long it would take; nothing moves."""
+        answer: PlannedMove = await self.call(
+            "POST",
+            filled("/bodies/{body_id}/moves", body_id=body_id),
+            query={"wait": wait},
+            body={**body, "validate_only": True},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def list_moves(self, body_id: str, *, limit: int | None = None) -> MoveList:
+        """List the body's moves, newest first."""
+        answer: MoveList = await self.call(
+            "GET", filled("/bodies/{body_id}/moves", body_id=body_id), query={"limit": limit}
+        )
+        return answer
+
+    async def get_move(self, body_id: str, move_id: str, *, wait: float | None = None) -> Move:
+        """Get a move, at once or when it is over."""
+        answer: Move = await self.call(
+            "GET",
+            filled("/bodies/{body_id}/moves/{move_id}", body_id=body_id, move_id=move_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    async def start_group_move(
+        self,
+        group_id: str,
+        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> GroupMove:
+        """Start a move of all members of a group by one command; each has a move of its own. `plan_group_move` does that."""
+        answer: GroupMove = await self.call(
+            "POST",
+            filled("/groups/{group_id}/moves", group_id=group_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def plan_group_move(
+        self,
+        group_id: str,
+        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> GroupPlan:
+        """Say what `start_group_move` would send, and how long it would take; nothing moves."""
+        answer: GroupPlan = await self.call(
+            "POST",
+            filled("/groups/{group_id}/moves", group_id=group_id),
+            query={"wait": wait},
+            body={**body, "validate_only": True},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def stop_all(self, body: StopRequest | None = None, /) -> StopResult:
+        """Stop all bodies and robots of all lines by software. It does not replace a hardware stop."""
+        answer: StopResult = await self.call("POST", filled("/stop"), body=body)
+        return answer
+
+    async def stop_body(self, body_id: str, body: StopRequest | None = None, /) -> StopResult:
+        """Stop a body by software: what waits is cancelled, and the stop goes out at the next frame boundary."""
+        answer: StopResult = await self.call(
+            "POST", filled("/bodies/{body_id}/stop", body_id=body_id), body=body
+        )
+        return answer
+
+    async def stop_group(self, group_id: str, body: StopRequest | None = None, /) -> StopResult:
+        """Stop all members of a group by software, with one frame for all and then one for each."""
+        answer: StopResult = await self.call(
+            "POST", filled("/groups/{group_id}/stop", group_id=group_id), body=body
+        )
+        return answer
+
+    async def list_groups(self) -> GroupList:
+        """List all groups."""
+        answer: GroupList = await self.call("GET", filled("/groups"))
+        return answer
+
+    async def get_group(self, group_id: str) -> GroupInfo:
+        """Tell who is in a group; nothing is sent."""
+        answer: GroupInfo = await self.call("GET", filled("/groups/{group_id}", group_id=group_id))
+        return answer
+
+    async def define_group(
+        self, group_id: str, body: GroupDefinition, /, *, idempotency_key: str | None = None
+    ) -> GroupInfo:
+        """Define a group at the link master (XVS), or define it anew; not while a member moves.
+
+        It lasts until the gateway ends; groups of the configuration are defined at every start.
+        """
+        answer: GroupInfo = await self.call(
+            "PUT", filled("/groups/{group_id}", group_id=group_id), body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    async def list_lines(self) -> LineList:
+        """List all lines."""
+        answer: LineList = await self.call("GET", filled("/lines"))
+        return answer
+
+    async def get_line(self, line_id: str) -> LineInfo | RobotLineInfo:
+        """Tell the state of a line; nothing is sent."""
+        answer: LineInfo | RobotLineInfo = await self.call("GET", filled("/lines/{line_id}", line_id=line_id))
+        return answer
+
+    async def start_scan(
+        self, line_id: str, *, wait: float | None = None, idempotency_key: str | None = None
+    ) -> Scan:
+        """Ask all 120 body numbers of the line, between its other work, whether somebody is there.
+
+        A line with a robot has none.
+        """
+        answer: Scan = await self.call(
+            "POST",
+            filled("/lines/{line_id}/scans", line_id=line_id),
+            query={"wait": wait},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def get_scan(self, line_id: str, scan_id: str, *, wait: float | None = None) -> Scan:
+        """Get a scan, at once or when it is over."""
+        answer: Scan = await self.call(
+            "GET",
+            filled("/lines/{line_id}/scans/{scan_id}", line_id=line_id, scan_id=scan_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    async def get_trace(self, line_id: str, *, last: int | None = None, since: str | None = None) -> Trace:
+        """Give the newest bytes of the line, a robot's too, both ways, with their times."""
+        answer: Trace = await self.call(
+            "GET", filled("/lines/{line_id}/trace", line_id=line_id), query={"last": last, "since": since}
+        )
+        return answer
+
+    async def list_events(
+        self,
+        *,
+        after: str | None = None,
+        bodies: str | None = None,
+        types: str | None = None,
+        limit: int | None = None,
+    ) -> EventList:
+        """List what has happened after a cursor, or from the oldest event that is kept.
+
+        Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
+        """
+        answer: EventList = await self.call(
+            "GET", filled("/events"), query={"after": after, "bodies": bodies, "types": types, "limit": limit}
+        )
+        return answer
+
+    async def list_commands(self, *, family: Literal["rorze", "fics"] | None = None) -> CommandList:
+        """List every command that controllers and robots know."""
+        answer: CommandList = await self.call("GET", filled("/commands"), query={"family": family})
+        return answer
+
+    async def send_raw(
+        self,
+        body_id: str,
+        body: RawRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> RawReply | StopResult | Move:
+        """Send a command as text. A command that moves makes a move, and one that stops makes a stop."""
+        answer: RawReply | StopResult | Move = await self.call(
+            "POST",
+            filled("/bodies/{body_id}/raw", body_id=body_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def livez(self) -> Liveness:
+        """Answer, as long as the process can."""
+        answer: Liveness = await self.call("GET", filled("/livez"))
+        return answer
+
+    async def readyz(self) -> Readiness:
+        """Say whether all lines are open and set up, and somebody answers on each."""
+        answer: Readiness = await self.call("GET", filled("/readyz"))
+        return answer
+
+    async def version(self) -> Version:
+        """Tell the version."""
+        answer: Version = await self.call("GET", filled("/version"))
+        return answer
+
+    async def issue_ticket(self, *, idempotency_key: str | None = None) -> Ticket:
+        """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
+        answer: Ticket = await self.call("POST", filled("/tickets"), idempotency_key=idempotency_key)
+        return answer
+
+    async def get_posture(self) -> Posture:
+        """Tell how the gateway is protected, and name each default that was weakened; values to admins only."""
+        answer: Posture = await self.call("GET", filled("/system/posture"))
+        return answer
+
+    async def list_robots(self) -> RobotList:
+        """List all robots; nothing is sent."""
+        answer: RobotList = await self.call("GET", filled("/robots"))
+        return answer
+
+    async def get_robot(self, robot_id: str) -> RobotInfo:
+        """Tell what is known of a robot; nothing is sent."""
+        answer: RobotInfo = await self.call("GET", filled("/robots/{robot_id}", robot_id=robot_id))
+        return answer
+
+    async def get_unit(self, robot_id: str, unit: int) -> UnitInfo:
+        """Tell what is known of a unit; nothing is sent."""
+        answer: UnitInfo = await self.call(
+            "GET", filled("/robots/{robot_id}/units/{unit}", robot_id=robot_id, unit=unit)
+        )
+        return answer
+
+    async def read_unit_position(
+        self, robot_id: str, unit: int, *, coordinates: Literal["user", "motor"] | None = None
+    ) -> UnitPosition:
+        """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
+        answer: UnitPosition = await self.call(
+            "GET",
+            filled("/robots/{robot_id}/units/{unit}/position", robot_id=robot_id, unit=unit),
+            query={"coordinates": coordinates},
+        )
+        return answer
+
+    async def read_unit_status(self, robot_id: str, unit: int) -> UnitStatus:
+        """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
+        answer: UnitStatus = await self.call(
+            "GET", filled("/robots/{robot_id}/units/{unit}/status", robot_id=robot_id, unit=unit)
+        )
+        return answer
+
+    async def list_robot_errors(self, robot_id: str) -> RobotErrors:
+        """Tell which errors stand, as the gateway has read them; nothing is sent, and nothing is cleared."""
+        answer: RobotErrors = await self.call("GET", filled("/robots/{robot_id}/errors", robot_id=robot_id))
+        return answer
+
+    async def reset_robot_errors(self, robot_id: str, *, idempotency_key: str | None = None) -> RobotErrors:
+        """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
+        answer: RobotErrors = await self.call(
+            "POST",
+            filled("/robots/{robot_id}/errors/reset", robot_id=robot_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def acknowledge_power_cycle(
+        self, robot_id: str, *, idempotency_key: str | None = None
+    ) -> RobotInfo:
+        """Allow motion again after a loss of power, once the speeds are set: they are at 100 % since then."""
+        answer: RobotInfo = await self.call(
+            "POST",
+            filled("/robots/{robot_id}/power-cycle/acknowledge", robot_id=robot_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def stop_robot(self, robot_id: str, body: StopRequest | None = None, /) -> StopResult:
+        """Stop all axes of a robot by software: what waits is cancelled, and the stop goes out first."""
+        answer: StopResult = await self.call(
+            "POST", filled("/robots/{robot_id}/stop", robot_id=robot_id), body=body
+        )
+        return answer
+
+    async def stop_unit(self, robot_id: str, unit: int, body: StopRequest | None = None, /) -> StopResult:
+        """Stop all axes of the unit's robot by software: it knows no stop of a single unit."""
+        answer: StopResult = await self.call(
+            "POST", filled("/robots/{robot_id}/units/{unit}/stop", robot_id=robot_id, unit=unit), body=body
+        )
+        return answer
+
+    async def start_robot_move(
+        self,
+        robot_id: str,
+        unit: int,
+        body: RobotAbsoluteMoveRequest
+        | RobotRelativeMoveRequest
+        | RobotPositionMoveRequest
+        | RobotHomeRequest
+        | RobotStepRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> RobotMove:
+        """Start a move of a unit, or with `validate_only` say what it would be.
+
+        202 when the robot has not refused it and it is not over, 200 when it ended while the request waited. A
+        move that has started and failed is no HTTP error: see its `status`, `end_cause` and `error`. `plan_robot_move` does that.
+        """
+        answer: RobotMove = await self.call(
+            "POST",
+            filled("/robots/{robot_id}/units/{unit}/moves", robot_id=robot_id, unit=unit),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def plan_robot_move(
+        self,
+        robot_id: str,
+        unit: int,
+        body: RobotAbsoluteMoveRequest
+        | RobotRelativeMoveRequest
+        | RobotPositionMoveRequest
+        | RobotHomeRequest
+        | RobotStepRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> PlannedRobotMove:
+        """Say what `start_robot_move` would send, and how long it would take; nothing moves."""
+        answer: PlannedRobotMove = await self.call(
+            "POST",
+            filled("/robots/{robot_id}/units/{unit}/moves", robot_id=robot_id, unit=unit),
+            query={"wait": wait},
+            body={**body, "validate_only": True},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def list_robot_moves(self, robot_id: str, unit: int, *, limit: int | None = None) -> RobotMoveList:
+        """List the unit's moves, newest first."""
+        answer: RobotMoveList = await self.call(
+            "GET",
+            filled("/robots/{robot_id}/units/{unit}/moves", robot_id=robot_id, unit=unit),
+            query={"limit": limit},
+        )
+        return answer
+
+    async def get_robot_move(
+        self, robot_id: str, unit: int, move_id: str, *, wait: float | None = None
+    ) -> RobotMove:
+        """Get a move, at once or when it is over."""
+        answer: RobotMove = await self.call(
+            "GET",
+            filled(
+                "/robots/{robot_id}/units/{unit}/moves/{move_id}",
+                robot_id=robot_id,
+                unit=unit,
+                move_id=move_id,
+            ),
+            query={"wait": wait},
+        )
+        return answer
+
+    async def run_macro(
+        self,
+        robot_id: str,
+        name: str,
+        body: MacroRunRequest | None = None,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> RobotMove:
+        """Run a macro of the robot; the run is a move of the unit it is started on."""
+        answer: RobotMove = await self.call(
+            "POST",
+            filled("/robots/{robot_id}/macros/{name}/runs", robot_id=robot_id, name=name),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def start_jog(
+        self, robot_id: str, body: JogRequest, /, *, idempotency_key: str | None = None
+    ) -> JogSession:
+        """Start to jog an axis. It stops by itself unless a heartbeat comes at least every half second."""
+        answer: JogSession = await self.call(
+            "POST",
+            filled("/robots/{robot_id}/jogs", robot_id=robot_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def keep_jogging(
+        self, robot_id: str, jog_id: str, *, idempotency_key: str | None = None
+    ) -> JogSession:
+        """Let the axis move for another half second; 409 when it is being stopped, or nobody can reach it."""
+        answer: JogSession = await self.call(
+            "POST",
+            filled("/robots/{robot_id}/jogs/{jog_id}/heartbeat", robot_id=robot_id, jog_id=jog_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def end_jog(self, robot_id: str, jog_id: str) -> JogSession:
+        """Stop the axis, and answer when it stands still.
+
+        Where that was not seen in time, the state is `stopping` and the whole robot is being stopped; ask again
+        until the state is another.
+        """
+        answer: JogSession = await self.call(
+            "POST", filled("/robots/{robot_id}/jogs/{jog_id}/stop", robot_id=robot_id, jog_id=jog_id)
+        )
+        return answer
+
+    async def list_positions(
+        self, robot_id: str, unit: int, *, first: int | None = None, last: int | None = None
+    ) -> PositionTable:
+        """Read stored positions (POR); the robot ends at the first number that is not set."""
+        answer: PositionTable = await self.call(
+            "GET",
+            filled("/robots/{robot_id}/units/{unit}/positions", robot_id=robot_id, unit=unit),
+            query={"first": first, "last": last},
+        )
+        return answer
+
+    async def store_positions(
+        self, robot_id: str, unit: int, body: PositionUpload, /, *, idempotency_key: str | None = None
+    ) -> Uploaded:
+        """Store positions undivided (POF, POS); a stop in the middle ends the upload first."""
+        answer: Uploaded = await self.call(
+            "PUT",
+            filled("/robots/{robot_id}/units/{unit}/positions", robot_id=robot_id, unit=unit),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def download_positions(
+        self, robot_id: str, unit: int, *, first: int | None = None, last: int | None = None
+    ) -> str:
+        """Read stored positions as CSV: the number, then a column for each axis with its unit.
+
+        The robot ends at the first number that is not set; the header `Ended-At` names it.
+        """
+        answer: str = await self.call(
+            "GET",
+            filled("/robots/{robot_id}/units/{unit}/positions.csv", robot_id=robot_id, unit=unit),
+            query={"first": first, "last": last},
+        )
+        return answer
+
+    async def read_settings(self, robot_id: str, unit: int) -> UnitSettings:
+        """Ask the robot for all settings of a unit, one by one; refused while it moves."""
+        answer: UnitSettings = await self.call(
+            "GET", filled("/robots/{robot_id}/units/{unit}/settings", robot_id=robot_id, unit=unit)
+        )
+        return answer
+
+    async def change_settings(
+        self, robot_id: str, unit: int, body: SettingsChange, /, *, idempotency_key: str | None = None
+    ) -> UnitSettings:
+        """Change settings of a unit and read them back; refused while it moves.
+
+        All are checked before the first is sent. They are sent one by one, each read back before the next; where
+        the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
+        """
+        answer: UnitSettings = await self.call(
+            "PATCH",
+            filled("/robots/{robot_id}/units/{unit}/settings", robot_id=robot_id, unit=unit),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_inputs(
+        self, robot_id: str, *, first: int | None = None, count: int | None = None
+    ) -> Channels:
+        """Ask the robot for inputs, channel by channel (IDI)."""
+        answer: Channels = await self.call(
+            "GET",
+            filled("/robots/{robot_id}/inputs", robot_id=robot_id),
+            query={"first": first, "count": count},
+        )
+        return answer
+
+    async def read_outputs(
+        self, robot_id: str, *, first: int | None = None, count: int | None = None
+    ) -> Channels:
+        """Ask the robot for outputs, channel by channel (IDO)."""
+        answer: Channels = await self.call(
+            "GET",
+            filled("/robots/{robot_id}/outputs", robot_id=robot_id),
+            query={"first": first, "count": count},
+        )
+        return answer
+
+    async def switch_output(
+        self,
+        robot_id: str,
+        channel: int,
+        bit: int,
+        body: OutputState,
+        /,
+        *,
+        idempotency_key: str | None = None,
+    ) -> Channels:
+        """Switch an output on or off (IOT), and read its channel back; `not-done` where it is not as asked."""
+        answer: Channels = await self.call(
+            "PUT",
+            filled("/robots/{robot_id}/outputs/{channel}/{bit}", robot_id=robot_id, channel=channel, bit=bit),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_variables(
+        self, robot_id: str, *, first: int | None = None, count: int | None = None
+    ) -> Variables:
+        """Ask the robot for variables, one by one (VAR)."""
+        answer: Variables = await self.call(
+            "GET",
+            filled("/robots/{robot_id}/variables", robot_id=robot_id),
+            query={"first": first, "count": count},
+        )
+        return answer
+
+    async def set_variable(
+        self, robot_id: str, number: int, body: VariableSetting, /, *, idempotency_key: str | None = None
+    ) -> VariableValue:
+        """Set a variable (VAR), and read it back; `not-done` where it is not as asked."""
+        answer: VariableValue = await self.call(
+            "PUT",
+            filled("/robots/{robot_id}/variables/{number}", robot_id=robot_id, number=number),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer

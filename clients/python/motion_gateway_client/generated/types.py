@@ -1,0 +1,2485 @@
+"""What the gateway takes and gives; generated from openapi/core.json."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
+
+
+class AbsoluteMoveRequest(TypedDict):
+    """Move to a position (RC-420 manual 13.2)."""
+
+    kind: Literal["absolute"]
+    position: Length
+    speed: NotRequired[Literal["high", "low"]]
+    """`low` runs at the start speed, without ramps. Left out: high."""
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+
+
+class Amount(TypedDict):
+    """A coordinate, or an amount to move by, in the unit its axis is set up for."""
+
+    value: float
+    unit: Literal["mm", "pulse", "degree"]
+
+
+class AxisInfo(TypedDict):
+    """An axis as it is configured."""
+
+    name: str
+    unit: str
+    """Of its coordinates: mm, pulse or degree."""
+    speed_unit: str
+
+
+class AxisPlace(TypedDict):
+    """Where an axis stands."""
+
+    value: float | None
+    """Null while the robot does not know it."""
+    unit: str
+    """mm, pulse or degree."""
+    reason: Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"] | None
+    """Why it is not known: not homed, homing or a macro or automatic operation under way, no user coordinates where the motors stand, or not to be found out."""
+
+
+class AxisSensors(TypedDict):
+    """The sensors of a motor axis."""
+
+    origin: bool
+    plus_limit: bool
+    minus_limit: bool
+
+
+class AxisSpeed(TypedDict):
+    """A speed in the unit its axis is set up for."""
+
+    value: float
+    unit: Literal["mm/s", "kpps", "rpm"]
+
+
+class AxisState(TypedDict):
+    """How a motor axis is (C-HOST manual 2-10, 2-11)."""
+
+    motion: Literal["standing", "jog", "move", "homing", "macro", "stopped"]
+    """stopped: by the stop input or an immediate stop."""
+    origin_done: bool
+    servo_ready: bool
+    moving: bool
+    alarm: bool
+    driver_error: int
+    """The driver's own code; 0 when it has none."""
+    sensors: AxisSensors
+
+
+class AxisValue(TypedDict):
+    """What an axis has: a coordinate or a speed."""
+
+    value: float
+    unit: str
+    """mm, pulse or degree; mm/s, kpps or rpm."""
+
+
+class BodyControllerEventEvent(TypedDict):
+    """It has reported a change of state (frame 7E); about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.controller_event"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ControllerEvent
+
+
+class BodyEndFrameEvent(TypedDict):
+    """An unknown body has ended a move (frame 7D); about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.end_frame"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: EndFrame
+
+
+class BodyInfo(TypedDict):
+    """A body as the gateway knows it, without asking it."""
+
+    body_id: str
+    """Its unique address, such as arm.3F."""
+    line_id: str
+    name: str
+    online: bool
+    """Whether it can be asked now, as far as is known."""
+    last_heard_at: str | None
+    """When it last answered anything."""
+    known_age_s: float | None
+    """Seconds since then: what is told of it may be as old; null if it never answered."""
+    moving: bool | None
+    """Null while out of reach, and until its status is read."""
+    move_id: str | None
+    """The move that is not over yet."""
+    homed: Literal["yes", "no", "unknown"]
+    """yes: homed by the gateway, and its power was kept since; no: it has lost its power."""
+    power_cycled: bool
+    """It has lost its power; motions to places are refused until it is homed, its position is set, or that is acknowledged."""
+    unit: str | None
+    """The unit of its scale; null without one."""
+    pulses_per_unit: float | None
+    groups: list[str]
+    position: int | None
+    """In pulses, as last read; null until it has been read since it was called otherwise."""
+    position_read_at: str | None
+    status: list[str] | None
+    """The status bits that were set when last read."""
+
+
+class BodyLeftMovingEvent(TypedDict):
+    """The gateway ends, and it moves as far as is known; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.left_moving"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: LeftMoving
+
+
+class BodyList(TypedDict):
+    """All bodies of the configuration."""
+
+    bodies: list[BodyInfo]
+
+
+class BodyMotionForeignEvent(TypedDict):
+    """It moves, and the gateway has not started that; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.motion.foreign"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Nothing
+
+
+class BodyMoveCancelledEvent(TypedDict):
+    """It was not sent, and will not be; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.move.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Move
+
+
+class BodyMoveFailedEvent(TypedDict):
+    """It has ended otherwise; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.move.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Move
+
+
+class BodyMoveLostEvent(TypedDict):
+    """It could not be followed to its end; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.move.lost"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Move
+
+
+class BodyMoveQueuedEvent(TypedDict):
+    """A move waits for its turn; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.move.queued"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Move
+
+
+class BodyMoveRejectedEvent(TypedDict):
+    """The controller has refused its command, or has not executed it: nothing moved; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.move.rejected"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Move
+
+
+class BodyMoveSentEvent(TypedDict):
+    """Its command is on the wire; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.move.sent"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Move
+
+
+class BodyMoveStartedEvent(TypedDict):
+    """It is seen to move; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.move.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Move
+
+
+class BodyMoveStoppedEvent(TypedDict):
+    """A stop has ended it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.move.stopped"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Move
+
+
+class BodyMoveSucceededEvent(TypedDict):
+    """It has ended as it should; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.move.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Move
+
+
+class BodyMoveUnknownEvent(TypedDict):
+    """Nobody can tell whether it was executed, or how it has ended; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.move.unknown"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Move
+
+
+class BodyOfflineEvent(TypedDict):
+    """It does not answer any more; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.offline"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: WentOffline
+
+
+class BodyOnlineEvent(TypedDict):
+    """It answers again; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.online"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Nothing
+
+
+class BodyPowerCycleAcknowledgedEvent(TypedDict):
+    """It may go to places again; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.power_cycle.acknowledged"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PowerAcknowledged
+
+
+class BodyPowerCycledEvent(TypedDict):
+    """It has lost its power, or seems to; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.power_cycled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyPowerLoss
+
+
+class BodyPowerLoss(TypedDict):
+    """How sure the gateway is."""
+
+    certain: bool
+
+
+class BodyPowerMarkMissingEvent(TypedDict):
+    """No mark can be kept in it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.power_mark.missing"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: MarkMissing
+
+
+class BodyStatus(TypedDict):
+    """The state of a controller."""
+
+    body_id: str
+    moving: bool
+    status: StatusBits
+    sensors: SensorBits
+    end_causes: list[str]
+    """Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; empty after a normal end, and while the motor moves."""
+    read_at: str
+    """When the first of the three answers came."""
+    age_ms: float
+
+
+class BodyStatusChangedEvent(TypedDict):
+    """Bits of its controller status have changed; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.status.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: StatusChange
+
+
+class BodyStopConfirmedEvent(TypedDict):
+    """The motor stands still, as its controller says; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.stop.confirmed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: StopReport
+
+
+class BodyStopRequestedEvent(TypedDict):
+    """A stop is asked for; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.stop.requested"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: StopReport
+
+
+class BodyStopUnconfirmedEvent(TypedDict):
+    """It is not confirmed after two seconds, and is repeated on; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.stop.unconfirmed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: StopReport
+
+
+class BodyUnreadableEvent(TypedDict):
+    """The health poll could not learn its state; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.unreadable"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Unreadable
+
+
+class Channel(TypedDict):
+    """Eight inputs or outputs."""
+
+    channel: int
+    bits: list[bool]
+    """Bit 0 first."""
+
+
+class Channels(TypedDict):
+    """Inputs or outputs of a robot."""
+
+    robot_id: str
+    channels: list[Channel]
+
+
+class CommandError(TypedDict):
+    """An error with which a controller may refuse a command (RC-420 manual 21)."""
+
+    code: str
+    ja: str
+    en: str
+
+
+class CommandInfo(TypedDict):
+    """A row of the RC-420 command table (RC-420 manual 14 and 19)."""
+
+    code: str
+    """Its three characters; empty where a macro's name takes their place."""
+    name: str
+    """The last part of its route, .../commands/NAME."""
+    title_ja: str
+    title_en: str
+    parameters: dict[str, Any]
+    """JSON Schema of the request body."""
+    reply: dict[str, Any]
+    """JSON Schema of the reply."""
+    usage: list[str]
+    """How the parameters are written on the line."""
+    starts_motion: bool
+    retry: Retry
+    """What comes of repeating it when no reply came. By itself the gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
+    example: list[str]
+    """Commands and replies in turn, as the manual prints them."""
+    family: Literal["rorze"]
+    addressed_to: Literal["body", "line"]
+    modes: list[Literal["stepping", "encoder", "servo"]]
+    """Operating modes in which it is allowed."""
+    while_moving: bool
+    """Whether it is allowed while the motor moves."""
+    in_programs: bool
+    """Whether it is allowed in user programs."""
+    errors: list[CommandError]
+
+
+class CommandList(TypedDict):
+    """The whole tables of both families, in the manuals' order."""
+
+    commands: list[CommandInfo | FicsCommandInfo]
+
+
+class ContinuousMoveRequest(TypedDict):
+    """Move until stopped; only where the configuration has `allow_endless_moves`."""
+
+    kind: Literal["continuous"]
+    direction: Literal["cw", "ccw"]
+    speed: NotRequired[Literal["high", "low"]]
+    """`low` runs at the start speed, without ramps. Left out: high."""
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+
+
+class ControllerEvent(TypedDict):
+    """A frame 7E: the fields that its ESS setting names, in the order they came."""
+
+    C: NotRequired[int | None]
+    """Sensors (CLD)."""
+    M: NotRequired[int | None]
+    """Controller status (9CD)."""
+    S: NotRequired[int | None]
+    I: NotRequired[int | None]
+    """Inputs."""
+    O: NotRequired[int | None]
+    """Outputs."""
+    P: NotRequired[int | None]
+    """Position in pulses."""
+
+
+class EndFrame(TypedDict):
+    """A frame 7D of a body that is not in the configuration."""
+
+    command: str
+    cause: int
+    """The byte of 9MD, 0 after a normal end."""
+
+
+class ErrorsReset(TypedDict):
+    """Who has reset the error that stood."""
+
+    by: str
+    """gateway, or elsewhere."""
+
+
+class EventList(TypedDict):
+    """Some events in their order, and where the list goes on."""
+
+    events: list[
+        LineUpEvent
+        | LineDownEvent
+        | GatewayLoopHeldEvent
+        | GatewayShuttingDownEvent
+        | StreamGapEvent
+        | BodyMoveQueuedEvent
+        | BodyMoveSentEvent
+        | BodyMoveStartedEvent
+        | BodyMoveSucceededEvent
+        | BodyMoveFailedEvent
+        | BodyMoveStoppedEvent
+        | BodyMoveRejectedEvent
+        | BodyMoveCancelledEvent
+        | BodyMoveLostEvent
+        | BodyMoveUnknownEvent
+        | BodyStopRequestedEvent
+        | BodyStopConfirmedEvent
+        | BodyStopUnconfirmedEvent
+        | BodyMotionForeignEvent
+        | BodyOnlineEvent
+        | BodyOfflineEvent
+        | BodyUnreadableEvent
+        | BodyStatusChangedEvent
+        | BodyPowerCycledEvent
+        | BodyPowerCycleAcknowledgedEvent
+        | BodyPowerMarkMissingEvent
+        | BodyControllerEventEvent
+        | BodyEndFrameEvent
+        | BodyLeftMovingEvent
+        | GroupStrangersEvent
+        | LineStrictEvent
+        | LineMessageEvent
+        | LineScanRunningEvent
+        | LineScanFinishedEvent
+        | LineScanFailedEvent
+        | RobotMoveQueuedEvent
+        | RobotMoveSentEvent
+        | RobotMoveStartedEvent
+        | RobotMoveSucceededEvent
+        | RobotMoveFailedEvent
+        | RobotMoveStoppedEvent
+        | RobotMoveRejectedEvent
+        | RobotMoveCancelledEvent
+        | RobotMoveLostEvent
+        | RobotMoveUnknownEvent
+        | RobotMoveOverdueEvent
+        | RobotStopRequestedEvent
+        | RobotStopConfirmedEvent
+        | RobotStopUnconfirmedEvent
+        | RobotStopRefusedEvent
+        | RobotMotionForeignEvent
+        | RobotOnlineEvent
+        | RobotOfflineEvent
+        | RobotUnreadableEvent
+        | RobotErrorEvent
+        | RobotErrorsResetEvent
+        | RobotPowerCycledEvent
+        | RobotSpeedsRestoredEvent
+        | RobotPowerCycleAcknowledgedEvent
+        | RobotUnitChangedEvent
+        | RobotJogStartedEvent
+        | RobotJogStoppingEvent
+        | RobotJogEndedEvent
+        | RobotJogLostEvent
+        | RobotJogStoppedEvent
+        | RobotJogNotStoppedEvent
+        | RobotLeftMovingEvent
+    ]
+    cursor: str
+
+
+class FicsCommandInfo(TypedDict):
+    """A row of the C-HOST command table (C-HOST manual 1-7 and 4-1)."""
+
+    code: str
+    """Its three characters; empty where a macro's name takes their place."""
+    name: str
+    """The last part of its route, .../commands/NAME."""
+    title_ja: str
+    title_en: str
+    parameters: dict[str, Any]
+    """JSON Schema of the request body."""
+    reply: dict[str, Any]
+    """JSON Schema of the reply."""
+    usage: list[str]
+    """How the parameters are written on the line."""
+    starts_motion: bool
+    retry: Retry
+    """What comes of repeating it when no reply came. By itself the gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
+    example: list[str]
+    """Commands and replies in turn, as the manual prints them."""
+    family: Literal["fics"]
+    addressed_to: Literal["robot", "unit"]
+    answered: WhenAnswered
+    """When it is answered; Ver.2 answers only `always`."""
+    blocked_by: list[Block]
+    """What makes the robot refuse it; the manual's letters."""
+    during_upload: bool
+    """Whether it is allowed between POF 1 and POF 2."""
+
+
+class FoundBody(TypedDict):
+    """A body that answered."""
+
+    body_id: str
+    configured: bool
+    """Whether the configuration knows it."""
+
+
+class Gap(TypedDict):
+    """The place in the stream at which events are missing."""
+
+    requested: str
+    """The cursor that was asked for."""
+    first_available: str
+    """The cursor of the oldest event that can be had."""
+
+
+class GatewayLoopHeldEvent(TypedDict):
+    """The gateway was suspended or held up; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.loop.held"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: LoopHeld
+
+
+class GatewayShuttingDownEvent(TypedDict):
+    """Nothing begins any more; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.shutting_down"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ShuttingDown
+
+
+class GroupDefinition(TypedDict):
+    """What a group shall be."""
+
+    members: list[str]
+    """Addresses of bodies on one line, such as 02 or arm.02."""
+    name: NotRequired[str]
+    """Left out: empty."""
+
+
+class GroupInfo(TypedDict):
+    """A group and its members."""
+
+    group_id: str
+    """Its unique address, such as arm.80."""
+    line_id: str
+    name: str
+    members: list[str]
+    """Addresses of the bodies, in the order of their replies."""
+
+
+class GroupList(TypedDict):
+    """All groups."""
+
+    groups: list[GroupInfo]
+
+
+class GroupMove(TypedDict):
+    """One command to a group, with one move for each member."""
+
+    group_id: str
+    moves: list[Move]
+
+
+class GroupPlan(TypedDict):
+    """A group's move that was checked and not sent."""
+
+    group_id: str
+    frame: str
+    """The exact bytes that would be sent, CR as \\r."""
+    members: list[PlannedMove]
+
+
+class GroupStrangersEvent(TypedDict):
+    """Bodies obey the group that do not count among it; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.strangers"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Strangers
+
+
+class HomeRequest(TypedDict):
+    """Search the origin (RC-420 manual 13.5)."""
+
+    kind: Literal["home"]
+    method: NotRequired[
+        Literal["standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204"]
+    ]
+    """Commands 00M, 01M, 02M, 03M and 04M, in this order. Left out: standard."""
+
+
+class InvalidField(TypedDict):
+    """What is wrong with one part of the request."""
+
+    field: str
+    """Where: distance.value"""
+    message: str
+
+
+class JogRequest(TypedDict):
+    """Which axis to jog, and which way (C-HOST manual 2-2)."""
+
+    unit: int
+    axis: str
+    """X Y Z .. for a user axis, A B C .. for a motor axis, @ for theta."""
+    direction: Literal["+", "-"]
+
+
+class JogSession(TypedDict):
+    """An axis that jogs, or has jogged."""
+
+    id: str
+    unit: int
+    axis: str
+    direction: Literal["+", "-"]
+    state: Literal["jogging", "stopping", "ended", "lost", "stopped"]
+    """stopping: the axis is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with the robot or at the end of the gateway."""
+    ends_as: Literal["ended", "lost", "stopped"] | None
+    """The state that follows when the axis stands still; null while it jogs."""
+    heartbeat_within_ms: int
+    """The next heartbeat has to come within this."""
+
+
+class LeftMoving(TypedDict):
+    """What still moves, or is not seen to stand still, when the gateway ends."""
+
+    move_id: str | None
+    """Its move, if it has one."""
+    detail: str
+
+
+class Length(TypedDict):
+    """A distance or a position with its unit."""
+
+    value: float
+    """Pulses are whole numbers, written without a point."""
+    unit: Literal["pulse", "mm", "um", "deg", "mdeg"]
+    """mm, um, deg and mdeg need the body's scale in the configuration."""
+
+
+class LineDown(TypedDict):
+    """Why a line cannot be used."""
+
+    reason: str
+
+
+class LineDownEvent(TypedDict):
+    """Its port has gone, or nobody answers any more; follows each up; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.down"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: LineDown
+
+
+class LineInfo(TypedDict):
+    """A line: one port with an RC-400 and the bodies behind it."""
+
+    line_id: str
+    address: str
+    """The port."""
+    state: LineState
+    down_reason: str | None
+    """Why the line is `down` or `silent`, and what to check; null while it is neither."""
+    waiting: dict[str, int]
+    """Requests waiting in each lane."""
+    counters: dict[str, int]
+    """What has happened on the line since the start."""
+    protocol: Literal["rorze"]
+    controllers: str
+    """What the link master answered to XID."""
+    stop_mode: Literal["interject", "after_reply"]
+    """Whether a stop goes out at the next frame boundary, or after the reply under way."""
+    strict: bool
+    """A reply came twice here lately: an acknowledgement counts only when a fence before and one after it have shown that it was no copy."""
+    bodies: list[str]
+    offline: list[str]
+    """Bodies that do not answer."""
+    groups: list[str]
+
+
+class LineList(TypedDict):
+    """All lines of the configuration."""
+
+    lines: list[LineInfo | RobotLineInfo]
+
+
+class LineMessage(TypedDict):
+    """A frame of a special address that nobody knows."""
+
+    frame: str
+
+
+class LineMessageEvent(TypedDict):
+    """A frame came that nobody knows; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.message"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: LineMessage
+
+
+class LineScanFailedEvent(TypedDict):
+    """It was broken off; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.scan.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Scan
+
+
+class LineScanFinishedEvent(TypedDict):
+    """It has asked all 120 body numbers; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.scan.finished"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Scan
+
+
+class LineScanRunningEvent(TypedDict):
+    """A scan has begun, or has found a body; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.scan.running"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Scan
+
+
+class LineStrictEvent(TypedDict):
+    """A reply came twice, or none has for an hour; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.strict"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Strictness
+
+
+class LineUp(TypedDict):
+    """Who has answered when the line was set up."""
+
+    controllers: NotRequired[str | None]
+    """What an RC-400 answered to XID."""
+    mode: NotRequired[int | None]
+    """The communication mode of a Fics: 2 or 3."""
+
+
+class LineUpEvent(TypedDict):
+    """Somebody answers on the line, and it is set up; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.up"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: LineUp
+
+
+class Liveness(TypedDict):
+    """The gateway's process answers."""
+
+    status: Literal["alive"]
+
+
+class LoopHeld(TypedDict):
+    """For how long the gateway did nothing."""
+
+    seconds: float
+    """0.25 at least."""
+    cancelled: bool
+    """Whether what waited is not sent any more: above 2 s."""
+
+
+class MacroRunRequest(TypedDict):
+    """How to run a macro (C-HOST manual 1-7)."""
+
+    unit: NotRequired[int | None]
+    """The unit that is selected while it runs; left out, the only one."""
+    arguments: NotRequired[list[float | None] | None]
+    """Up to four numbers; null leaves one out."""
+
+
+class MarkMissing(TypedDict):
+    """Why no mark can be kept in a body."""
+
+    comment: int
+    """The number of the user comment, 1-7."""
+    detail: str
+
+
+class Move(TypedDict):
+    """One move of one body."""
+
+    id: str
+    body_id: str
+    """Address of what moves: a body, LINE.3F, or a unit, ROBOT/units/1."""
+    status: MoveStatus
+    command: str
+    """The three characters of the controller's command."""
+    frame: str
+    """The exact bytes, CR as \\r."""
+    evidence: list[str]
+    """How the gateway knows what it says."""
+    error: MoveError | None
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    created_at: str
+    sent_at: str | None
+    acknowledged_at: str | None
+    ended_at: str | None
+    event_cursor: str
+    """Events after this cursor include all later news of the move."""
+    group_id: str | None
+    """The group it was sent to, if it was."""
+    kind: Literal["relative", "absolute", "home", "continuous", "interpolated"]
+    end_cause: str | None
+    """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed or position_mismatch as the gateway found."""
+    start_position: int | None
+    """In pulses, before the move."""
+    target_position: int | None
+    """In pulses, where it can be known beforehand."""
+    position: int | None
+    """In pulses, as last read."""
+    completion: Literal["frame", "polling"] | None
+    """Whether the end was announced by the link master or found by polling."""
+
+
+class MoveError(TypedDict):
+    """Why a move did not succeed, in the words of a problem detail."""
+
+    type: str
+    """The kind of error; stable."""
+    title: str
+    detail: str
+    moved: Literal["no", "yes", "unknown"]
+    """Whether the motor did anything because of this move."""
+    remedy: str
+    controller_error: str | None
+    """The controller's error code, such as 0x51."""
+
+
+class MoveList(TypedDict):
+    """Moves of a body, newest first."""
+
+    moves: list[Move]
+
+
+class Nothing(TypedDict):
+    """The type says all."""
+
+
+class OutputState(TypedDict):
+    """What an output shall be."""
+
+    on: bool
+
+
+class Overdue(TypedDict):
+    """A move that takes longer than its way and its speeds explain."""
+
+    move_id: str
+    longest_s: float | None
+    request_id: str | None
+
+
+class PlannedMove(TypedDict):
+    """A move that was checked and not sent."""
+
+    body_id: str
+    frame: str
+    """The exact bytes that would be sent, CR as \\r."""
+    distance: int | None
+    """Pulses it would emit; null where only the motion itself can tell."""
+    target_position: int | None
+    """In pulses, where it can be known beforehand."""
+    duration_s: float | None
+    """How long pulses would run, with the settings of now."""
+    note: str | None
+    """Why something is not known, or would be refused."""
+
+
+class PlannedRobotMove(TypedDict):
+    """A move that was checked and not sent."""
+
+    body_id: str
+    """Address of the unit, ROBOT/units/1."""
+    frame: str
+    """The exact bytes that would be sent, CR as \\r."""
+    coordinates: Literal["user", "motor"]
+    """Which axes positions are told of."""
+    units: dict[str, str]
+    """By axis: mm, pulse or degree."""
+    start_position: dict[str, float | None] | None
+    """By axis, as it is now; null while the robot does not tell it."""
+    target_position: dict[str, float | None] | None
+    """By axis that moves, where it can be known beforehand."""
+    duration_s: float | None
+    """How long it would move by the settings of now, where that can be calculated."""
+    note: str | None
+    """Why something is not known, or would be refused."""
+
+
+class Position(TypedDict):
+    """Where a motor stands."""
+
+    body_id: str
+    pulses: int
+    value: float | None
+    """The same in `unit`; null without a scale."""
+    unit: str | None
+    read_at: str
+    """When the controller's answer came."""
+    age_ms: float
+    """How old the answer was when it was passed on."""
+
+
+class PositionEntry(TypedDict):
+    """A position to be stored."""
+
+    number: int
+    axes: dict[str, Any]
+    """By name; an axis that is not named is left out."""
+
+
+class PositionTable(TypedDict):
+    """Stored positions of a unit."""
+
+    robot_id: str
+    unit: int
+    positions: list[StoredEntry]
+    ended_at: int | None
+    """The number that is not set, where the robot ended: what is stored behind it has to be asked for from there. Null where `last` was reached."""
+
+
+class PositionUpload(TypedDict):
+    """Positions to be stored; others stay as they are."""
+
+    positions: list[PositionEntry]
+
+
+class Posture(TypedDict):
+    """How the gateway is protected."""
+
+    access: Literal["keys", "open"]
+    """Whether a key is needed."""
+    tls: bool
+    """Whether the gateway itself speaks TLS."""
+    network: bool
+    """Whether other machines may reach it, a proxy's clients included."""
+    weakened: list[Weakened]
+    """Every default of the configuration that protects less than it could."""
+
+
+class PowerAcknowledged(TypedDict):
+    """What lets it go to places again."""
+
+    by: Literal["homing", "set_position", "request"]
+
+
+class Problem(TypedDict):
+    """Why a request was not carried out, as RFC 9457 has it."""
+
+    type: str
+    """The kind of error, urn:motion-gateway:problem:KIND; never changes."""
+    title: str
+    """The kind of error in words."""
+    status: int
+    """The HTTP status."""
+    detail: str
+    """What happened, and what was and was not done to the motor."""
+    instance: str
+    """The path that was asked for."""
+    moved: Literal["no", "yes", "unknown"]
+    """Whether the motor did anything because of this request."""
+    remedy: str
+    """What to do next; may be empty."""
+    retryable: bool
+    """Whether the same request may succeed later."""
+    request_id: NotRequired[str | None]
+    """The header X-Request-Id of this answer, which the line's trace has too."""
+    code: NotRequired[str | None]
+    """The controller's error code, such as 0x51 or E05."""
+    errors: NotRequired[list[InvalidField] | None]
+    """Every part that is not valid."""
+
+
+class RawReply(TypedDict):
+    """What was answered."""
+
+    body_id: str
+    sent: str
+    """The exact bytes, CR as \\r."""
+    reply: str
+    """What followed the code in the reply."""
+    age_ms: float
+
+
+class RawRequest(TypedDict):
+    """A command as it stands on the line, without introducer, body number and CR."""
+
+    text: str
+
+
+class Readiness(TypedDict):
+    """Whether all lines can take commands."""
+
+    ready: bool
+    lines: dict[str, LineState]
+
+
+class RelativeMoveRequest(TypedDict):
+    """Move by a distance (RC-420 manual 13.2)."""
+
+    kind: Literal["relative"]
+    direction: Literal["cw", "ccw"]
+    distance: Length
+    speed: NotRequired[Literal["high", "low"]]
+    """`low` runs at the start speed, without ramps. Left out: high."""
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+
+
+class RobotAbsoluteMoveRequest(TypedDict):
+    """Move axes to a position (C-HOST manual 2-6, 4-3)."""
+
+    coordinates: NotRequired[Literal["user", "motor"]]
+    """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
+    axes: dict[str, Any]
+    """By name; an axis that is not named stays where it is."""
+    kind: Literal["absolute"]
+
+
+class RobotErrorEvent(TypedDict):
+    """An error of the system stands; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.error"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotErrorRecord
+
+
+class RobotErrorRecord(TypedDict):
+    """An error of the system that stands until it is reset (C-HOST manual 2-12, 2-13)."""
+
+    code: str | None
+    """Three digits; null where the answer that named it was lost."""
+    en: str
+    ja: str
+    remedy_en: str
+    remedy_ja: str
+    kind: DetailKind | None
+    """Which kind of error the details tell of; null if not known."""
+    detail: str | None
+    """What ERD has answered."""
+    unit: int | None
+    axis: str | None
+    """The motor axis."""
+    at: str
+
+
+class RobotErrors(TypedDict):
+    """The errors of a robot that stand."""
+
+    robot_id: str
+    errors: list[RobotErrorRecord]
+
+
+class RobotErrorsResetEvent(TypedDict):
+    """The error that stood is reset; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.errors.reset"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ErrorsReset
+
+
+class RobotHomeRequest(TypedDict):
+    """Home all axes, or the mechanism as its program does it (C-HOST manual 2-4)."""
+
+    kind: Literal["home"]
+
+
+class RobotInfo(TypedDict):
+    """A robot as the gateway knows it, without asking it."""
+
+    robot_id: str
+    line_id: str
+    line_state: LineState
+    down_reason: str | None
+    """Why the line's port is not open; null while it is."""
+    name: str
+    online: bool
+    """Whether it can be asked now, as far as is known."""
+    mode: int
+    """Its communication mode: 3, or 2, in which ends are found by polling."""
+    moving: bool | None
+    """Null while out of reach or after a move whose end nobody saw, until it is looked at."""
+    power_cycled: bool
+    """It has lost its power; motion is refused until acknowledged."""
+    error: RobotErrorRecord | None
+    """The error that stands, as far as is known."""
+    units: list[UnitInfo]
+
+
+class RobotJogEndedEvent(TypedDict):
+    """It was ended by request or at a limit, and the axis stands still; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.jog.ended"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: JogSession
+
+
+class RobotJogLostEvent(TypedDict):
+    """Its heartbeat stayed away, and the axis stands still; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.jog.lost"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: JogSession
+
+
+class RobotJogNotStoppedEvent(TypedDict):
+    """The axis did not stand still within a second: the whole robot is being stopped; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.jog.not_stopped"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: JogSession
+
+
+class RobotJogStartedEvent(TypedDict):
+    """An axis jogs; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.jog.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: JogSession
+
+
+class RobotJogStoppedEvent(TypedDict):
+    """A stop or the end of the gateway has ended it, and the axis stands still; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.jog.stopped"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: JogSession
+
+
+class RobotJogStoppingEvent(TypedDict):
+    """The axis is told to stop, and may still move; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.jog.stopping"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: JogSession
+
+
+class RobotLeftMovingEvent(TypedDict):
+    """The gateway ends, and it moves as far as is known; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.left_moving"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: LeftMoving
+
+
+class RobotLineInfo(TypedDict):
+    """A line: one port with a robot."""
+
+    line_id: str
+    address: str
+    """The port."""
+    state: LineState
+    down_reason: str | None
+    """Why the line is `down` or `silent`, and what to check; null while it is neither."""
+    waiting: dict[str, int]
+    """Requests waiting in each lane."""
+    counters: dict[str, int]
+    """What has happened on the line since the start."""
+    protocol: Literal["fics"]
+    robot_id: str
+    mode: int
+    """The robot's communication mode, 3 or 2 (C-HOST manual 1-1-1)."""
+    online: bool
+    """Whether the robot can be asked now, as far as is known."""
+
+
+class RobotList(TypedDict):
+    """All robots of the configuration."""
+
+    robots: list[RobotInfo]
+
+
+class RobotMotionForeignEvent(TypedDict):
+    """It moves, and the gateway has not started that; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.motion.foreign"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Nothing
+
+
+class RobotMove(TypedDict):
+    """One move of one unit; positions are in the units of the axes."""
+
+    id: str
+    body_id: str
+    """Address of what moves: a body, LINE.3F, or a unit, ROBOT/units/1."""
+    status: MoveStatus
+    command: str
+    """The three characters of the controller's command."""
+    frame: str
+    """The exact bytes, CR as \\r."""
+    evidence: list[str]
+    """How the gateway knows what it says."""
+    error: MoveError | None
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    created_at: str
+    sent_at: str | None
+    acknowledged_at: str | None
+    ended_at: str | None
+    event_cursor: str
+    """Events after this cursor include all later news of the move."""
+    robot_id: str
+    unit: int
+    kind: Literal["absolute", "relative", "position", "home", "step", "macro"]
+    coordinates: Literal["user", "motor"]
+    """Which axes positions are told of."""
+    units: dict[str, str]
+    """What positions are counted in, by axis: mm, pulse or degree."""
+    end_cause: str | None
+    """normal, stop_command or error_nnn as the robot says; not_executed, power_cycled or position_mismatch as the gateway found."""
+    start_position: dict[str, float | None] | None
+    """By axis, before the move."""
+    target_position: dict[str, float | None] | None
+    """By axis, where it can be known beforehand."""
+    longest_s: float | None
+    """Seconds it may take by distance and speed, where these are known."""
+    position: dict[str, float | None] | None
+    """By axis, as last read; null while an axis does not know it."""
+    completion: Literal["reply", "inferred"] | None
+    """Whether the robot has answered the move or was seen to have come to rest."""
+
+
+class RobotMoveCancelledEvent(TypedDict):
+    """It was not sent, and will not be; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotMove
+
+
+class RobotMoveFailedEvent(TypedDict):
+    """It has ended otherwise; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotMove
+
+
+class RobotMoveList(TypedDict):
+    """Moves of a unit, newest first."""
+
+    moves: list[RobotMove]
+
+
+class RobotMoveLostEvent(TypedDict):
+    """It could not be followed to its end; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.lost"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotMove
+
+
+class RobotMoveOverdueEvent(TypedDict):
+    """A move takes longer than its way and speeds explain; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.overdue"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Overdue
+
+
+class RobotMoveQueuedEvent(TypedDict):
+    """A move waits for its turn; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.queued"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotMove
+
+
+class RobotMoveRejectedEvent(TypedDict):
+    """The controller has refused its command, or has not executed it: nothing moved; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.rejected"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotMove
+
+
+class RobotMoveSentEvent(TypedDict):
+    """Its command is on the wire; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.sent"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotMove
+
+
+class RobotMoveStartedEvent(TypedDict):
+    """It is seen to move; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotMove
+
+
+class RobotMoveStoppedEvent(TypedDict):
+    """A stop has ended it; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.stopped"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotMove
+
+
+class RobotMoveSucceededEvent(TypedDict):
+    """It has ended as it should; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotMove
+
+
+class RobotMoveUnknownEvent(TypedDict):
+    """Nobody can tell whether it was executed, or how it has ended; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.move.unknown"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotMove
+
+
+class RobotOfflineEvent(TypedDict):
+    """It does not answer any more; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.offline"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Nothing
+
+
+class RobotOnlineEvent(TypedDict):
+    """It answers again; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.online"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Nothing
+
+
+class RobotPositionMoveRequest(TypedDict):
+    """Move to a stored position (C-HOST manual 2-16)."""
+
+    kind: Literal["position"]
+    position: int
+    """Number of the position, 1-1999; it has to be set."""
+
+
+class RobotPowerCycleAcknowledgedEvent(TypedDict):
+    """Somebody knows of the loss of power; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.power_cycle.acknowledged"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Nothing
+
+
+class RobotPowerCycledEvent(TypedDict):
+    """It has lost its power, or seems to; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.power_cycled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotPowerLoss
+
+
+class RobotPowerLoss(TypedDict):
+    """How sure the gateway is, and what it will set again."""
+
+    speeds: dict[str, dict[str, dict[str, float]]]
+    full_speed: dict[str, dict[str, list[str]]]
+    certain: bool
+
+
+class RobotRelativeMoveRequest(TypedDict):
+    """Move axes by an amount (C-HOST manual 2-5, 4-2)."""
+
+    coordinates: NotRequired[Literal["user", "motor"]]
+    """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
+    axes: dict[str, Any]
+    """By name; an axis that is not named stays where it is."""
+    kind: Literal["relative"]
+
+
+class RobotSpeedsRestoredEvent(TypedDict):
+    """The speeds that were known are set again; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.speeds.restored"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: SpeedsKnown
+
+
+class RobotStepRequest(TypedDict):
+    """Move one axis by a few of the smallest amounts it displays (C-HOST manual 2-3)."""
+
+    kind: Literal["step"]
+    axis: str
+    steps: int
+    """1-255 in either direction."""
+
+
+class RobotStopConfirmedEvent(TypedDict):
+    """All axes stand still, as the robot says; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.stop.confirmed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotStopReport
+
+
+class RobotStopRefusedEvent(TypedDict):
+    """The robot has refused the stop; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.stop.refused"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: StopRefusal
+
+
+class RobotStopReport(TypedDict):
+    """How far the stop of a robot has come."""
+
+    robot_id: str
+    state: Literal["requested", "sent", "acknowledged", "confirmed", "not_sent"]
+    """Only confirmed means that the robot itself reports standstill of all axes."""
+    detail: str | None
+    """Why it is not confirmed."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it first."""
+    units_unknown: list[int]
+    """Units of which the robot has not told whether they stand still."""
+
+
+class RobotStopRequestedEvent(TypedDict):
+    """A stop is asked for; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.stop.requested"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotStopReport
+
+
+class RobotStopUnconfirmedEvent(TypedDict):
+    """It is not confirmed after two seconds, and is repeated on; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.stop.unconfirmed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotStopReport
+
+
+class RobotUnitChangedEvent(TypedDict):
+    """Somebody else has selected another unit; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.unit.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: UnitChange
+
+
+class RobotUnreadableEvent(TypedDict):
+    """The watch could not learn its state; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.unreadable"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Unreadable
+
+
+class Scan(TypedDict):
+    """One scan of a line."""
+
+    id: str
+    line_id: str
+    status: Literal["running", "finished", "failed"]
+    found: list[FoundBody]
+    asked: int
+    """Body numbers asked so far, of 120."""
+    error: str | None
+    started_at: str
+    ended_at: str | None
+
+
+class SensorBits(TypedDict):
+    """The sensors, bits of CLD (RC-420 manual 14)."""
+
+    stall: bool
+    origin: bool
+    cw_limit: bool
+    ccw_limit: bool
+    in_position: bool
+    ems: bool
+
+
+class SettingsChange(TypedDict):
+    """Settings to change; what is not named stays as it is, and so do axes that are not named."""
+
+    smooth_acceleration: NotRequired[bool | None]
+    """S-curve; of all axes of the unit."""
+    speed_percent: NotRequired[dict[str, Any] | None]
+    """Percent of the maximum speed, 0.1-100."""
+    maximum_speed: NotRequired[dict[str, Any] | None]
+    acceleration_time_ms: NotRequired[dict[str, Any] | None]
+    """In milliseconds, 1-9999."""
+    deceleration_time_ms: NotRequired[dict[str, Any] | None]
+    """In milliseconds, 1-9999."""
+    upper_soft_limit: NotRequired[dict[str, Any] | None]
+    lower_soft_limit: NotRequired[dict[str, Any] | None]
+    start_speed_pps: NotRequired[dict[str, Any] | None]
+    """In pulses per second, 0-9999."""
+    homing_type: NotRequired[dict[str, Any] | None]
+    """0 encoder Z phase, 1 no Z phase, 2 and 3 the same without turning back at the sensor, 4 and 5 the same with the limit sensor for the origin sensor, 6 fast with Z phase."""
+    homing_offset: NotRequired[dict[str, Any] | None]
+    homing_speed: NotRequired[dict[str, Any] | None]
+    index_search_speed: NotRequired[dict[str, Any] | None]
+    motor_speed_percent: NotRequired[dict[str, Any] | None]
+    """Percent of the maximum speed, 0.1-100."""
+    motor_maximum_speed: NotRequired[dict[str, Any] | None]
+    motor_acceleration_time_ms: NotRequired[dict[str, Any] | None]
+    """In milliseconds, 1-9999."""
+    motor_deceleration_time_ms: NotRequired[dict[str, Any] | None]
+    """In milliseconds, 1-9999."""
+    motor_upper_soft_limit: NotRequired[dict[str, Any] | None]
+    motor_lower_soft_limit: NotRequired[dict[str, Any] | None]
+
+
+class ShuttingDown(TypedDict):
+    """How the gateway ends."""
+
+    on_exit: str
+    """What becomes of motors that move, as configured."""
+
+
+class SpeedAccepted(TypedDict):
+    """The controller has accepted a change of speed."""
+
+    body_id: str
+    command: str
+    """The three characters of the controller's command."""
+
+
+class SpeedDecrease(TypedDict):
+    """Decelerate to the start speed: command 5DS."""
+
+    mode: Literal["decelerate"]
+
+
+class SpeedIncrease(TypedDict):
+    """Accelerate to the maximum speed: command 5AS."""
+
+    mode: Literal["accelerate"]
+
+
+class SpeedSetting(TypedDict):
+    """Change to a speed: command 5CS."""
+
+    mode: Literal["change"]
+    speed: int
+    """In pulses per second."""
+
+
+class SpeedsKnown(TypedDict):
+    """The speeds in percent that are set again, and the axes that are at 100 %: by unit and coordinates."""
+
+    speeds: dict[str, dict[str, dict[str, float]]]
+    full_speed: dict[str, dict[str, list[str]]]
+
+
+class StatusBits(TypedDict):
+    """The bits of 9CD (RC-420 manual 13.8.1). The errors stay until they are cleared."""
+
+    pulses_running: bool
+    limit_error: bool
+    ems_error: bool
+    command_error: bool
+    initialisation_error: bool
+    range_error: bool
+    stall_error: bool
+    communication_error: bool
+
+
+class StatusChange(TypedDict):
+    """The bits of its controller status that are set (RC-420 manual 13.8.1)."""
+
+    status: list[str]
+
+
+class StopRefusal(TypedDict):
+    """How far a stop has come that the robot has refused."""
+
+    robot_id: str
+    state: Literal["requested", "sent", "acknowledged", "confirmed", "not_sent"]
+    """Only confirmed means that the robot itself reports standstill of all axes."""
+    detail: str | None
+    """Why it is not confirmed."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it first."""
+    units_unknown: list[int]
+    """Units of which the robot has not told whether they stand still."""
+    error: str
+    """The refusal, such as E03."""
+
+
+class StopReport(TypedDict):
+    """How far the stop of one body has come."""
+
+    body_id: str
+    state: Literal["requested", "sent", "acknowledged", "confirmed", "not_sent"]
+    """Only confirmed means that the controller itself reports standstill."""
+    position: int | None
+    """In pulses, at standstill."""
+    detail: str | None
+    """Why it is not confirmed."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it first."""
+
+
+class StopRequest(TypedDict):
+    """How to stop."""
+
+    mode: NotRequired[Literal["decelerate", "immediate"]]
+    """`decelerate` is command 5SS, `immediate` is 5IS (RC-420 manual 14); for robots ASS and AES (C-HOST manual 2-7, 2-8). Left out: decelerate."""
+
+
+class StopResult(TypedDict):
+    """How far the stop has come, after two seconds at most."""
+
+    confirmed: bool
+    """Whether every controller reports standstill. If not, use the hardware stop."""
+    bodies: list[StopReport]
+    robots: list[RobotStopReport]
+
+
+class StoredEntry(TypedDict):
+    """A stored position."""
+
+    number: int
+    axes: dict[str, AxisValue]
+    """By name, without the axes it has no coordinate for."""
+
+
+class Strangers(TypedDict):
+    """Bodies that have obeyed a command to a group, and are no members of it."""
+
+    bodies: list[str]
+
+
+class StreamGapEvent(TypedDict):
+    """Events are missing at this place of the stream; about `/events`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["stream.gap"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Gap
+
+
+class Strictness(TypedDict):
+    """Whether acknowledgements are believed only between two fences."""
+
+    strict: bool
+
+
+class Ticket(TypedDict):
+    """What opens one event stream."""
+
+    ticket: str
+    """To be sent as the query parameter `ticket` of /events or /events/stream."""
+    expires_in_s: float
+    """It is good for so long, and once."""
+
+
+class Trace(TypedDict):
+    """The newest records of a line, oldest first."""
+
+    line_id: str
+    entries: list[TraceRecord]
+
+
+class TraceRecord(TypedDict):
+    """What happened on the port at one moment."""
+
+    at: str
+    """UTC wall time, which jumps when the clock is set."""
+    monotonic_ns: int
+    """A clock that never jumps."""
+    kind: Literal["rx", "tx", "opened", "lost", "closed"]
+    data: str
+    """The bytes; unprintable ones as \\r, \\n, \\t or \\x00."""
+    caller: NotRequired[str | None]
+    """Who had it sent: an interface and a client's address, or `gateway: fence`."""
+    request_id: NotRequired[str | None]
+    """The X-Request-Id of the request behind it."""
+
+
+class UnitChange(TypedDict):
+    """The selected unit, as the gateway had left it and as it was found."""
+
+    expected: int
+    found: int
+
+
+class UnitInfo(TypedDict):
+    """A unit of a robot as the gateway knows it, without asking it."""
+
+    robot_id: str
+    number: int
+    axes: list[AxisInfo]
+    """User axes, in the robot's order."""
+    motor_axes: list[AxisInfo]
+    """Motor axes; the same ones where nothing is converted."""
+    move_id: str | None
+    """The move that is not over yet."""
+
+
+class UnitPosition(TypedDict):
+    """Where the axes of a unit stand."""
+
+    robot_id: str
+    unit: int
+    coordinates: Literal["user", "motor"]
+    axes: dict[str, AxisPlace]
+    read_at: str
+    """When the robot's answer came."""
+    age_ms: float
+    """How old the answer was when it was passed on."""
+
+
+class UnitSettings(TypedDict):
+    """The settings of a unit; after a change those that were changed, read back."""
+
+    robot_id: str
+    unit: int
+    smooth_acceleration: NotRequired[bool | None]
+    """S-curve; of all axes of the unit."""
+    speed_percent: NotRequired[dict[str, float] | None]
+    """100 after power-on."""
+    maximum_speed: NotRequired[dict[str, AxisValue] | None]
+    acceleration_time_ms: NotRequired[dict[str, int] | None]
+    deceleration_time_ms: NotRequired[dict[str, int] | None]
+    upper_soft_limit: NotRequired[dict[str, AxisValue] | None]
+    lower_soft_limit: NotRequired[dict[str, AxisValue] | None]
+    start_speed_pps: NotRequired[dict[str, int] | None]
+    homing_type: NotRequired[dict[str, int] | None]
+    """0 encoder Z phase, 1 no Z phase, 2 and 3 the same without turning back at the sensor, 4 and 5 the same with the limit sensor for the origin sensor, 6 fast with Z phase."""
+    homing_offset: NotRequired[dict[str, AxisValue] | None]
+    homing_speed: NotRequired[dict[str, AxisValue] | None]
+    index_search_speed: NotRequired[dict[str, AxisValue] | None]
+    motor_speed_percent: NotRequired[dict[str, float] | None]
+    """100 after power-on."""
+    motor_maximum_speed: NotRequired[dict[str, AxisValue] | None]
+    motor_acceleration_time_ms: NotRequired[dict[str, int] | None]
+    motor_deceleration_time_ms: NotRequired[dict[str, int] | None]
+    motor_upper_soft_limit: NotRequired[dict[str, AxisValue] | None]
+    motor_lower_soft_limit: NotRequired[dict[str, AxisValue] | None]
+
+
+class UnitStatus(TypedDict):
+    """How a unit is."""
+
+    robot_id: str
+    unit: int
+    moving: bool
+    """Whether an axis moves, or a macro, homing or a move is under way."""
+    axes: dict[str, AxisState]
+    """By motor axis."""
+    read_at: str
+    """When the answer to ACD came, the first of the two."""
+    age_ms: float
+
+
+class Unreadable(TypedDict):
+    """Why the state could not be learned."""
+
+    detail: str
+
+
+class Uploaded(TypedDict):
+    """Positions that were stored."""
+
+    robot_id: str
+    unit: int
+    count: int
+
+
+class VariableSetting(TypedDict):
+    """What a variable shall hold."""
+
+    value: float
+
+
+class VariableValue(TypedDict):
+    """A variable and what it holds."""
+
+    number: int
+    """Number of the variable, 0-99."""
+    value: float
+
+
+class Variables(TypedDict):
+    """Variables of a robot."""
+
+    robot_id: str
+    variables: list[VariableValue]
+
+
+class Version(TypedDict):
+    """What is running here."""
+
+    name: str
+    version: str
+    """Semantic version of the gateway."""
+
+
+class Weakened(TypedDict):
+    """A setting that protects less than its default."""
+
+    setting: str
+    """As the configuration writes it."""
+    value: str | None
+    """What it is set to; null to those who are no admins."""
+    meaning: str
+    """What that allows."""
+
+
+class WentOffline(TypedDict):
+    """Why a body counts as silent."""
+
+    asked: bool
+    """False where nobody on its line was heard, and it was not asked itself."""
+
+
+Block: TypeAlias = Literal["a", "b", "c", "d"]
+
+
+DetailKind: TypeAlias = Literal["none", "emergency", "driver", "connection", "timeout", "fics", "unreadable"]
+
+
+LineState: TypeAlias = Literal["down", "silent", "setting_up", "ready", "out_of_step"]
+
+
+MoveStatus: TypeAlias = Literal[
+    "queued", "sent", "moving", "succeeded", "failed", "stopped", "rejected", "cancelled", "lost", "unknown"
+]
+
+
+Retry: TypeAlias = Literal["read", "setting", "conditional", "never", "stop"]
+
+
+WhenAnswered: TypeAlias = Literal["always", "on_completion", "at_once"]
+
+
+Event: TypeAlias = (
+    LineUpEvent
+    | LineDownEvent
+    | GatewayLoopHeldEvent
+    | GatewayShuttingDownEvent
+    | StreamGapEvent
+    | BodyMoveQueuedEvent
+    | BodyMoveSentEvent
+    | BodyMoveStartedEvent
+    | BodyMoveSucceededEvent
+    | BodyMoveFailedEvent
+    | BodyMoveStoppedEvent
+    | BodyMoveRejectedEvent
+    | BodyMoveCancelledEvent
+    | BodyMoveLostEvent
+    | BodyMoveUnknownEvent
+    | BodyStopRequestedEvent
+    | BodyStopConfirmedEvent
+    | BodyStopUnconfirmedEvent
+    | BodyMotionForeignEvent
+    | BodyOnlineEvent
+    | BodyOfflineEvent
+    | BodyUnreadableEvent
+    | BodyStatusChangedEvent
+    | BodyPowerCycledEvent
+    | BodyPowerCycleAcknowledgedEvent
+    | BodyPowerMarkMissingEvent
+    | BodyControllerEventEvent
+    | BodyEndFrameEvent
+    | BodyLeftMovingEvent
+    | GroupStrangersEvent
+    | LineStrictEvent
+    | LineMessageEvent
+    | LineScanRunningEvent
+    | LineScanFinishedEvent
+    | LineScanFailedEvent
+    | RobotMoveQueuedEvent
+    | RobotMoveSentEvent
+    | RobotMoveStartedEvent
+    | RobotMoveSucceededEvent
+    | RobotMoveFailedEvent
+    | RobotMoveStoppedEvent
+    | RobotMoveRejectedEvent
+    | RobotMoveCancelledEvent
+    | RobotMoveLostEvent
+    | RobotMoveUnknownEvent
+    | RobotMoveOverdueEvent
+    | RobotStopRequestedEvent
+    | RobotStopConfirmedEvent
+    | RobotStopUnconfirmedEvent
+    | RobotStopRefusedEvent
+    | RobotMotionForeignEvent
+    | RobotOnlineEvent
+    | RobotOfflineEvent
+    | RobotUnreadableEvent
+    | RobotErrorEvent
+    | RobotErrorsResetEvent
+    | RobotPowerCycledEvent
+    | RobotSpeedsRestoredEvent
+    | RobotPowerCycleAcknowledgedEvent
+    | RobotUnitChangedEvent
+    | RobotJogStartedEvent
+    | RobotJogStoppingEvent
+    | RobotJogEndedEvent
+    | RobotJogLostEvent
+    | RobotJogStoppedEvent
+    | RobotJogNotStoppedEvent
+    | RobotLeftMovingEvent
+)

@@ -1,0 +1,57 @@
+"""What somebody shows to be let in: a key, or a token of an OpenID provider."""
+
+import time
+from collections.abc import Callable
+from typing import Final, Protocol
+
+from gateway.access.grants import Grant
+from gateway.access.keys import KeyStore
+
+KEY: Final = "mg_"
+"""What every key begins with."""
+
+
+class TokenVerifier(Protocol):
+    """Checks tokens that are no keys."""
+
+    def verify(self, token: str) -> Grant | None:
+        """Find out who has a token; None if it is not good.
+
+        :raises NotPermitted: it is good, and gives no role here.
+        """
+
+
+class Credentials:
+    """All that is taken. Without a store no key is good, and without a verifier no token."""
+
+    def __init__(
+        self,
+        keys: KeyStore | None = None,
+        tokens: TokenVerifier | None = None,
+        clock: Callable[[], float] = time.time,
+    ) -> None:
+        self._keys = keys
+        self._tokens = tokens
+        self._clock = clock
+        self._known: dict[str, Grant] = {}
+
+    def verify(self, shown: str) -> Grant | None:
+        """Find out who shows this; None if it is not good now.
+
+        :raises NotPermitted: a token is good, and gives no role here.
+        """
+        if not shown.startswith(KEY):
+            return self._tokens.verify(shown) if self._tokens else None
+        key = self._keys.verify(shown) if self._keys else None
+        if key is None:
+            return None
+        grant = self._known.get(key.prefix)
+        if grant is None or grant.key is not key:
+            grant = self._known[key.prefix] = Grant(key.principal(), key)
+        return grant
+
+    def holds(self, grant: Grant) -> bool:
+        """Whether what was found good before still is."""
+        if grant.key is not None:
+            return self._keys is not None and self._keys.has(grant.key)
+        return grant.expires is not None and self._clock() < grant.expires

@@ -1,0 +1,24 @@
+"""Why somebody is refused."""
+
+from gateway.core.errors import GatewayError, NotSent
+
+
+class NotAuthenticated(GatewayError):
+    """Nobody knows who asks."""
+
+    kind = "not-authenticated"
+    title = "A valid key is needed"
+
+
+class NotPermitted(GatewayError):
+    """The one who asks does not have the right, or not on this body, group, line or robot."""
+
+    kind = "not-permitted"
+    title = "The key does not allow it"
+
+
+class LimitReached(NotSent):
+    """A key has as many requests, subscribers or moves as it may have."""
+
+    kind = "limit-reached"
+    title = "The key is at its limit"

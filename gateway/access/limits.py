@@ -1,0 +1,97 @@
+"""How much one key may take up, so that no client crowds out the others. Stops are never counted."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from time import monotonic
+from typing import Final
+
+from gateway.access.errors import LimitReached
+
+
+class Use(Enum):
+    """What a request takes up."""
+
+    STOP = auto()
+    REQUEST = auto()
+    MOVE = auto()
+    SUBSCRIBER = auto()
+
+
+_COUNTED_AS: Final = {Use.REQUEST: Use.REQUEST, Use.MOVE: Use.REQUEST, Use.SUBSCRIBER: Use.SUBSCRIBER}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one key may have."""
+
+    subscribers: int = 50
+    """Event streams at once."""
+    requests: int = 200
+    """Requests under way at once."""
+    moves_per_s: int = 20
+    """Requests that need the right to operate; as many may come together."""
+
+
+@dataclass
+class _Usage:
+    room: float
+    at: float
+    under_way: dict[Use, int] = field(default_factory=lambda: dict.fromkeys(Use, 0))
+
+
+class Usages:
+    """What each key takes up now."""
+
+    def __init__(self, limits: Limits, clock: Callable[[], float] = monotonic) -> None:
+        self._limits = limits
+        self._clock = clock
+        self._of: dict[str, _Usage] = {}
+
+    def begin(self, key: str, use: Use) -> None:
+        """Count a request.
+
+        :raises LimitReached: the key has as many already; nothing was sent.
+        """
+        if use is Use.STOP:
+            return
+        usage = self._of.get(key)
+        if usage is None:
+            usage = self._of[key] = _Usage(self._limits.moves_per_s, self._clock())
+        self._require_room(usage, use)
+        usage.under_way[_COUNTED_AS[use]] += 1
+
+    def end(self, key: str, use: Use) -> None:
+        """A request that was begun is over."""
+        if use is not Use.STOP:
+            self._of[key].under_way[_COUNTED_AS[use]] -= 1
+
+    @contextmanager
+    def using(self, key: str, use: Use) -> Iterator[None]:
+        """Count a request as long as it lasts; errors as of `begin`."""
+        self.begin(key, use)
+        try:
+            yield
+        finally:
+            self.end(key, use)
+
+    def _require_room(self, usage: _Usage, use: Use) -> None:
+        limits = self._limits
+        if use is Use.SUBSCRIBER:
+            if usage.under_way[use] >= limits.subscribers:
+                raise _reached(f"{limits.subscribers} event streams")
+            return
+        if usage.under_way[Use.REQUEST] >= limits.requests:
+            raise _reached(f"{limits.requests} requests under way")
+        if use is Use.MOVE:
+            now = self._clock()
+            grown = usage.room + (now - usage.at) * limits.moves_per_s
+            usage.room, usage.at = min(float(limits.moves_per_s), grown), now
+            if usage.room < 1:
+                raise _reached(f"{limits.moves_per_s} moves in a second")
+            usage.room -= 1
+
+
+def _reached(what: str) -> LimitReached:
+    return LimitReached(f"The key has {what}, and may have no more; nothing was sent.", "Try again later.")

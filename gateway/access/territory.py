@@ -1,0 +1,136 @@
+"""Which part of a plant a scope covers, and the one check of rights that all front ends share."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from gateway.access.errors import NotPermitted
+from gateway.access.principal import Principal
+from gateway.access.roles import RIGHTS_OF
+from gateway.core.addresses import numbered_address
+from gateway.core.errors import NotFound
+from gateway.core.rights import Right
+from gateway.fics.family import Fics
+from gateway.plant import Plant
+from gateway.rorze.family import Rorze
+
+
+class Part(NamedTuple):
+    """A body, a robot or a whole line, and the line it is on."""
+
+    line_id: str
+    address: str
+
+
+class Territory:
+    """The addresses of a plant.
+
+    A line covers its bodies, groups and robot. A command to a group needs all that are members now. A group
+    in a scope covers the members that the configuration gives it: a group defined anew gives nobody more.
+    """
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
+        self._bodies, self._robots = plant.family(Rorze), plant.family(Fics)
+        self._configured = {
+            group.address: [Part(group.line.id, member.address) for member in group.members]
+            for group in self._bodies.groups()
+        }
+        self._covered: dict[frozenset[str], frozenset[str]] = {}
+
+    def forget(self) -> None:
+        """Look anew at what scopes cover: there are other bodies, groups or robots now."""
+        self._covered.clear()
+
+    def require(self, principal: Principal, right: Right, *addresses: str) -> None:
+        """Refuse somebody who does not have the right on all of these; on none means on the whole plant.
+
+        A stop takes no scope: whoever has any valid credential may stop everything.
+
+        :raises NotPermitted: the role or the scope does not allow it; nothing was sent.
+        :raises Ambiguous: an address fits several lines.
+        """
+        self.require_right(principal, right)
+        if principal.scope is None or right in (Right.OPEN, Right.STOP):
+            return
+        if not addresses:
+            raise NotPermitted(
+                f"This is about the whole plant, and the key {principal.name} is for "
+                f"{', '.join(sorted(principal.scope)) or 'nothing'}; nothing was sent.",
+                "Name what is meant, or use a key without a scope.",
+            )
+        for address in addresses:
+            if not self.covers(principal, address):
+                raise NotPermitted(
+                    f"The key {principal.name} is not for {address}; nothing was sent.",
+                    "Use a key whose scope has it, and all members of it if it is a group.",
+                )
+
+    @staticmethod
+    def require_right(principal: Principal, right: Right) -> None:
+        """Refuse somebody whose role does not have a right at all.
+
+        :raises NotPermitted: it does not; nothing was sent.
+        """
+        if right not in RIGHTS_OF[principal.role]:
+            raise NotPermitted(
+                f"This takes the right {right}, which the role {principal.role} of {principal.name} does not "
+                "have; nothing was sent.",
+                "Use a key with a higher role.",
+            )
+
+    def covers(self, principal: Principal, address: str) -> bool:
+        """Whether all that an address means is in somebody's scope; what there is not is in none.
+
+        :raises Ambiguous: it fits several lines.
+        """
+        if principal.scope is None:
+            return True
+        wanted = self._parts(address)
+        if not wanted:
+            return False
+        covered = self._covered.get(principal.scope)
+        if covered is None:
+            covered = frozenset(it for name in principal.scope for it in self._meant_by(name))
+            self._covered[principal.scope] = covered
+        return all(part.address in covered or part.line_id in covered for part in wanted)
+
+    def _meant_by(self, name: str) -> Iterable[str]:
+        """The addresses that a name in a scope covers: none, if it fits nothing or several lines."""
+        fitting = [address for address in self._configured if _fits(name, address)]
+        if len(fitting) == 1:
+            return [part.address for part in self._configured[fitting[0]]]
+        bodies = [body.address for body in self._bodies.bodies() if _fits(name, body.address)]
+        if len(bodies) == 1:
+            return bodies
+        return [name] if name in self._plant.ports() or self._robot(name) else []
+
+    def _parts(self, address: str) -> list[Part]:
+        if address in self._plant.ports():
+            return [Part(address, address)]
+        robot = self._robot(address.partition("/")[0])
+        if robot:
+            return [robot]
+        try:
+            body = self._bodies.body(address)
+            return [Part(body.line.id, body.address)]
+        except NotFound:
+            return self._parts_of_group(numbered_address(address))
+
+    def _parts_of_group(self, address: str) -> list[Part]:
+        try:
+            group = self._bodies.group(address)
+            return [Part(group.line.id, member.address) for member in group.members]
+        except NotFound:
+            # To define a new group is a matter of the whole line.
+            line_id = address.rpartition(".")[0]
+            return [Part(line_id, line_id)] if line_id in self._plant.ports() else []
+
+    def _robot(self, robot_id: str) -> Part | None:
+        parts = (Part(robot.line.id, robot.id) for robot in self._robots.robots() if robot.id == robot_id)
+        return next(parts, None)
+
+
+def _fits(name: str, address: str) -> bool:
+    """Whether a name, `3F` or `line1.3F`, fits an address."""
+    written = numbered_address(name)
+    return written == address or ("." not in written and address.endswith(f".{written}"))

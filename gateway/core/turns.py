@@ -1,0 +1,77 @@
+"""Turns for those that wait for news: many of them, and none of the gateway's work waits for them."""
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Callable
+from time import perf_counter
+
+SLICE = 128
+"""Turns that follow one another before the loop has one."""
+SLICE_S = 0.002
+"""Turns that take longer end a slice."""
+PAUSE = 3
+"""A pause is so many times as long as the slice before it: turns take a quarter of the time at most."""
+LONGEST_PAUSE_S = 0.1
+
+Turn = Callable[[], None]
+
+
+class Turns:
+    """Gives each that waits a turn: at news, and soon where there is more to be done.
+
+    Turns come in slices with pauses between them. What happens in a pause is news for one turn, not for many.
+    """
+
+    def __init__(self, clock: Callable[[], float] = perf_counter) -> None:
+        self._clock = clock
+        self._due: OrderedDict[object, Turn] = OrderedDict()
+        self._waiting: OrderedDict[object, Turn] = OrderedDict()
+        self._new = False
+        self._next: asyncio.Handle | None = None
+
+    @property
+    def idle(self) -> bool:
+        """Whether nobody waits for a turn."""
+        return not self._due and not self._waiting
+
+    def at_news(self, whose: object, turn: Turn) -> None:
+        """Give somebody a turn at the next news."""
+        self._waiting[whose] = turn
+
+    def soon(self, whose: object, turn: Turn) -> None:
+        """Give somebody a turn after those that are due."""
+        self._due[whose] = turn
+        self._go_on()
+
+    def forget(self, whose: object) -> None:
+        """Give somebody no turn."""
+        self._waiting.pop(whose, None)
+        self._due.pop(whose, None)
+
+    def news(self) -> None:
+        """Something has happened."""
+        if self._waiting:
+            self._new = True
+            self._go_on()
+
+    def _go_on(self) -> None:
+        if self._next is None:
+            self._next = asyncio.get_running_loop().call_soon(self._slice)
+
+    def _slice(self) -> None:
+        began = self._clock()
+        if self._new and not self._due:
+            self._due, self._waiting, self._new = self._waiting, self._due, False
+        left, now = SLICE, began
+        while self._due and left and now - began <= SLICE_S:
+            _, turn = self._due.popitem(last=False)
+            turn()
+            left -= 1
+            now = self._clock()
+        pause_s = min(PAUSE * (now - began), LONGEST_PAUSE_S)
+        self._next = asyncio.get_running_loop().call_later(pause_s, self._resume)
+
+    def _resume(self) -> None:
+        self._next = None
+        if self._due or self._new:
+            self._slice()

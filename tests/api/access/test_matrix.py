@@ -1,0 +1,320 @@
+"""Every route and every kind of front end, for every role, in and out of scope: who gets in."""
+
+import asyncio
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+from fastapi import FastAPI
+from httpx2 import ASGITransport, AsyncClient
+from starlette.routing import BaseRoute
+from starlette.types import Message, Scope
+
+from api.app import create_app
+from api.common.access import Access, Passage
+from api.common.routes import SocketRoute
+from gateway.access.roles import Role
+from gateway.config import Config
+from gateway.core.errors import GatewayError
+from gateway.core.rights import RIGHT_OF, Right
+from gateway.plant import Plant
+from protocols.fics.commands import ROWS
+from protocols.rorze.commands import COMMANDS
+from tests.api.access.guarded import Keys
+from tests.api.stand import HOST
+
+MAY: Final = {
+    Role.VIEWER: "view stop",
+    Role.OPERATOR: "view stop operate",
+    Role.SETUP: "view stop operate setup",
+    Role.ADMIN: "view stop operate setup admin",
+}
+TABLE: Final = """
+GET       /bodies                                        view     any
+GET       /bodies/{body_id}                              view     body
+GET       /bodies/{body_id}/position                     view     body
+GET       /bodies/{body_id}/status                       view     body
+PUT       /bodies/{body_id}/position                     setup    body
+POST      /bodies/{body_id}/speed                        operate  body
+POST      /bodies/{body_id}/power-cycle/acknowledge      operate  body
+POST      /bodies/{body_id}/moves                        operate  body
+GET       /bodies/{body_id}/moves                        view     body
+GET       /bodies/{body_id}/moves/{move_id}              view     body
+POST      /bodies/{body_id}/raw                          setup    body
+POST      /bodies/{body_id}/stop                         stop     body
+POST      /stop                                          stop     plant
+GET       /groups                                        view     any
+GET       /groups/{group_id}                             view     group
+PUT       /groups/{group_id}                             setup    group
+POST      /groups/{group_id}/moves                       operate  group
+POST      /groups/{group_id}/stop                        stop     group
+GET       /lines                                         view     any
+GET       /lines/{line_id}                               view     line
+POST      /lines/{line_id}/scans                         setup    line
+GET       /lines/{line_id}/scans/{scan_id}               view     line
+GET       /lines/{line_id}/trace                         view     line
+GET       /robots                                        view     any
+GET       /robots/{robot_id}                             view     robot
+GET       /robots/{robot_id}/units/{unit}                view     robot
+GET       /robots/{robot_id}/units/{unit}/position       view     robot
+GET       /robots/{robot_id}/units/{unit}/status         view     robot
+GET       /robots/{robot_id}/errors                      view     robot
+POST      /robots/{robot_id}/errors/reset                operate  robot
+POST      /robots/{robot_id}/power-cycle/acknowledge     operate  robot
+POST      /robots/{robot_id}/stop                        stop     robot
+POST      /robots/{robot_id}/units/{unit}/stop           stop     robot
+POST      /robots/{robot_id}/units/{unit}/moves          operate  robot
+GET       /robots/{robot_id}/units/{unit}/moves          view     robot
+GET       /robots/{robot_id}/units/{unit}/moves/{move_id} view    robot
+POST      /robots/{robot_id}/macros/{name}/runs          operate  robot
+POST      /robots/{robot_id}/jogs                        operate  robot
+POST      /robots/{robot_id}/jogs/{jog_id}/heartbeat     operate  robot
+POST      /robots/{robot_id}/jogs/{jog_id}/stop          stop     robot
+GET       /robots/{robot_id}/units/{unit}/positions      view     robot
+PUT       /robots/{robot_id}/units/{unit}/positions      setup    robot
+GET       /robots/{robot_id}/units/{unit}/positions.csv  view     robot
+PUT       /robots/{robot_id}/units/{unit}/positions.csv  setup    robot
+GET       /robots/{robot_id}/units/{unit}/settings       view     robot
+PATCH     /robots/{robot_id}/units/{unit}/settings       setup    robot
+GET       /robots/{robot_id}/inputs                      view     robot
+GET       /robots/{robot_id}/outputs                     view     robot
+PUT       /robots/{robot_id}/outputs/{channel}/{bit}     operate  robot
+GET       /robots/{robot_id}/variables                   view     robot
+PUT       /robots/{robot_id}/variables/{number}          operate  robot
+GET       /events                                        view     events
+GET       /events/stream                                 view     events
+WEBSOCKET /events                                        view     events
+GET       /commands                                      view     any
+GET       /metrics                                       view     plant
+POST      /tickets                                       view     any
+GET       /system/posture                                view     any
+GET       /livez                                         open     any
+GET       /readyz                                        open     any
+GET       /version                                       open     any
+GET       /sign-in                                       open     any
+POST      /sign-in                                       open     any
+POST      /sign-out                                      view     any
+GET       /                                              view     any
+GET       /docs                                          view     any
+GET       /redoc                                         view     any
+GET       /openapi.json                                  view     any
+GET       /static-offline-docs/swagger-ui-bundle.js      view     any
+GET       /static-offline-docs/swagger-ui.css            view     any
+GET       /static-offline-docs/redoc.standalone.js       view     any
+GET       /static-offline-docs/favicon.png               view     any
+"""
+"""What each route takes, and what it is about; those of commands follow from the commands' own tables."""
+
+IN: Final = {
+    "body": (("arm",), ("arm.3F",), ("arm.80",)),
+    "group": (("arm",), ("arm.01", "arm.3F"), ("80",)),
+    "line": (("arm",), ("leg", "arm")),
+    "robot": (("cell",), ("r1",)),
+    "events": (("arm",), ("arm.3F",)),
+    "plant": (),
+    "any": (("arm",), ("r1",), ("leg.00",)),
+}
+OUT: Final = {
+    "body": (("leg",), ("arm.01",), ("r1",), ("00",), ("leg.81",), ("nowhere",)),
+    "group": (("leg",), ("arm.01",), ("arm.3F", "leg"), ("nowhere",)),
+    "line": (("leg",), ("arm.00", "arm.01", "arm.3F", "arm.80"), ("r1",)),
+    "robot": (("arm", "leg"), ("r2",), ("nowhere",)),
+    "events": (("leg",), ("arm.01",), ("r1",)),
+    "plant": (("arm", "leg", "cell", "rail"),),
+    "any": (),
+}
+NAMES: Final = {"{body_id}": "arm.3F", "{group_id}": "arm.80", "{line_id}": "arm", "{robot_id}": "r1"}
+PASSED: Final = 409
+
+
+@dataclass(frozen=True)
+class Row:
+    method: str
+    path: str
+    right: Right
+    about: str
+
+    @property
+    def target(self) -> str:
+        """The route's path with names in it."""
+        path = re.sub("{[a-z_]+}", lambda name: NAMES.get(name[0], "1"), self.path)
+        return path + "?bodies=arm.3F" * (self.about == "events")
+
+    def expected(self, role: Role, scope: tuple[str, ...] | None) -> int:
+        if self.right is Right.OPEN:
+            return PASSED
+        if self.right.value not in MAY[role].split():
+            return 403
+        out = scope in OUT[self.about] and self.right is not Right.STOP
+        return 403 if out else PASSED
+
+
+class Passed(GatewayError):
+    """The hook let it pass."""
+
+
+class Probing(Access):
+    """Lets nothing happen behind the hook."""
+
+    def require(self, scope: Scope, right: Right, *, any_scope: bool = False) -> Passage:
+        super().require(scope, right, any_scope=any_scope)
+        raise Passed("It would be done.")
+
+
+def rows() -> Iterator[Row]:
+    for line in TABLE.strip().splitlines():
+        method, path, right, about = line.split()
+        yield Row(method, path, Right(right), about)
+
+
+def written() -> dict[tuple[str, str], Row]:
+    return {(row.method, row.path): row for row in rows()}
+
+
+EFFECTS: Final = {row.name(): row.effect for row in (*COMMANDS.values(), *ROWS)}
+
+
+def row_of(method: str, path: str) -> Row:
+    """The row of a route; a command's from the command's own table."""
+    if "/commands/" not in path:
+        return written()[method, path]
+    about = re.match("/(bod|group|line|robot)", path)
+    assert about, path
+    kind = {"bod": "body"}.get(about[1], about[1])
+    return Row(method, path, RIGHT_OF[EFFECTS[path.rpartition("/")[2]]], kind)
+
+
+def routes_of(app: FastAPI) -> Iterator[tuple[str, str]]:
+    def every(routes: list[BaseRoute]) -> Iterator[BaseRoute]:
+        for route in routes:
+            yield route
+            yield from every(getattr(route, "routes", None) or [])
+
+    for route in every(app.routes):
+        if isinstance(route, SocketRoute):
+            yield "WEBSOCKET", route.path
+        else:
+            for method in sorted(getattr(route, "methods", None) or {"GET"}):
+                if method != "HEAD":
+                    yield method, str(getattr(route, "path", ""))
+
+
+@pytest.fixture
+def keys(tmp_path: Path) -> Keys:
+    return Keys(tmp_path)
+
+
+@pytest.fixture
+def app(keys: Keys) -> FastAPI:
+    unit = [{"number": 1, "axes": ["X"]}]
+    lines: list[dict[str, Any]] = [
+        {
+            "id": "arm",
+            "bodies": [{"id": "00"}, {"id": "01"}, {"id": "3F"}],
+            "groups": [{"id": "80", "members": ["01", "3F"]}],
+        },
+        {
+            "id": "leg",
+            "bodies": [{"id": "00"}, {"id": "70"}],
+            "groups": [{"id": "81", "members": ["00", "70"]}],
+        },
+        {"id": "cell", "protocol": "fics", "robot": {"id": "r1", "units": unit}},
+        {"id": "rail", "protocol": "fics", "robot": {"id": "r2", "units": unit}},
+    ]
+    tables = [{**line, "address": f"tcp://127.0.0.1:{port}"} for port, line in enumerate(lines, start=1)]
+    plant = Plant(Config.model_validate({"lines": tables}))
+    app = create_app(plant, keys.credentials)
+    app.state.access = Probing(plant, keys.credentials)
+    return app
+
+
+def test_every_route_has_a_row_and_every_row_a_route(app: FastAPI) -> None:
+    there = {route for route in routes_of(app) if "/commands/" not in route[1]}
+    assert there == set(written())
+    assert len(list(routes_of(app))) > 450
+
+
+def test_a_row_says_what_its_route_says(app: FastAPI) -> None:
+    for route in app.routes:
+        for method, path in routes_of_one(route):
+            assert row_of(method, path).right is route.right, path  # type: ignore[attr-defined]
+
+
+def routes_of_one(route: BaseRoute) -> Iterator[tuple[str, str]]:
+    path = str(getattr(route, "path", ""))
+    methods = {"WEBSOCKET"} if isinstance(route, SocketRoute) else getattr(route, "methods", ()) or ()
+    return ((method, path) for method in methods if method != "HEAD")
+
+
+async def asked(app: FastAPI, row: Row, headers: Mapping[str, str]) -> int:
+    """Ask without a client, which takes longer than the gateway; a body that is read fails the test."""
+    path, _, query = row.target.partition("?")
+    websocket = row.method == "WEBSOCKET"
+    scope: Scope = {
+        "type": "websocket" if websocket else "http",
+        "method": row.method,
+        "path": path,
+        "query_string": query.encode(),
+        "headers": [(name.encode(), value.encode()) for name, value in {"host": HOST, **headers}.items()],
+        # How a server says that a handshake may be answered as a request.
+        "extensions": {"websocket.http.response": {}},
+    }
+    told: list[Any] = []
+
+    async def receive() -> Message:
+        assert websocket, "the body was read"
+        return {"type": "websocket.connect"}
+
+    async def send(message: Message) -> None:
+        told.append(message)
+
+    await app(scope, receive, send)
+    head, body = told
+    problem = json.loads(body["body"])
+    assert (problem["moved"], problem["status"]) == ("no", head["status"])
+    assert (head["status"] == 401) == any(name == b"www-authenticate" for name, _ in head["headers"])
+    return int(head["status"])
+
+
+def test_the_matrix(app: FastAPI, keys: Keys) -> None:
+    """Each cell has its expected status, and no body is read before."""
+    wrong: list[str] = []
+    cells = 0
+
+    async def run() -> None:
+        nonlocal cells
+        for row in (row_of(*route) for route in routes_of(app)):
+            for headers in ({}, {"authorization": "Bearer mg_0_0"}, {"cookie": "mg-session=x"}):
+                cells += 1
+                if await asked(app, row, headers) != (PASSED if row.right is Right.OPEN else 401):
+                    wrong.append(f"{row}: {headers}")
+            most = 1 if "/commands/" in row.path else None
+            scopes = (None, *IN[row.about][:most], *OUT[row.about][:most])
+            for role, scope in product(Role, scopes):
+                cells += 1
+                status = await asked(app, row, keys.header(role, *scope or ()))
+                if status != row.expected(role, scope):
+                    wrong.append(f"{row}: {role} {scope}: {status}")
+
+    asyncio.run(run())
+    assert wrong == []
+    assert cells > 8_000
+
+
+@pytest.mark.parametrize(
+    "query", ["", "?bodies=", "?bodies=arm.3F&bodies=", "?bodies=arm.3F,", "?bodies=arm.3F,leg.00"]
+)
+def test_events_of_more_than_the_scope_are_refused(app: FastAPI, keys: Keys, query: str) -> None:
+    async def run() -> None:
+        transport = ASGITransport(app, raise_app_exceptions=False)
+        async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:
+            for path in ("/events", "/events/stream"):
+                answer = await client.get(path + query, headers=keys.header("viewer", "arm"))
+                assert answer.status_code == 403, query
+
+    asyncio.run(run())

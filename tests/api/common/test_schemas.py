@@ -1,0 +1,55 @@
+"""What is put right in the OpenAPI document, at a small one."""
+
+from copy import deepcopy
+from typing import Any
+
+from api.common.schemas import complete, core_of
+
+STOP = {"properties": {"mode": {"type": "string", "default": "decelerate"}, "note": {"default": ""}}}
+REFERENCE = {"$ref": "#/components/schemas/Stop"}
+DOCUMENT: dict[str, Any] = {
+    "paths": {
+        "/stop": {
+            "post": {
+                "requestBody": {
+                    "content": {"application/json": {"schema": {"$ref": "#/components/schemas/Stop"}}}
+                },
+                "responses": {"200": {"schema": {"$ref": "#/components/schemas/Stopped"}}},
+            }
+        },
+        "/bodies/{body_id}/commands/home": {
+            "post": {"responses": {"200": {"schema": {"$ref": "#/components/schemas/Ack"}}}}
+        },
+    },
+    "components": {
+        "schemas": {
+            "Stop": {**STOP, "examples": [{"mode": "immediate"}]},
+            "Stopped": {"properties": {"confirmed": {"default": False}}},
+            "Ack": {},
+        }
+    },
+}
+
+
+def test_examples_of_a_schema_stand_at_the_request_body_too() -> None:
+    document = deepcopy(DOCUMENT)
+    complete(document)
+    content = document["paths"]["/stop"]["post"]["requestBody"]["content"]["application/json"]
+    assert content["examples"] == {"immediate": {"value": {"mode": "immediate"}}}
+
+
+def test_defaults_of_requests_become_words_and_those_of_answers_stay() -> None:
+    document = deepcopy(DOCUMENT)
+    complete(document)
+    schemas = document["components"]["schemas"]
+    assert schemas["Stop"]["properties"] == {
+        "mode": {"type": "string", "description": "Left out: decelerate."},
+        "note": {"description": "Left out: empty."},
+    }
+    assert schemas["Stopped"] == DOCUMENT["components"]["schemas"]["Stopped"]
+
+
+def test_the_core_leaves_out_commands_and_what_only_they_refer_to() -> None:
+    core = core_of(DOCUMENT)
+    assert set(core["paths"]) == {"/stop"}
+    assert set(core["components"]["schemas"]) == {"Stop", "Stopped"}

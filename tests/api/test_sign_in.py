@@ -1,0 +1,126 @@
+"""A browser signs in with a key and goes on with a session."""
+
+import pytest
+
+from tests.api.access.guarded import Keys, guarded
+from tests.api.stand import HOST, RELATIVE, Stand, on_stand, socket
+
+OWN = {"origin": f"http://{HOST}", "sec-fetch-site": "same-origin"}
+FORM = {"content-type": "application/x-www-form-urlencoded"}
+
+
+async def sign_in(stand: Stand, key: str, following: str = "", **headers: str) -> tuple[int, str, str]:
+    """The status, the place to go on and the cookie."""
+    content = f"key={key}&next={following}".encode()
+    answer = await stand.client.post("/sign-in", content=content, headers={**OWN, **FORM, **headers})
+    return answer.status_code, answer.headers.get("location", ""), answer.headers.get("set-cookie", "")
+
+
+@guarded()
+async def test_somebody_signs_in_uses_the_pages_and_signs_out(stand: Stand, keys: Keys) -> None:
+    status, place, cookie = await sign_in(stand, keys.of("operator"), "/redoc")
+    assert (status, place) == (303, "/redoc")
+    assert {"HttpOnly", "SameSite=strict", "Path=/"} <= set(cookie.split("; "))
+    assert "Secure" not in cookie
+    assert keys.of("operator") not in cookie
+    stand.client.cookies.clear()
+    session = {"cookie": cookie.partition(";")[0]}
+    typed_in = {**session, "sec-fetch-site": "none", "sec-fetch-mode": "navigate"}
+    for path in ("/docs", "/openapi.json", "/static-offline-docs/swagger-ui.css", "/bodies"):
+        assert (await stand.get(path, **typed_in)).status_code == 200, path
+    moved = await stand.post("/bodies/arm.3F/moves", RELATIVE, **session, **OWN)
+    assert moved.status_code not in (401, 403)
+    assert (await stand.post("/groups/82", RELATIVE, **session, **OWN)).status_code == 405
+    async with socket(stand, "/events", headers={**session, **OWN}) as client:
+        assert (await client.message())["type"] == "websocket.accept"
+    assert "Sign out" in (await stand.get("/sign-in", **session)).text
+    out = await stand.post("/sign-out", **session, **OWN)
+    assert (out.status_code, out.headers["location"]) == (303, "/sign-in")
+    assert (await stand.get("/bodies", **session)).status_code == 401
+
+
+@guarded()
+async def test_a_session_ends_with_its_key(stand: Stand, keys: Keys) -> None:
+    token = keys.store.create("hanako", "viewer")  # type: ignore[arg-type]  # a role's word
+    session = {"cookie": (await sign_in(stand, token))[2].partition(";")[0]}
+    stand.client.cookies.clear()
+    assert (await stand.get("/bodies", **session)).status_code == 200
+    keys.store.revoke("hanako")
+    assert (await stand.get("/bodies", **session)).status_code == 401
+
+
+@pytest.mark.parametrize("key", ["", "wrong", "mg_0_0", "%ff%00", "x" * 5000])
+def test_a_bad_key_begins_no_session(key: str) -> None:
+    @guarded()
+    async def story(stand: Stand, keys: Keys) -> None:
+        status, place, cookie = await sign_in(stand, key)
+        assert (status, place, cookie) == (401, "", "")
+
+    story()
+
+
+@guarded()
+async def test_forms_of_other_pages_and_other_types_sign_nobody_in(stand: Stand, keys: Keys) -> None:
+    for headers in ({"origin": "http://evil.example"}, {"host": "evil.example"}):
+        assert (await sign_in(stand, keys.of("admin"), **headers))[0] == 403
+    assert (await sign_in(stand, keys.of("admin"), **{"content-type": "text/plain"}))[0] == 401
+    assert (await sign_in(stand, "x" * 20_000))[0] == 413
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        "//evil.example",
+        "https://evil.example",
+        "/%5Cevil.example",
+        "javascript:alert(1)",
+        "/a%0d%0ax:y",
+        "evil",
+        "",
+    ],
+)
+def test_no_link_leads_away(place: str) -> None:
+    @guarded()
+    async def story(stand: Stand, keys: Keys) -> None:
+        assert (await sign_in(stand, keys.of("viewer"), place))[1] == "/docs"
+        assert 'value="/docs"' in (await stand.get(f"/sign-in?next={place}")).text
+
+    story()
+
+
+@guarded()
+async def test_the_page_speaks_both_languages_and_runs_nothing(stand: Stand, keys: Keys) -> None:
+    english = await stand.get("/sign-in?next=/x%22%3E%3Cscript%3E")
+    assert 'lang="en"' in english.text
+    assert "<script" not in english.text
+    assert "script" not in english.headers["content-security-policy"]
+    assert english.headers["x-frame-options"] == "DENY"
+    assert english.headers["cache-control"] == "no-store"
+    japanese = await stand.get("/sign-in", **{"accept-language": "ja,en;q=0.5"})
+    assert "サインイン" in japanese.text
+    assert japanese.headers["content-language"] == "ja"
+
+
+@guarded()
+async def test_a_browser_without_a_session_is_shown_the_page(stand: Stand, keys: Keys) -> None:
+    answer = await stand.get("/docs", **{"sec-fetch-mode": "navigate"})
+    assert (answer.status_code, answer.headers["location"]) == (303, "/sign-in?next=%2Fdocs")
+    assert (await stand.get("/docs")).status_code == 401
+
+
+@guarded()
+async def test_over_tls_the_cookie_is_for_this_host_alone(stand: Stand, keys: Keys) -> None:
+    answer = await stand.client.post(
+        f"https://{HOST}/sign-in",
+        content=f"key={keys.of('viewer')}".encode(),
+        headers={**FORM, "origin": f"https://{HOST}", "sec-fetch-site": "same-origin"},
+    )
+    cookie = answer.headers["set-cookie"]
+    assert cookie.startswith("__Host-mg-session=")
+    assert {"Secure", "HttpOnly", "Path=/"} <= set(cookie.split("; "))
+
+
+@on_stand()
+async def test_an_open_gateway_needs_no_session(stand: Stand) -> None:
+    assert await sign_in(stand, "anything", "/redoc") == (303, "/redoc", "")
+    assert (await stand.get("/docs")).status_code == 200

@@ -1,0 +1,33 @@
+"""How open the gateway is, and tickets."""
+
+from tests.api.access.guarded import Keys, guarded
+from tests.api.stand import HOST, Stand, on_stand, socket
+
+
+@guarded(raw_commands=True, allowed_origins=["http://panel.plant"])
+async def test_the_posture_names_each_weakened_default(stand: Stand, keys: Keys) -> None:
+    told = (await stand.get("/system/posture", **keys.header("admin"))).json()
+    assert (told["access"], told["tls"], told["network"]) == ("keys", False, False)
+    assert {it["setting"]: it["value"] for it in told["weakened"]} == {
+        "server.raw_commands": "True",
+        "server.allowed_origins": "http://panel.plant",
+    }
+    seen = (await stand.get("/system/posture", **keys.header("viewer", "leg"))).json()["weakened"]
+    assert [it["setting"] for it in seen] == [it["setting"] for it in told["weakened"]]
+    assert {it["value"] for it in seen} == {None}
+
+
+@guarded()
+async def test_the_defaults_are_not_weakened(stand: Stand, keys: Keys) -> None:
+    assert (await stand.get("/system/posture", **keys.header("viewer"))).json()["weakened"] == []
+
+
+@on_stand()
+async def test_an_open_gateway_says_so_and_takes_tickets_too(stand: Stand) -> None:
+    posture = (await stand.get("/system/posture")).json()
+    assert [it["setting"] for it in posture["weakened"]] == ["access.mode"]
+    ticket = (await stand.post("/tickets")).json()["ticket"]
+    async with socket(stand, f"/events?ticket={ticket}", headers={"host": HOST}) as client:
+        assert (await client.message())["type"] == "websocket.accept"
+        await stand.post("/stop")
+        assert (await client.event())["type"]

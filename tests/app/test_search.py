@@ -1,0 +1,232 @@
+"""Searching ports: who is found, at which rate, and that only questions are asked."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from app import search as module
+from app.search import BAUDS, Found, FoundLine, FoundRobot, addresses_of, search, serial_devices
+from protocols.fics.link import Terminator
+from simulator.fics.layout import Layout
+from simulator.fics.line import LineSettings, SimulatedFics
+from simulator.fics.line import build_line as build_fics
+from simulator.rorze.line import Rc400Line, build_line
+from simulator.truth import TruthLog
+from tests.plants import in_virtual_time
+from tests.simulated_line import Machine, SimulatedCable
+from transports import Transport
+from transports.addresses import Address
+from transports.base import Receiver, TransportLost, TransportUnavailable
+
+BODIES = (0x00, 0x0A, 0x3F)
+ALLOWED = ("!", "&7FXID", "MOD\r", "VER\r", "UNT\r", "ACD\r")
+"""How everything begins that may be said, besides reads of position entries."""
+
+
+class Deaf(Transport):
+    """A port at whose far end nobody understands a byte."""
+
+    def __init__(self, address: str, noise: bytes = b"") -> None:
+        super().__init__(address)
+        self._noise, self.written = noise, list[bytes]()
+
+    async def open(self, receiver: Receiver) -> None:
+        self._receiver = receiver
+
+    def write(self, data: bytes) -> None:
+        self.written.append(data)
+        if self._noise:
+            asyncio.get_running_loop().call_soon(self._receiver.data_received, self._noise)
+
+    def unsent(self) -> int:
+        return 0
+
+    async def close(self) -> None:
+        pass
+
+
+class Refused(Deaf):
+    """A port that another program has."""
+
+    async def open(self, _receiver: Receiver) -> None:
+        raise TransportUnavailable(f"{self.address} was not opened: in use. Nothing was sent.")
+
+
+class Pulled(Deaf):
+    """An adapter that goes at the first byte."""
+
+    def write(self, _data: bytes) -> None:
+        asyncio.get_running_loop().call_soon(
+            self._receiver.connection_lost, TransportLost(f"{self.address} has gone")
+        )
+
+
+class Bench:
+    """Ports with what is at them; a machine understands one baud rate."""
+
+    def __init__(self) -> None:
+        self.machines: dict[tuple[str, str], Machine] = {}
+        self.ports: dict[str, type[Deaf]] = {}
+        self.opened: list[Transport] = []
+        self.notes: list[str] = []
+        self.told: list[str] = []
+        self.found: list[Found] = []
+        self.asking_body_20 = asyncio.Event()
+
+    def open(self, address: str) -> Transport:
+        parts = Address.parse(address)
+        machine = self.machines.get((parts.path or parts.host, parts.options.get("baud", "")))
+        port: Transport
+        if machine is not None:
+            port = SimulatedCable(machine)
+            port.address = address
+        elif parts.path in self.ports:
+            port = self.ports[parts.path](address)
+        else:
+            port = Deaf(address, b"\xfe\x00>&\x7f\r")
+        self.opened.append(port)
+        return port
+
+    async def search(self, *ports: str) -> list[Found]:
+        await search(
+            [addresses_of(port) for port in ports],
+            self.found,
+            self._tell,
+            note=self.notes.append,
+            open_transport=self.open,
+        )
+        return self.found
+
+    def _tell(self, address: str, what: str) -> None:
+        self.told.append(f"{address} {what}")
+        if "asking body 20" in what:
+            self.asking_body_20.set()
+
+    def said(self) -> list[bytes]:
+        """Everything that was written anywhere."""
+        return [data for port in self.opened for data in getattr(port, "written", ())]
+
+
+def rc400(bodies: tuple[int, ...] = BODIES) -> Rc400Line:
+    return build_line(bodies, 0.0, TruthLog(1000))
+
+
+def fics(units: int = 1, axes: str = "XYZ", terminator: Terminator = "cr") -> SimulatedFics:
+    return build_fics(Layout(units=units, axes=axes), TruthLog(1000), LineSettings(terminator=terminator), 0)
+
+
+@in_virtual_time
+async def test_an_rc400_is_found_at_its_baud_rate_with_its_bodies() -> None:
+    bench = Bench()
+    bench.machines["/dev/ttyS1", "115200"] = rc400()
+    (line,) = await bench.search("/dev/ttyS1")
+    assert line == FoundLine("serial:///dev/ttyS1?baud=115200", "00,0A,3F", list(BODIES), complete=True)
+    assert [port.address for port in bench.opened] == [
+        f"serial:///dev/ttyS1?baud={baud}" for baud in BAUDS[: BAUDS.index(115200) + 1]
+    ]
+    assert "serial:///dev/ttyS1?baud=115200 asking body 77 of 77; 3 found" in bench.told
+
+
+@pytest.mark.parametrize("terminator", ["cr", "crlf"])
+def test_a_fics_is_found_in_the_mode_of_power_on(terminator: Terminator) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        bench = Bench()
+        bench.machines["cell", ""] = fics(axes="XYZ@", terminator=terminator)
+        (robot,) = await bench.search("tcp://cell:4001")
+        assert isinstance(robot, FoundRobot)
+        assert (robot.address, robot.mode, robot.unit, robot.axes) == ("tcp://cell:4001", 2, 1, 4)
+        assert robot.version is not None
+
+    story()
+
+
+@in_virtual_time
+async def test_a_fics_is_found_in_mode_3_and_behind_a_dual_port_ram() -> None:
+    bench = Bench()
+    machine = fics()
+    machine.receive(b"MOD 3\r", 0.0)
+    machine.take_output(0.0)
+    bench.machines["/dev/uio0", ""] = machine
+    (robot,) = await bench.search("dpram:///dev/uio0")
+    assert isinstance(robot, FoundRobot)
+    assert robot.mode == 3
+    assert not any(data.startswith(b"&") for data in bench.said())
+
+
+@in_virtual_time
+async def test_all_ports_are_searched_and_those_in_trouble_are_named() -> None:
+    bench = Bench()
+    bench.machines["/dev/ttyS1", "9600"] = rc400((0x02,))
+    bench.machines["cell", ""] = fics()
+    bench.ports |= {"/dev/ttyS2": Refused, "/dev/ttyS3": Pulled}
+    found = await bench.search("/dev/ttyS0", "/dev/ttyS2", "/dev/ttyS3", "tcp://cell:1", "/dev/ttyS1")
+    assert sorted(it.address for it in found) == ["serial:///dev/ttyS1?baud=9600", "tcp://cell:1"]
+    assert len(bench.notes) == 2
+    assert "in use" in bench.notes[0]
+    assert "has gone" in bench.notes[1]
+
+
+@in_virtual_time
+async def test_only_questions_are_asked_and_a_half_command_is_not_ended_but_spoiled() -> None:
+    bench = Bench()
+    line, robot = rc400(), fics()
+    line.receive(b"&001+M500", 0.0)
+    robot.receive(b"ORG", 0.0)
+    bench.machines |= {("/dev/ttyS1", "9600"): line, ("cell", ""): robot}
+    await bench.search("/dev/ttyS1", "tcp://cell:1", "/dev/ttyS0")
+    for data in bench.said():
+        text = data.decode("ascii").replace("\n", "")
+        assert text.startswith(ALLOWED) or text[3:6] == "3ND", text
+    assert {str(fact.facts["text"])[:3] for fact in line.truth.of("command")} == {"3ND"}
+    spoiled, *asked = [str(fact.facts["text"]) for fact in robot.truth.of("command")]
+    assert (spoiled[:5], set(asked)) == ("ORG !", {"MOD", "VER", "UNT", "ACD"})
+    assert not robot.truth.of("motion_start")
+
+
+@in_virtual_time
+async def test_what_was_found_before_it_was_cancelled_is_kept() -> None:
+    bench = Bench()
+    bench.machines["/dev/ttyS1", "9600"] = rc400()
+    searching = asyncio.create_task(bench.search("/dev/ttyS1"))
+    await asyncio.wait_for(bench.asking_body_20.wait(), 60)
+    searching.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await searching
+    assert bench.found == [FoundLine("serial:///dev/ttyS1?baud=9600", "00,0A,3F", [0x00, 0x0A])]
+
+
+@in_virtual_time
+async def test_nobody_is_found_where_there_is_only_noise() -> None:
+    assert await Bench().search("/dev/ttyS0", "tcp://nobody:1", "dpram:///dev/uio0") == []
+
+
+@pytest.mark.parametrize(
+    ("port", "addresses"),
+    [
+        ("/dev/ttyS0", [f"serial:///dev/ttyS0?baud={baud}" for baud in BAUDS]),
+        ("serial:///dev/ttyS0", [f"serial:///dev/ttyS0?baud={baud}" for baud in BAUDS]),
+        ("serial:///dev/ttyS0?baud=1200", ["serial:///dev/ttyS0?baud=1200"]),
+        ("tcp://host:1", ["tcp://host:1"]),
+        ("dpram:///dev/uio0?map=1", ["dpram:///dev/uio0?map=1"]),
+    ],
+)
+def test_the_addresses_of_a_port(port: str, addresses: list[str]) -> None:
+    assert addresses_of(port) == addresses
+
+
+@pytest.mark.parametrize("port", ["ttyS0", "tcp://host", "http://host:1", "serial:///dev/x?speed=3"])
+def test_what_is_no_port_is_refused(port: str) -> None:
+    with pytest.raises(ValueError, match="address"):
+        addresses_of(port)
+
+
+def test_a_port_is_named_by_the_link_that_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    device, links = tmp_path / "ttyUSB0", tmp_path / "by-id"
+    device.touch()
+    links.mkdir()
+    (links / "usb-FTDI_1234").symlink_to(device)
+    assert module._lasting_name(str(device), links) == str(links / "usb-FTDI_1234")
+    assert module._lasting_name("/dev/ttyS0", links) == "/dev/ttyS0"
+    assert all(port.startswith("/dev/") for port in serial_devices())

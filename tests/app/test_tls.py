@@ -1,0 +1,70 @@
+"""The certificate: read, renewed, and kept where its renewal is no good."""
+
+import asyncio
+import logging
+import ssl
+from pathlib import Path
+
+import pytest
+
+from app.tls import Certificate
+from gateway.config import ConfigError
+from tests.certificates import write_certificate, x509
+
+
+def served(certificate: Certificate) -> str:
+    """The name in the certificate that a new client is shown."""
+    shown: list[bytes] = []
+
+    async def story() -> None:
+        server = await asyncio.start_server(
+            lambda _, writer: writer.close(), "127.0.0.1", 0, ssl=certificate.context
+        )
+        trusting = ssl.create_default_context()
+        trusting.check_hostname, trusting.verify_mode = False, ssl.CERT_NONE
+        async with server:
+            _, writer = await asyncio.open_connection(*server.sockets[0].getsockname(), ssl=trusting)
+            shown.append(writer.get_extra_info("ssl_object").getpeercert(binary_form=True))
+            writer.close()
+
+    asyncio.run(story())
+    return str(x509.load_der_x509_certificate(shown[0]).subject.rfc4514_string())
+
+
+def test_a_renewed_certificate_is_shown_to_new_clients(tmp_path: Path) -> None:
+    certificate = Certificate(*write_certificate(tmp_path, "first"))
+    assert served(certificate) == "CN=first"
+    write_certificate(tmp_path, "second")
+    certificate.look()
+    assert served(certificate) == "CN=second"
+
+
+def test_a_renewal_that_is_no_good_changes_nothing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    file, key = write_certificate(tmp_path, "first")
+    certificate = Certificate(file, key)
+    old_key = key.read_bytes()
+    write_certificate(tmp_path, "half")
+    key.write_bytes(old_key)  # does not belong to it
+    with caplog.at_level(logging.WARNING):
+        certificate.look()
+        certificate.look()
+    assert caplog.text.count("stays in force") == 1
+    assert served(certificate) == "CN=first"
+    key.unlink()
+    certificate.look()
+    assert served(certificate) == "CN=first"
+    write_certificate(tmp_path, "whole")
+    certificate.look()
+    assert served(certificate) == "CN=whole"
+
+
+def test_nothing_is_served_without_a_good_certificate(tmp_path: Path) -> None:
+    file, key = write_certificate(tmp_path, "first")
+    for wrong in ((file, tmp_path / "nowhere"), (key, key), (tmp_path, key)):
+        with pytest.raises(ConfigError, match="cannot be used"):
+            Certificate(*wrong)
+
+
+def test_old_versions_are_not_spoken(tmp_path: Path) -> None:
+    context = Certificate(*write_certificate(tmp_path, "first")).context
+    assert context.minimum_version is ssl.TLSVersion.TLSv1_2

@@ -1,0 +1,159 @@
+"""The store of keys: what is kept, what is told once, and how soon a change counts."""
+
+import json
+import logging
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from gateway.access.keys import FILE, Key, KeyFault, KeyStore
+from gateway.access.roles import Role
+
+
+class Clock:
+    now = 1_000_000.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def store(tmp_path: Path, clock: Clock) -> KeyStore:
+    return KeyStore(tmp_path / "data", clock)
+
+
+def verified(store: KeyStore, token: str) -> Key:
+    key = store.verify(token)
+    assert key is not None
+    return key
+
+
+def test_a_key_is_known_again(store: KeyStore) -> None:
+    token = store.create("mes", Role.OPERATOR, ["line1", "r1"])
+    key = verified(store, token)
+    assert (key.name, key.role, key.scope) == ("mes", Role.OPERATOR, ("line1", "r1"))
+    assert key.principal().scope == frozenset({"line1", "r1"})
+    assert store.verify(token + "x") is None
+
+
+def test_the_file_has_no_secret_and_nobody_else_reads_it(store: KeyStore, tmp_path: Path) -> None:
+    token = store.create("mes", Role.VIEWER)
+    prefix, secret = token.split("_", 2)[1:]
+    assert len(secret) == 43  # 256 bits
+    for file in (tmp_path / "data").iterdir():
+        assert secret not in file.read_text()
+        assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    assert prefix in (tmp_path / "data" / FILE).read_text()
+    assert stat.S_IMODE((tmp_path / "data").stat().st_mode) == 0o700
+
+
+def test_another_process_makes_and_revokes_keys_and_the_next_request_knows_it(
+    store: KeyStore, tmp_path: Path
+) -> None:
+    assert store.is_empty
+    another = KeyStore(tmp_path / "data")
+    token = another.create("mes", Role.VIEWER)
+    key = verified(store, token)
+    assert store.has(key)
+    assert not store.is_empty
+    another.revoke("mes")
+    assert store.verify(token) is None
+    assert not store.has(key)
+    assert store.is_empty
+
+
+def test_a_key_ends_when_it_expires(store: KeyStore, clock: Clock) -> None:
+    token = store.create("mes", Role.VIEWER, expires_s=10)
+    key = verified(store, token)
+    clock.now += 10
+    assert store.verify(token) is None
+    assert not store.has(key)
+    assert [it.state_at(clock.now) for it in store.all()] == ["expired"]
+    store.create("mes", Role.VIEWER)
+
+
+def test_a_name_stands_for_one_good_key(store: KeyStore) -> None:
+    old = store.create("mes", Role.VIEWER)
+    with pytest.raises(KeyFault, match="revoke it first"):
+        store.create("mes", Role.ADMIN)
+    store.revoke("mes")
+    with pytest.raises(KeyFault, match="no good key"):
+        store.revoke("mes")
+    assert verified(store, store.create("mes", Role.ADMIN)).role is Role.ADMIN
+    assert store.verify(old) is None
+    assert [key.state_at(0) for key in store.all()] == ["revoked", "good"]
+
+
+@pytest.mark.parametrize("name", ["", "a b", "a\nb", "gateway", "Everybody", "x" * 65, "名"])
+def test_a_name_that_records_could_not_show_is_refused(store: KeyStore, name: str) -> None:
+    with pytest.raises(KeyFault, match="no name"):
+        store.create(name, Role.VIEWER)
+
+
+@pytest.mark.parametrize("scope", [[""], ["line 1"], ["3G"], ["line1.3"], ["../r1"], ["line1", ""]])
+def test_a_scope_that_can_be_no_address_is_refused(store: KeyStore, scope: list[str]) -> None:
+    with pytest.raises(KeyFault, match="no address"):
+        store.create("mes", Role.VIEWER, scope)
+
+
+def test_a_file_that_was_spoilt_leaves_the_keys_as_they_were(
+    store: KeyStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    token = store.create("mes", Role.VIEWER)
+    verified(store, token)
+    file = tmp_path / "data" / FILE
+    file.write_text('{"keys": [')
+    with caplog.at_level(logging.WARNING):
+        assert store.verify(token) is not None
+    assert "is no file of keys" in caplog.text
+    with pytest.raises(KeyFault, match="no file of keys"):
+        store.create("other", Role.VIEWER)
+    file.unlink()
+    assert store.verify(token) is None
+
+
+def test_a_file_that_others_may_write_is_not_believed(store: KeyStore, tmp_path: Path) -> None:
+    store.create("mes", Role.VIEWER)
+    (tmp_path / "data" / FILE).chmod(0o666)
+    with pytest.raises(KeyFault, match="chmod 600"):
+        store.all()
+    assert KeyStore(tmp_path / "data").is_empty
+
+
+def test_a_change_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / "data").write_text("a file")
+    with pytest.raises(KeyFault, match="cannot be changed"):
+        KeyStore(tmp_path / "data").create("mes", Role.VIEWER)
+
+
+def test_uses_are_written_down_now_and_then(store: KeyStore, clock: Clock, tmp_path: Path) -> None:
+    key = verified(store, store.create("mes", Role.VIEWER))
+    assert store.uses() == {}
+    store.keep_uses()
+    assert store.uses() == {key.prefix: clock.now}
+    (tmp_path / "data" / "keys-used.json").write_text("[1]")
+    assert store.uses() == {}
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a file away")
+def test_what_root_makes_belongs_to_the_gateway(tmp_path: Path) -> None:
+    data = tmp_path / "data"
+    data.mkdir()
+    os.chown(data, 4711, 4712)
+    KeyStore(data).create("mes", Role.VIEWER)
+    owner = (data / FILE).stat()
+    assert (owner.st_uid, owner.st_gid) == (4711, 4712)
+
+
+def test_the_format_of_the_file_is_stable(store: KeyStore, tmp_path: Path) -> None:
+    store.create("mes", Role.SETUP, ["3F"], expires_s=60)
+    (key,) = json.loads((tmp_path / "data" / FILE).read_text())["keys"]
+    assert list(key) == ["name", "role", "scope", "prefix", "sha256", "created", "expires", "revoked"]
+    assert (key["role"], key["scope"], key["expires"] - key["created"]) == ("setup", ["3F"], 60)

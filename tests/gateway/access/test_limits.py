@@ -1,0 +1,62 @@
+"""How much one key may take up."""
+
+from contextlib import ExitStack
+
+import pytest
+
+from gateway.access.errors import LimitReached
+from gateway.access.limits import Limits, Usages, Use
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def begin(stack: ExitStack, usages: Usages, use: Use, times: int, key: str = "a") -> None:
+    for _ in range(times):
+        stack.enter_context(usages.using(key, use))
+
+
+@pytest.mark.parametrize("use", [Use.SUBSCRIBER, Use.REQUEST])
+def test_what_is_over_makes_room(use: Use) -> None:
+    usages = Usages(Limits(subscribers=2, requests=2))
+    with ExitStack() as stack:
+        begin(stack, usages, use, 2)
+        with pytest.raises(LimitReached, match="has 2"), usages.using("a", use):
+            pass
+        begin(stack, usages, use, 2, "b")
+        begin(stack, usages, Use.STOP, 100)
+    with ExitStack() as stack:
+        begin(stack, usages, use, 2)
+
+
+def test_moves_are_so_many_in_a_second() -> None:
+    clock = Clock()
+    usages = Usages(Limits(moves_per_s=3), clock)
+    with ExitStack() as stack:
+        begin(stack, usages, Use.MOVE, 3)
+        with pytest.raises(LimitReached, match="3 moves"), usages.using("a", Use.MOVE):
+            pass
+        begin(stack, usages, Use.REQUEST, 10)
+    clock.now = 0.5
+    with ExitStack() as stack:
+        begin(stack, usages, Use.MOVE, 1)
+        with pytest.raises(LimitReached), usages.using("a", Use.MOVE):
+            pass
+    clock.now = 1000
+    with ExitStack() as stack:
+        begin(stack, usages, Use.MOVE, 3)
+        with pytest.raises(LimitReached), usages.using("a", Use.MOVE):
+            pass
+
+
+def test_moves_under_way_are_requests_under_way() -> None:
+    usages = Usages(Limits(requests=2))
+    with ExitStack() as stack:
+        begin(stack, usages, Use.MOVE, 2)
+        for use in (Use.MOVE, Use.REQUEST):
+            with pytest.raises(LimitReached), usages.using("a", use):
+                pass
