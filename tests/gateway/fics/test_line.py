@@ -11,7 +11,8 @@ import pytest
 
 from gateway.core.errors import Cancelled, Expired, InvalidRequest, LineDown, NoReply, NotSent
 from gateway.core.lanes import Lane
-from gateway.core.line import SILENCE_S, LineState
+from gateway.core.line import SILENCE_S
+from gateway.core.line_state import LineState
 from gateway.fics.errors import RobotOffline
 from gateway.fics.exchange import Answered, FicsExchange, Outcome
 from gateway.fics.line import ASK_AGAIN_S, CLEARING, READY_WITHIN_S, FicsLine
