@@ -133,11 +133,15 @@ def unit_of(units: Sequence[U], number: int) -> U:
 
 
 def at_rest(axes: Iterable[AxisStatus]) -> bool:
-    """Whether no axis moves, and nothing is under way that could move one."""
-    still = (MotionMode.STANDING, MotionMode.STOPPED)
-    return all(not axis.moving and axis.motion_mode in still for axis in axes)
+    """Whether nothing is under way that could move an axis: the first digit of ACD tells (C-HOST manual 2-10)."""
+    return all(axis.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for axis in axes)
+
+
+def was_stopped(axes: Iterable[AxisStatus]) -> bool:
+    """Whether an axis tells of an emergency stop alone, and not whether it has come to rest."""
+    return any(axis.motion_mode == MotionMode.STOPPED for axis in axes)
 
 
 def in_trouble(axis: AxisStatus) -> bool:
     """Whether the status of an axis tells of an error."""
-    return axis.alarm or bool(axis.driver_error) or axis.motion_mode == MotionMode.STOPPED
+    return bool(axis.driver_error) or axis.motion_mode == MotionMode.STOPPED

@@ -274,7 +274,7 @@ class MoveRun:
     async def _lost_power(self) -> bool:
         """Whether the move is lost with the power; in Ver.3 the mode proves that it was kept."""
         try:
-            await self._motions.see_power()
+            await self._motions.see_power(self._unit)
         except PowerCycled:
             self._lost("power_cycled", _without_power(self._move.robot_id))
             return True

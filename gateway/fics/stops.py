@@ -13,7 +13,7 @@ from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.waiting import happens
-from gateway.fics.axes import at_rest
+from gateway.fics.axes import Places, at_rest, was_stopped
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
@@ -141,6 +141,8 @@ class _RobotStop(Stopping):
         """The error the robot refused it with, last."""
         self._not_still = {unit.number: f"Unit {unit.number} has not been asked yet." for unit in units}
         """Units that were not seen to stand still, and why."""
+        self._places: dict[int, Places] = {}
+        """Where the motors of a unit stood when they were last asked."""
         self.tell()
 
     # sending
@@ -215,14 +217,20 @@ class _RobotStop(Stopping):
         self.tell()
 
     async def _why_not_still(self, unit: RobotUnit) -> str | None:
-        """Why a unit cannot be called standing still; None if it says itself that it does."""
+        """Why a unit cannot be called standing still; None if it says itself that it does.
+
+        An emergency stop is told from its beginning on: then the motors have to be where they were before.
+        """
         try:
             axes = (await unit.status(Lane.STOP)).values()
+            places = await unit.position("motor", Lane.STOP) if was_stopped(axes) else {}
         except GatewayError as error:
             before = " It stood still when it was last asked." if unit.stood_still else ""
             reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail
             return f"Nobody knows whether unit {unit.number} stands still: {reason}{before}"
-        return None if at_rest(axes) else f"Unit {unit.number} has not come to rest."
+        stood = self._places.get(unit.number, places) == places
+        self._places[unit.number] = places
+        return None if stood and at_rest(axes) else f"Unit {unit.number} has not come to rest."
 
     def replies_heard(self) -> int:
         """All of its line, which is the robot's alone."""

@@ -10,6 +10,7 @@ from gateway.fics.errors import RobotBusy
 from gateway.fics.questions import UNIT
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
+from protocols.fics.system import HostMode
 
 HEALTH_POLL_S = 5.0
 """A robot that does nothing for us is asked for its mode, errors and status this often."""
@@ -51,7 +52,10 @@ async def _moves(robot: Robot) -> bool | None:
     where the robot acts on one that is not configured the first that is becomes the present one.
     """
     try:
-        axes = (await (await _present_unit(robot)).status()).values()
+        unit = await _present_unit(robot)
+        axes = (await unit.status()).values()
+        if robot.line.mode == HostMode.VER_2:
+            await robot.motions.see_power(unit)
     except ControllerRefused as refused:
         return True if refused.error_code == BUSY else None
     return not at_rest(axes)
