@@ -133,7 +133,7 @@ def unit_of(units: Sequence[U], number: int) -> U:
 
 
 def at_rest(axes: Iterable[AxisStatus]) -> bool:
-    """Whether nothing is under way that could move an axis: the first digit of ACD tells (C-HOST manual 2-10)."""
+    """Whether nothing is under way that could move an axis: the first digit of ACD tells (2-10)."""
     return all(axis.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for axis in axes)
 
 

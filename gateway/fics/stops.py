@@ -29,7 +29,7 @@ from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import HostMode
 
 STOPPING_ALREADY = "E04"
-"""The refusal of a second stop while the first is under way: as good as an answer (C-HOST manual 2-12)."""
+"""The refusal of a stop while another is under way (C-HOST manual 2-12)."""
 OF_THE_END_BEFORE = (NO_UPLOAD, BLOCK_ERRORS[Block.MOTION])
 """How the end of an upload is refused that was sent to be sure; motion keeps no stop (C-HOST manual 1-7)."""
 
@@ -139,6 +139,7 @@ class _RobotStop(Stopping):
         self._units, self._line, self._errors, self._tell = units, line, errors, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
+        self._times_written = 0
         self._not_still = {unit.number: f"Unit {unit.number} has not been asked yet." for unit in units}
         """Units that were not seen to stand still, and why."""
         self._places: dict[int, Places] = {}
@@ -154,13 +155,17 @@ class _RobotStop(Stopping):
             StopAllImmediately() if self.mode == "immediate" else StopAllDecelerating()
         )
         exchange = line.exchange(command, Lane.STOP)
-        exchange.on_written = self.note_written
+        exchange.on_written = self._note_written
         try:
             future = line.submit(exchange)
         except GatewayError as error:
             self.note_not_sent(error)
             return
         future.add_done_callback(lambda outcome: self._note(outcome.result()))
+
+    def _note_written(self, now: float) -> None:
+        self._times_written += 1
+        self.note_written(now)
 
     def _note(self, outcome: Outcome) -> None:
         if self.report.state == "confirmed":
@@ -174,9 +179,11 @@ class _RobotStop(Stopping):
             self.note_not_sent(outcome)
 
     def _refused(self, error: str) -> None:
-        if error == STOPPING_ALREADY:
-            self.report.state = "acknowledged"
+        repeated = self._times_written > 1 and self._refusal is None
+        if error == STOPPING_ALREADY and repeated:
+            self.report.state = "acknowledged"  # it is under way since it was sent first
             return
+        self.report.state = "refused"
         if error == UPLOAD_ERROR:
             self._line.doubt_upload()
         if self._refusal != error:

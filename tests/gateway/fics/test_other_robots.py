@@ -9,7 +9,7 @@ from gateway.core.errors import NotSent
 from gateway.core.move_record import MoveStatus
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
-from protocols.fics.moves import MoveAbsolute
+from protocols.fics.moves import MoveAbsolute, MoveRelative
 from protocols.fics.status import SENSOR_BITS, STATUS_BITS
 from simulator.fics.settings import RobotSettings
 from tests.fics_plants import fics_rig
@@ -78,5 +78,26 @@ def test_whatever_the_bits_of_acd_and_asd_mean_moves_end_and_stops_are_confirmed
             assert (await rig.robot.stop("immediate")).state == "confirmed"
             assert (await rig.plant.robot_moves.wait(homing.id, 60)).status is MoveStatus.STOPPED
             assert not rig.robot.power_cycled
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_an_immediate_stop_that_is_refused_while_the_robot_brakes_is_told_as_refused(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        settings = RobotSettings(stop_while_braking="refused")
+        async with fics_rig(
+            mode=mode, prepare=lambda machine: setattr(machine.robot, "settings", settings)
+        ) as rig:
+            await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, -50.0]))
+            await asyncio.sleep(0.3)
+            decelerate = rig.robot.stop("decelerate")
+            await asyncio.sleep(0.01)
+            immediate = rig.robot.stop("immediate")
+            assert (await immediate).state == "confirmed"
+            assert (await decelerate).state == "confirmed"
+            (refused,) = rig.events("robot.stop.refused")
+            assert (refused.data["state"], refused.data["error"]) == ("refused", "E04")
 
     story()
