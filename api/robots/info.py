@@ -69,6 +69,10 @@ class RobotInfo(BaseModel):
     )
     power_cycled: bool = Field(description="It has lost its power; motion is refused until acknowledged.")
     error: RobotErrorRecord | None = Field(description="The error that stands, as far as is known.")
+    bit_mismatches: list[str] = Field(
+        description="What its units showed when they stood still, homed, that status_bits and sensor_bits of "
+        "the configuration do not explain."
+    )
     units: list[UnitInfo]
 
 
@@ -243,6 +247,7 @@ def _info(robot: Robot) -> RobotInfo:
         moving=robot.moving,
         power_cycled=robot.power_cycled,
         error=robot.latched_error,
+        bit_mismatches=list(robot.bits.mismatches.values()),
         units=[_unit_info(unit) for unit in robot.units],
     )
 

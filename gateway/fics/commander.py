@@ -7,6 +7,7 @@ from typing import Any
 
 from gateway.core.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.core.lanes import Lane
+from gateway.fics.bits import Bits
 from gateway.fics.errors import NotProved, RobotFailed, refused
 from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof
 from gateway.fics.line import FicsLine
@@ -37,9 +38,10 @@ async def _unheeded(_: str) -> None:
 class Commander:
     """What is said to a robot, a command at a time, with the line's sequence lock held."""
 
-    def __init__(self, robot_id: str, line: FicsLine) -> None:
+    def __init__(self, robot_id: str, line: FicsLine, bits: Bits | None = None) -> None:
         self.robot_id = robot_id
         self.line = line
+        self.bits = bits or Bits()
         self._asked_after = 0
         """What `FicsLine.unheard` was when the error was last asked for."""
         self._older_may_hide = False
@@ -84,7 +86,7 @@ class Commander:
     async def _submit(self, exchange: FicsExchange) -> Outcome:
         """Give what becomes of an exchange; it is taken back if nobody waits for that any more."""
         try:
-            return await self.line.submit(exchange)
+            return self.bits.read(await self.line.submit(exchange))
         except asyncio.CancelledError:
             self.line.withdraw(exchange, _forsaken())
             raise

@@ -80,6 +80,7 @@ class Motions:
             self.state.begin(command, unit)
             if isinstance(command, MOVES_ALL_UNITS):
                 self.power.forget_origins()
+                self.commander.bits.compare_again()
             on_written(now)
 
         async with self.line.sequence_lock.held(Lane.COMMAND, expires_at):

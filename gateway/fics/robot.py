@@ -10,6 +10,7 @@ from gateway.core.lanes import Lane
 from gateway.core.stops import StopMode
 from gateway.fics.asking import Asking, Told, deadline_of, told_now
 from gateway.fics.axes import UnitAxes, unit_of
+from gateway.fics.bits import Bits
 from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
 from gateway.fics.durations import Durations
@@ -68,12 +69,14 @@ class Robot:
         publish: Publish,
         *,
         poll_interval_s: float = 0.2,
+        bits: Bits | None = None,
     ) -> None:
         self.id = robot_id
         self.name = name
         self.line = line
         self._publish = publish
-        commander = Commander(robot_id, line)
+        commander = Commander(robot_id, line, bits)
+        self.bits = commander.bits
         self.motion = motion = MotionState(robot_id, self.publish)
         self.errors = errors = SystemErrors(commander, self.publish)
         self.power = power = Power(units, commander, errors, self.publish)
@@ -206,6 +209,7 @@ class Robot:
     def _line_changed(self, what: str, facts: dict[str, object]) -> None:
         self._forget_what_may_change()
         self.asking.note_change()
+        self.bits.compare_again()
         if what == "robot.power_cycled":
             self.selection.forget()
             self.power.lost(certain=bool(facts["certain"]))
