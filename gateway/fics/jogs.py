@@ -13,7 +13,7 @@ from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, acting
 from gateway.core.records import Record
 from gateway.fics.axes import Places, at_rest, unit_of
-from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected
+from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected, preparing
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions
 from gateway.fics.units import RobotUnit
@@ -110,13 +110,14 @@ class Jogs:
         session = JogSession(id=secrets.token_hex(8), unit=unit, axis=axis, direction=direction)
         self._unsettled[session.id] = session
         try:
-            accepted = await self._motions.begin(
-                command,
-                unit,
-                epoch=self._line.stop_epoch,
-                expires_at=loop.time() + START_WITHIN_S,
-                on_written=lambda _: self._begun(session),
-            )
+            with preparing(self._robot_id, command):
+                accepted = await self._motions.begin(
+                    command,
+                    unit,
+                    epoch=self._line.stop_epoch,
+                    expires_at=loop.time() + START_WITHIN_S,
+                    on_written=lambda _: self._begun(session),
+                )
         finally:
             if not self._was_sent(session):
                 self._settle(session)

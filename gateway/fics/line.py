@@ -274,6 +274,10 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
         """Build an exchange of this line, admitted now."""
         return self._session.exchange(command, lane)
 
+    def may_be_silent(self, query: FicsCommand[Any]) -> bool:
+        """Whether silence may be the refusal of a query."""
+        return self._session.may_be_silent(query)
+
     def shows_silence(self, error: GatewayError) -> bool:
         """Whether an error shows that the robot does not answer, on a port that is open."""
         if self.state is LineState.DOWN or isinstance(error, GarbledReply | QueueFull | Expired):

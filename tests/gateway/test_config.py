@@ -1,3 +1,4 @@
+import json
 import re
 from pathlib import Path
 
@@ -347,5 +348,7 @@ def test_the_documentation_has_every_key_with_its_default(table: type[BaseModel]
 def shown(default: object) -> str:
     if default is None:
         return "none"
-    text = f'"{default}"' if isinstance(default, str) else str(default).lower().replace("()", "[]")
+    if isinstance(default, tuple):
+        return f"`{json.dumps(default)}`"
+    text = f'"{default}"' if isinstance(default, str) else str(default).lower()
     return f"`{text}`"
