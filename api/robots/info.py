@@ -1,9 +1,9 @@
 """Robots and their units over HTTP: what they are, where they stand, in which state, what is wrong."""
 
 from datetime import datetime
-from typing import Literal
+from typing import Annotated, Literal
 
-from fastapi import Request, Response
+from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.requests import age_ms_of, json_response, new_router, origin_of, plant_of, utc_of
@@ -19,11 +19,13 @@ from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import RobotUnit, UnknownReason
 from gateway.operations import robots
 from gateway.operations.commands import do
-from protocols.fics.alarms import ResetErrors
+from protocols.fics.alarms import ResetErrors, TakeCurrentError
 from protocols.fics.notation import Quantity
 from protocols.fics.status import AxisSensors, AxisStatus, MotionMode
 
 router = new_router("robots")
+
+Fresh = Annotated[bool, Query(description="Ask the robot first.")]
 
 Motion = Literal["standing", "jog", "move", "homing", "macro", "stopped"]
 _MOTIONS: dict[int, Motion] = {
@@ -132,6 +134,9 @@ class RobotErrors(BaseModel):
 
     robot_id: str
     errors: list[RobotErrorRecord]
+    looked_at: datetime | None = Field(
+        description="When the robot has last told which error stands; null while it never has."
+    )
 
 
 @router.get("/robots", Right.VIEW, response_model=RobotList)
@@ -198,8 +203,13 @@ async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber
 
 
 @router.get("/robots/{robot_id}/errors", Right.VIEW, response_model=RobotErrors)
-async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
-    """Tell which errors stand, as the gateway has read them; nothing is sent, and nothing is cleared."""
+async def list_robot_errors(request: Request, robot_id: RobotId, fresh: Fresh = False) -> Response:
+    """Tell which errors stand, as the gateway has read them; with `fresh` the robot is asked (ERR).
+
+    An error of the system is not cleared by that.
+    """
+    if fresh:
+        await do(plant_of(request), origin_of(request), f"/robots/{robot_id}", TakeCurrentError())
     return json_response(_errors(robot_of(request, robot_id)))
 
 
@@ -231,7 +241,11 @@ async def stop_unit(request: Request, robot_id: RobotId, unit: UnitNumber, stop:
 
 def _errors(robot: Robot) -> RobotErrors:
     standing = robot.latched_error
-    return RobotErrors(robot_id=robot.id, errors=[] if standing is None else [standing])
+    return RobotErrors(
+        robot_id=robot.id,
+        errors=[] if standing is None else [standing],
+        looked_at=robot.errors.looked_at,
+    )
 
 
 def _info(robot: Robot) -> RobotInfo:

@@ -69,8 +69,8 @@ class RobotFailed(ControllerError):
     title_ja = "ロボットがエラーを報告しました"
     moved: Moved = "unknown"
 
-    def __init__(self, robot_id: str, command_code: str, error: str) -> None:
-        text = lookup(error)
+    def __init__(self, robot_id: str, command_code: str, error: str, text: ErrorText | None = None) -> None:
+        text = text or lookup(error)
         detail = f"{command_code} of {robot_id} ended with error {error}: {text.en}"
         super().__init__(detail, command_code, error, text)
         self.error = error
@@ -98,12 +98,17 @@ class RobotOffline(NotSent):
     title = "The robot does not answer"
 
 
-class ErrorStands(NotSent):
+class ErrorStands(NotSent, ControllerError):
     """The robot has an error that forbids motion until it is reset."""
 
     kind = "error-stands"
     title = "An error of the robot stands"
+    title_ja = "ロボットのエラーが解除されていません"
     retryable = False
+
+    def __init__(self, command_code: str, error: str | None, text: ErrorText) -> None:
+        ControllerError.__init__(self, f"{text.en} {command_code} was not sent.", command_code, error, text)
+        self.detail_ja = f"{text.ja} {command_code}は送信していません。"
 
 
 class SpeedsNotRestored(NotSent):

@@ -325,7 +325,9 @@ class MoveRun:
             self._advance(MoveStatus.STOPPED)
         else:
             self._move.end_cause = f"error_{code}"
-            self._advance(MoveStatus.FAILED, RobotFailed(self._move.robot_id, self._move.command, code))
+            stands = self._motions.errors.latched
+            text = stands if stands is not None and stands.code == code else None
+            self._advance(MoveStatus.FAILED, RobotFailed(self._move.robot_id, self._move.command, code, text))
 
     async def _resolve(self, error: NoReply) -> None:
         """The line was lost in the middle: let the axes tell, where they can prove it."""
