@@ -11,6 +11,7 @@ from api.common.results import StopResult
 from api.robots.paths import RobotId, UnitNumber, robot_of, unit_of
 from api.stops import StopBody, perform_stop
 from gateway.core.port import LineState
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 from gateway.fics.axes import Coordinates
 from gateway.fics.family import Fics
@@ -76,6 +77,12 @@ class RobotInfo(BaseModel):
         "the configuration do not explain."
     )
     units: list[UnitInfo]
+
+
+class ModeChange(RequestModel):
+    """The mode a robot is to be in."""
+
+    mode: Literal[2, 3] = Field(description="3; or 2, in which most commands are silent.")
 
 
 class RobotList(BaseModel):
@@ -218,6 +225,13 @@ async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
     await do(plant_of(request), origin_of(request), f"/robots/{robot_id}", ResetErrors())
     return json_response(_errors(robot_of(request, robot_id)))
+
+
+@router.put("/robots/{robot_id}/mode", Right.SETUP, response_model=RobotInfo)
+async def change_robot_mode(request: Request, robot_id: RobotId, wanted: ModeChange) -> Response:
+    """Bring the robot into another mode (MOD) until the gateway ends; refused while it moves."""
+    await robots.change_mode(plant_of(request), origin_of(request), robot_id, wanted.mode)
+    return json_response(_info(robot_of(request, robot_id)))
 
 
 @router.post("/robots/{robot_id}/power-cycle/acknowledge", Right.OPERATE, response_model=RobotInfo)

@@ -201,6 +201,13 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
             return HostMode.VER_2 if version.c_host is None else HostMode.VER_3
         return None
 
+    def change_mode(self, mode: int) -> None:
+        """Keep the robot in another mode from now on; nothing else is said to it until it is (2-37)."""
+        self.mode = mode
+        self._known = False
+        self._begin_set_up()
+        self.set_up_again(f"the robot is brought into mode {mode}")
+
     def power_was_lost(self, reason: str) -> None:
         """The robot was found in the mode of power-on: nothing is said to it until it is set up again."""
         self._known = False

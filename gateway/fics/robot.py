@@ -14,6 +14,7 @@ from gateway.fics.bits import Bits
 from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
 from gateway.fics.durations import Durations
+from gateway.fics.errors import NotDone
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.motion_state import MotionState
@@ -53,7 +54,7 @@ _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
     StopJog: "Stop the axis, or its JOG session.",
     StopAllDecelerating: "Stop the robot, which sees to its standstill.",
     StopAllImmediately: "Stop the robot, which sees to its standstill.",
-    SetCommunicationMode: "Set the mode of the line in the configuration.",
+    SetCommunicationMode: "Change the mode of the robot, which sees to what goes with it.",
 }
 
 
@@ -162,6 +163,23 @@ class Robot:
     async def change(self, command: FicsCommand[Any], unit: int | None = None) -> Any:
         """Send a setting and give what was read back; errors as of `Asking.change`."""
         return await self.asking.change(command, unit)
+
+    async def change_mode(self, mode: int) -> None:
+        """Bring the robot into another mode until the gateway ends (C-HOST manual 1-1-1, 2-37).
+
+        :raises RobotBusy: it moves, or a stop is not confirmed; nothing was sent.
+        :raises NotDone: it is in another mode, and is still to be brought into this one.
+        :raises GatewayError: nobody knows yet, and it is tried again; the error says why.
+        """
+        command = SetCommunicationMode(mode=mode)
+        self.line.admission.require()
+        async with self.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
+            self.motion.require_still(command)
+            if self.line.mode != mode:
+                self.line.change_mode(mode)
+        found = (await self.read(GetCommunicationMode())).mode
+        if found != mode:
+            raise NotDone(f"{self.id} is in mode {found}, not in mode {mode}.", command)
 
     def _unit_of(self, command: FicsCommand[Any], unit: int | None) -> RobotUnit:
         return self.unit(self.asking.only_unit(command) if unit is None else unit)
