@@ -13,7 +13,7 @@ from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.waiting import happens
-from gateway.fics.axes import Places, at_rest, was_stopped
+from gateway.fics.axes import Places, at_rest, may_brake
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
@@ -226,11 +226,11 @@ class _RobotStop(Stopping):
     async def _why_not_still(self, unit: RobotUnit) -> str | None:
         """Why a unit cannot be called standing still; None if it says itself that it does.
 
-        An emergency stop is told from its beginning on: then the motors have to be where they were before.
+        In an emergency stop in which the axes may brake, the motors have to be where they were before.
         """
         try:
             axes = (await unit.status(Lane.STOP)).values()
-            places = await unit.position("motor", Lane.STOP) if was_stopped(axes) else {}
+            places = await unit.position("motor", Lane.STOP) if may_brake(axes) else {}
         except GatewayError as error:
             before = " It stood still when it was last asked." if unit.stood_still else ""
             reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail
