@@ -198,13 +198,14 @@ async def fics_rig(
     settings: LineSettings | None = None,
     prepare: Callable[[SimulatedFics], object] = lambda _: None,
     options: str = "",
+    bits: str = "",
     seed: int = 0,
 ) -> AsyncIterator[FicsRig]:
     """Start a plant and wait until its line is ready; `prepare` may touch the robot before."""
     tables = ", ".join([SCARA, CARTESIAN][:units])
     config = parse(
         f'[[lines]]\nid = "cell"\naddress = "tcp://127.0.0.1:1"\nprotocol = "fics"\nmode = {mode}\n'
-        f'robot = {{id = "r1", units = [{tables}]}}\n{options}{OPEN}',
+        f'robot = {{id = "r1", units = [{tables}]{bits}}}\n{options}{OPEN}',
         "test.toml",
     )
     machine = build_line(Layout(units=units), settings=settings, seed=seed)

@@ -1,9 +1,9 @@
 """Robots and their units over HTTP: what they are, where they stand, in which state, what is wrong."""
 
 from datetime import datetime
-from typing import Literal
+from typing import Annotated, Literal
 
-from fastapi import Request, Response
+from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.requests import (
@@ -19,6 +19,7 @@ from api.common.results import StopResult
 from api.robots.paths import RobotId, UnitNumber, robot_of, unit_of
 from api.stops import StopBody, perform_stop
 from gateway.core.line_state import LineState
+from gateway.core.records import RequestModel
 from gateway.core.rights import Right
 from gateway.fics.axes import Coordinates
 from gateway.fics.family import Fics
@@ -27,11 +28,13 @@ from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import RobotUnit, UnknownReason
 from gateway.operations import robots
 from gateway.operations.commands import do
-from protocols.fics.alarms import ResetErrors
+from protocols.fics.alarms import ResetErrors, TakeCurrentError
 from protocols.fics.notation import Quantity
 from protocols.fics.status import AxisSensors, AxisStatus, MotionMode
 
 router = new_router("robots")
+
+Fresh = Annotated[bool, Query(description="Ask the robot first.")]
 
 Motion = Literal["standing", "jog", "move", "homing", "macro", "stopped"]
 _MOTIONS: dict[int, Motion] = {
@@ -77,7 +80,17 @@ class RobotInfo(BaseModel):
     )
     power_cycled: bool = Field(description="It has lost its power; motion is refused until acknowledged.")
     error: RobotErrorRecord | None = Field(description="The error that stands, as far as is known.")
+    bit_mismatches: list[str] = Field(
+        description="What its units showed when they stood still, homed, that status_bits and sensor_bits of "
+        "the configuration do not explain."
+    )
     units: list[UnitInfo]
+
+
+class ModeChange(RequestModel):
+    """The mode a robot is to be in."""
+
+    mode: Literal[2, 3] = Field(description="3; or 2, in which most commands are silent.")
 
 
 class RobotList(BaseModel):
@@ -136,6 +149,9 @@ class RobotErrors(BaseModel):
 
     robot_id: str
     errors: list[RobotErrorRecord]
+    looked_at: datetime | None = Field(
+        description="When the robot has last told which error stands; null while it never has."
+    )
 
 
 @router.get("/robots", Right.VIEW, any_scope=True, response_model=RobotList)
@@ -203,8 +219,13 @@ async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber
 
 
 @router.get("/robots/{robot_id}/errors", Right.VIEW, response_model=RobotErrors)
-async def list_robot_errors(request: Request, robot_id: RobotId) -> Response:
-    """Tell which errors stand, as the gateway has read them; nothing is sent, and nothing is cleared."""
+async def list_robot_errors(request: Request, robot_id: RobotId, fresh: Fresh = False) -> Response:
+    """Tell which errors stand, as the gateway has read them; with `fresh` the robot is asked (ERR).
+
+    An error of the system is not cleared by that.
+    """
+    if fresh:
+        await do(plant_of(request), origin_of(request), f"/robots/{robot_id}", TakeCurrentError())
     return json_response(_errors(robot_of(request, robot_id)))
 
 
@@ -213,6 +234,13 @@ async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
     await do(plant_of(request), origin_of(request), f"/robots/{robot_id}", ResetErrors())
     return json_response(_errors(robot_of(request, robot_id)))
+
+
+@router.put("/robots/{robot_id}/mode", Right.SETUP, response_model=RobotInfo)
+async def change_robot_mode(request: Request, robot_id: RobotId, wanted: ModeChange) -> Response:
+    """Bring the robot into another mode (MOD) until the gateway ends; refused while it moves."""
+    await robots.change_mode(plant_of(request), origin_of(request), robot_id, wanted.mode)
+    return json_response(_info(robot_of(request, robot_id)))
 
 
 @router.post("/robots/{robot_id}/power-cycle/acknowledge", Right.OPERATE, response_model=RobotInfo)
@@ -236,7 +264,11 @@ async def stop_unit(request: Request, robot_id: RobotId, unit: UnitNumber, stop:
 
 def _errors(robot: Robot) -> RobotErrors:
     standing = robot.latched_error
-    return RobotErrors(robot_id=robot.id, errors=[] if standing is None else [standing])
+    return RobotErrors(
+        robot_id=robot.id,
+        errors=[] if standing is None else [standing],
+        looked_at=robot.errors.looked_at,
+    )
 
 
 def _info(robot: Robot) -> RobotInfo:
@@ -252,6 +284,7 @@ def _info(robot: Robot) -> RobotInfo:
         moving=robot.moving,
         power_cycled=robot.power_cycled,
         error=robot.latched_error,
+        bit_mismatches=list(robot.bits.mismatches.values()),
         units=[_unit_info(unit) for unit in robot.units],
     )
 

@@ -9,7 +9,7 @@ from gateway.core.errors import GatewayError
 from gateway.core.waiting import happens
 
 StopMode = Literal["decelerate", "immediate"]
-StopState = Literal["requested", "sent", "acknowledged", "confirmed", "not_sent"]
+StopState = Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
 
 REPEAT_S = 0.1
 """A stop is repeated this often until standstill is proved."""

@@ -13,14 +13,19 @@ from gateway.fics.plans import PlannedRobotMove, plan_of
 from gateway.fics.robot import Robot
 from gateway.fics.soft_limits import uncrossed
 from gateway.fics.units import RobotUnit
+from protocols.fics import commands
 from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.row import FicsCommand
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
+from protocols.table import RangeFault, SyntaxFault
 
 STOP_MODES: Final[dict[type[Any], StopMode]] = {
     StopAllDecelerating: "decelerate",
     StopAllImmediately: "immediate",
 }
+
+
+NAME_LENGTH: Final = 3
 
 
 class RobotTarget(Target):
@@ -46,11 +51,30 @@ class RobotTarget(Target):
 
     async def start(self, command: Any) -> Begun | Opened:
         """Start a move on the only unit; errors as of `RobotMoves.start`."""
+        return await self._only_unit().start(command)
+
+    async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
+        """Stop all axes, or one of the only unit."""
+        if isinstance(command, StopJog):
+            return await self._only_unit().stop_by(command)
+        return await super().stop_by(command)
+
+    def _only_unit(self) -> "UnitTarget":
         if len(self.robot.units) > 1:
             raise InvalidRequest(
                 f"unit: {self.robot.id} has several units; nothing was sent.", "Say on which."
             )
-        return await UnitTarget(self.robot, self.robot.units[0], self._moves).start(command)
+        return UnitTarget(self.robot, self.robot.units[0], self._moves)
+
+    def read(self, text: str) -> FicsCommand[Any]:
+        """Read a command as it stands on the line, without its terminator.
+
+        :raises InvalidRequest: it is not in the form of its page.
+        """
+        try:
+            return commands.read(text[:NAME_LENGTH], text[NAME_LENGTH:].strip())
+        except (SyntaxFault, RangeFault) as fault:
+            raise InvalidRequest(f"text: {fault}; nothing was sent.") from None
 
     async def stop(self, mode: StopMode) -> Stopped:
         """Stop all axes: a robot knows no stop of a single unit."""

@@ -9,7 +9,7 @@ from gateway.core.errors import ControllerRefused, Expired, GatewayError, Invali
 from gateway.core.lanes import Lane
 from gateway.fics.axes import UnitAxes, unit_of
 from gateway.fics.commander import Commander
-from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed
+from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed, preparing
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
 from gateway.fics.power import Power
@@ -173,7 +173,8 @@ class Asking:
             if line.stop_epoch != epoch:
                 raise line.overtaken()
             if number is not None:
-                await self._selection.make(number, afresh=True)
+                with preparing(self._commander.robot_id, command):
+                    await self._selection.make(number, afresh=True)
             outcome = await self._commander.say(command, epoch, expires_at=deadline_of(lane))
             if read:
                 outcome = await read_back(self._commander, command, outcome, epoch)
@@ -236,7 +237,8 @@ class Asking:
             begun()
             line.admission.revise()  # after a suspension no unit is trusted
             if number is not None:
-                await self._select(number, afresh=isinstance(query, DownloadPositions))
+                with preparing(self._commander.robot_id, query):
+                    await self._select(number, afresh=isinstance(query, DownloadPositions))
             outcome = await self._commander.say(query, expires_at=deadline_of(lane))
             self._learn(query, number, outcome)
         return told_now(*self._commander.answered(query, outcome).replies)

@@ -133,11 +133,15 @@ def unit_of(units: Sequence[U], number: int) -> U:
 
 
 def at_rest(axes: Iterable[AxisStatus]) -> bool:
-    """Whether no axis moves, and nothing is under way that could move one."""
-    still = (MotionMode.STANDING, MotionMode.STOPPED)
-    return all(not axis.moving and axis.motion_mode in still for axis in axes)
+    """Whether nothing is under way that could move an axis: the first digit of ACD tells (2-10)."""
+    return all(axis.motion_mode in (MotionMode.STANDING, MotionMode.STOPPED) for axis in axes)
+
+
+def may_brake(axes: Iterable[AxisStatus]) -> bool:
+    """Whether an axis tells of an emergency stop, and by a bit that is an assumption that it still moves."""
+    return any(axis.motion_mode == MotionMode.STOPPED and axis.moving for axis in axes)
 
 
 def in_trouble(axis: AxisStatus) -> bool:
     """Whether the status of an axis tells of an error."""
-    return axis.alarm or bool(axis.driver_error) or axis.motion_mode == MotionMode.STOPPED
+    return bool(axis.driver_error) or axis.motion_mode == MotionMode.STOPPED

@@ -7,6 +7,8 @@ from typing import Any
 
 from gateway.core.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.core.lanes import Lane
+from gateway.core.session import READ_REPEATS
+from gateway.fics.bits import Bits
 from gateway.fics.errors import NotProved, RobotFailed, refused
 from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof
 from gateway.fics.line import FicsLine
@@ -37,9 +39,10 @@ async def _unheeded(_: str) -> None:
 class Commander:
     """What is said to a robot, a command at a time, with the line's sequence lock held."""
 
-    def __init__(self, robot_id: str, line: FicsLine) -> None:
+    def __init__(self, robot_id: str, line: FicsLine, bits: Bits | None = None) -> None:
         self.robot_id = robot_id
         self.line = line
+        self.bits = bits or Bits()
         self._asked_after = 0
         """What `FicsLine.unheard` was when the error was last asked for."""
         self._older_may_hide = False
@@ -68,15 +71,20 @@ class Commander:
         if not is_query:
             epoch = self.line.stop_epoch if epoch is None else epoch
             await self.clear_error()
-        exchange = self.line.exchange(command, Lane.READ if is_query else Lane.COMMAND)
-        exchange.epoch = exchange.epoch if epoch is None else epoch
-        exchange.expires_at = expires_at
-        exchange.fresh, exchange.proves = fresh or proof is not None, proof
-        outcome = await self._submit(exchange)
+        outcome: Outcome
+        for _ in range(1 + READ_REPEATS):
+            exchange = self.line.exchange(command, Lane.READ if is_query else Lane.COMMAND)
+            exchange.epoch = exchange.epoch if epoch is None else epoch
+            exchange.expires_at = expires_at
+            exchange.fresh, exchange.proves = fresh or proof is not None, proof
+            outcome = await self._submit(exchange)
+            if not (isinstance(outcome, NoReply) and self.line.may_be_silent(command)):
+                break
+            outcome = await self._why_unanswered(command, outcome)
+            if not isinstance(outcome, NoReply):
+                break
         if isinstance(outcome, Answered) and not outcome.confirmed:
             outcome = await self._verdict(exchange)
-        elif isinstance(outcome, NoReply) and command.blocked and self.line.mode == HostMode.VER_2:
-            outcome = await self._why_unanswered(exchange, outcome)
         if isinstance(outcome, Failure):
             await self._heed(outcome.error)
         return outcome
@@ -84,7 +92,7 @@ class Commander:
     async def _submit(self, exchange: FicsExchange) -> Outcome:
         """Give what becomes of an exchange; it is taken back if nobody waits for that any more."""
         try:
-            return await self.line.submit(exchange)
+            return self.bits.read(await self.line.submit(exchange))
         except asyncio.CancelledError:
             self.line.withdraw(exchange, _forsaken())
             raise
@@ -254,12 +262,12 @@ class Commander:
             return Failure(command.wire_name(), error)
         return _nobody_knows(command)  # the error stands whatever was said, and hides a refusal
 
-    async def _why_unanswered(self, query: FicsExchange, unanswered: NoReply) -> Outcome:
+    async def _why_unanswered(self, query: FicsCommand[Any], unanswered: NoReply) -> Outcome:
         """In Ver.2 a question is refused by silence, and ERR tells why (C-HOST manual 1-7)."""
         with suppress(GatewayError):
             error = await self.take_error()
             if error in STATE_FORBIDS:
-                return Refusal(query.command.wire_name(), error)
+                return Refusal(query.wire_name(), error)
         return unanswered
 
     def _heed_alarm(self, motion: "asyncio.Future[Outcome]") -> None:

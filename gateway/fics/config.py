@@ -10,6 +10,7 @@ from gateway.core.tables import Array, Fault, Name, Slug, Table, refuse_repeats
 from gateway.core.toml_lines import KeyPath
 from protocols.fics.link import Terminator
 from protocols.fics.notation import LAST_UNIT, MOST_AXES, AxisName, AxisSystem
+from protocols.fics.status import SENSOR_BITS, STATUS_BITS
 
 
 def _check_system(given: Any) -> Any:
@@ -104,6 +105,20 @@ class Robot(Table):
     id: Slug
     name: Name | None = None
     units: Array[RobotUnit]
+    status_bits: Array[str] = STATUS_BITS
+    """What bits 0 to 3 of the second digit of ACD mean: an assumption, for the figure is lost (2-10)."""
+    sensor_bits: Array[str] = SENSOR_BITS
+    """What bits 0 to 2 of ASD mean: an assumption, as well (C-HOST manual 2-11)."""
+
+    @model_validator(mode="after")
+    def _name_each_bit_once(self) -> Self:
+        for key, given, known in (
+            ("status_bits", self.status_bits, STATUS_BITS),
+            ("sensor_bits", self.sensor_bits, SENSOR_BITS),
+        ):
+            if sorted(given) != sorted(known):
+                raise Fault(f"must name {', '.join(known)}, each of them once", key)
+        return self
 
     @model_validator(mode="after")
     def _have_units(self) -> Self:

@@ -3,10 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
-from gateway.core.errors import GatewayError
+from gateway.core.errors import ControllerRefused, GatewayError
 from gateway.core.lanes import Lane
 from gateway.fics.asking import Asking
 from gateway.fics.axes import Coordinates, Places
+from gateway.fics.commander import STATE_FORBIDS
 from gateway.fics.units import RobotUnit
 from protocols.fics import motor_axes, speeds
 from protocols.fics.notation import AxisSystem
@@ -64,7 +65,10 @@ class Durations:
     async def longest_s(
         self, unit: RobotUnit, coordinates: Coordinates, start: Places, target: Places
     ) -> float | None:
-        """How long a move may take; None where a place or a speed is not known."""
+        """How long a move may take; None where a place or a speed is not known.
+
+        :raises ControllerRefused: a state of the system forbids the question, and motion (C-HOST manual 1-7).
+        """
         return longest_s(start, target, await self._of(unit, coordinates))
 
     async def _of(self, unit: RobotUnit, coordinates: Coordinates) -> AxisDurations:
@@ -76,6 +80,10 @@ class Durations:
         if key not in self._kept:
             try:
                 self._kept[key] = await _read(unit, coordinates)
+            except ControllerRefused as refused:
+                if refused.error_code in STATE_FORBIDS:
+                    raise  # what forbids the question forbids motion, too
+                return {}
             except GatewayError:
                 return {}
         return self._kept[key]

@@ -1,5 +1,7 @@
 """What can go wrong with a robot besides what can go wrong with anything."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from gateway.core.errors import (
@@ -8,6 +10,7 @@ from gateway.core.errors import (
     CommandGarbled,
     ControllerError,
     ControllerRefused,
+    ErrorText,
     GatewayError,
     Moved,
     NoReply,
@@ -29,6 +32,35 @@ def refused(robot_id: str, command: FicsCommand[Any], error: str) -> ControllerR
     return ControllerRefused(robot_id, command.wire_name(), error, lookup(error), lasting=error in LASTING)
 
 
+class RefusedBefore(ControllerRefused):
+    """What goes before a command was refused, and so the command was not sent."""
+
+    def __init__(self, robot_id: str, command: FicsCommand[Any], refusal: ControllerRefused) -> None:
+        self._refused = refusal.command_code
+        error = refusal.error_code or ""
+        super().__init__(robot_id, command.wire_name(), error, lookup(error), lasting=refusal.lasting)
+
+    def _told(self, address: str, command_code: str, text: ErrorText) -> str:
+        return (
+            f"{address} refused {self._refused}, which goes before {command_code}: {text.en} "
+            f"{command_code} was not sent. Nothing moved because of it."
+        )
+
+
+@contextmanager
+def preparing(robot_id: str, command: FicsCommand[Any]) -> Iterator[None]:
+    """Do what has to be right before a command: where that is refused, so is what was asked for.
+
+    :raises ControllerRefused: as it was, but of `command`, which was not sent.
+    """
+    try:
+        yield
+    except ControllerRefused as refusal:
+        if refusal.command_code == command.wire_name():
+            raise
+        raise RefusedBefore(robot_id, command, refusal) from refusal
+
+
 class RobotFailed(ControllerError):
     """A command ended with an error of the system, `nnn`, which stands until DRT (C-HOST manual 2)."""
 
@@ -37,8 +69,8 @@ class RobotFailed(ControllerError):
     title_ja = "ロボットがエラーを報告しました"
     moved: Moved = "unknown"
 
-    def __init__(self, robot_id: str, command_code: str, error: str) -> None:
-        text = lookup(error)
+    def __init__(self, robot_id: str, command_code: str, error: str, text: ErrorText | None = None) -> None:
+        text = text or lookup(error)
         detail = f"{command_code} of {robot_id} ended with error {error}: {text.en}"
         super().__init__(detail, command_code, error, text)
         self.error = error
@@ -66,12 +98,17 @@ class RobotOffline(NotSent):
     title = "The robot does not answer"
 
 
-class ErrorStands(NotSent):
+class ErrorStands(NotSent, ControllerError):
     """The robot has an error that forbids motion until it is reset."""
 
     kind = "error-stands"
     title = "An error of the robot stands"
+    title_ja = "ロボットのエラーが解除されていません"
     retryable = False
+
+    def __init__(self, command_code: str, error: str | None, text: ErrorText) -> None:
+        ControllerError.__init__(self, f"{text.en} {command_code} was not sent.", command_code, error, text)
+        self.detail_ja = f"{text.ja} {command_code}は送信していません。"
 
 
 class SpeedsNotRestored(NotSent):

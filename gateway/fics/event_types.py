@@ -45,6 +45,13 @@ class RobotPowerLoss(SpeedsKnown):
     certain: bool
 
 
+class BitMismatch(EventData):
+    """What a unit shows at rest that the configured order of bits does not explain."""
+
+    unit: int
+    detail: str
+
+
 class UnitChange(EventData):
     """The selected unit, as the gateway had left it and as it was found."""
 
@@ -77,6 +84,12 @@ TYPES = (
     EventType("robot.power_cycled", ROBOT, RobotPowerLoss, "it has lost its power, or seems to"),
     EventType("robot.speeds.restored", ROBOT, SpeedsKnown, "the speeds that were known are set again"),
     EventType("robot.power_cycle.acknowledged", ROBOT, Nothing, "somebody knows of the loss of power"),
+    EventType(
+        "robot.bits.mismatch",
+        ROBOT,
+        BitMismatch,
+        "it stands still, homed, and its bits do not mean what the configuration says",
+    ),
     EventType("robot.unit.changed", ROBOT, UnitChange, "somebody else has selected another unit"),
     *(
         EventType(f"robot.jog.{news}", ROBOT, JogSession, when)

@@ -15,6 +15,7 @@ from gateway.core.targets import Replies, Stopped, Target, stopped
 from gateway.fics import config
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
 from gateway.fics.axes import UnitAxes
+from gateway.fics.bits import Bits
 from gateway.fics.event_types import TYPES
 from gateway.fics.guards import motion_without_proof
 from gateway.fics.jogs import JogSession
@@ -80,7 +81,13 @@ class Fics(Family):
         ]
         line.gate.add(motion_without_proof)
         self._robots[it.id] = Robot(
-            it.id, it.name or "", line, units, self._publish, poll_interval_s=table.poll_interval_s
+            it.id,
+            it.name or "",
+            line,
+            units,
+            self._publish,
+            poll_interval_s=table.poll_interval_s,
+            bits=Bits(it.status_bits, it.sensor_bits),
         )
         return line
 

@@ -2,7 +2,7 @@
 
 import asyncio
 import secrets
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,12 +12,13 @@ from gateway.core.errors import ControllerRefused, GatewayError, NotFound
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, acting
 from gateway.core.records import Record
-from gateway.fics.axes import unit_of
-from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected
+from gateway.fics.axes import Places, at_rest, unit_of
+from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected, preparing
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions
 from gateway.fics.units import RobotUnit
 from protocols.fics.jog import StartJog, StopJog
+from protocols.fics.status import AxisStatus
 from protocols.fics.system import HostMode
 
 HEARTBEAT_S = 0.5
@@ -90,6 +91,8 @@ class Jogs:
         """Those whose standstill the stop of the whole robot sees to."""
         self._over: dict[str, JogSession] = {}
         self._stopping: dict[str, asyncio.Task[None]] = {}
+        self._places: dict[tuple[int, str], Places] = {}
+        """Where motors stood when it was last looked whether an axis of a unit stands still."""
 
     async def start(self, unit: int, axis: str, direction: Literal["+", "-"]) -> JogSession:
         """Start to jog an axis (C-HOST manual 2-2).
@@ -107,13 +110,14 @@ class Jogs:
         session = JogSession(id=secrets.token_hex(8), unit=unit, axis=axis, direction=direction)
         self._unsettled[session.id] = session
         try:
-            accepted = await self._motions.begin(
-                command,
-                unit,
-                epoch=self._line.stop_epoch,
-                expires_at=loop.time() + START_WITHIN_S,
-                on_written=lambda _: self._begun(session),
-            )
+            with preparing(self._robot_id, command):
+                accepted = await self._motions.begin(
+                    command,
+                    unit,
+                    epoch=self._line.stop_epoch,
+                    expires_at=loop.time() + START_WITHIN_S,
+                    on_written=lambda _: self._begun(session),
+                )
         finally:
             if not self._was_sent(session):
                 self._settle(session)
@@ -392,11 +396,28 @@ class Jogs:
         return session.id in self._running or session.state != "jogging"
 
     async def _stands_still(self, unit: int, axis: str) -> bool:
+        jogged = unit_of(self._units, unit)
         try:
-            axes = await unit_of(self._units, unit).status(Lane.PROOF)  # no read of others wears out patience
+            axes = await jogged.status(Lane.PROOF)  # no read of others wears out patience
+            motors = {motor: axes[motor] for motor in self._motors(unit, axis)}
+            if at_rest(motors.values()):
+                return True
+            alone = [it.axis for it in self._unsettled.values() if it.unit == unit] == [axis]
+            return not alone and await self._stays(jogged, axis, motors)
         except GatewayError:
             return False
-        return not any(axes[motor].moving for motor in self._motors(unit, axis))
+
+    async def _stays(self, unit: RobotUnit, axis: str, motors: Mapping[str, AxisStatus]) -> bool:
+        """Whether an axis stands still while others of the unit jog: its motors are where they were before.
+
+        Where their places are not known, only the second digit of ACD tells (C-HOST manual 2-10).
+        """
+        now = await unit.position("motor", Lane.PROOF)
+        before = self._places.get((unit.number, axis), {})
+        self._places[unit.number, axis] = now
+        if any(now[motor] is None for motor in motors):
+            return not any(status.moving for status in motors.values())
+        return all(before.get(motor) == now[motor] for motor in motors)
 
     def _unsettled_with(self, unit: int, axis: str) -> list[JogSession]:
         """The sessions that share a motor with an axis."""

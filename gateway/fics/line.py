@@ -203,6 +203,13 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
             return HostMode.VER_2 if version.c_host is None else HostMode.VER_3
         return None
 
+    def change_mode(self, mode: int) -> None:
+        """Keep the robot in another mode from now on; nothing else is said to it until it is (2-37)."""
+        self.mode = mode
+        self._known = False
+        self._begin_set_up()
+        self.set_up_again(f"the robot is brought into mode {mode}")
+
     def power_was_lost(self, reason: str) -> None:
         """The robot was found in the mode of power-on: nothing is said to it until it is set up again."""
         self._known = False
@@ -271,6 +278,10 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
     def withdraw(self, exchange: FicsExchange, reason: GatewayError) -> None:
         """Take back an exchange that is not written yet; one that is stays as it is."""
         self.cancel(lambda it: it is exchange, reason)
+
+    def may_be_silent(self, query: FicsCommand[Any]) -> bool:
+        """Whether silence may be the refusal of a query."""
+        return self._session.may_be_silent(query)
 
     def shows_silence(self, error: GatewayError) -> bool:
         """Whether an error shows that the robot does not answer, on a port that is open."""

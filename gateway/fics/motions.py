@@ -18,6 +18,7 @@ from gateway.fics.selection import Selection
 from gateway.fics.system_errors import SystemErrors
 from protocols.fics.link import Refusal
 from protocols.fics.row import FicsCommand
+from protocols.fics.system import HostMode
 
 
 class Accepted(NamedTuple):
@@ -79,6 +80,7 @@ class Motions:
             self.state.begin(command, unit)
             if isinstance(command, MOVES_ALL_UNITS):
                 self.power.forget_origins()
+                self.commander.bits.compare_again()
             on_written(now)
 
         async with self.line.sequence_lock.held(Lane.COMMAND, expires_at):
@@ -137,14 +139,19 @@ class Motions:
         except GatewayError:
             return None
 
-    async def see_power(self) -> None:
-        """See that the robot has not been switched off.
+    async def see_power(self, unit: UnitAxes | None = None) -> None:
+        """See that the robot has not been switched off; in Ver.2 a `unit` tells by its origins.
 
         :raises PowerCycled: it has.
         :raises GatewayError: it did not tell.
         """
         async with self.line.sequence_lock.held(Lane.COMMAND):
             await self.power.see()
+            if unit is not None and self.line.mode == HostMode.VER_2:
+                await self.selection.make(unit.number, afresh=False)
+                await self.power.look_at_origins(unit)
+        if self.power.cycled and unit is not None:
+            self.power.refuse()
 
     async def restore_speeds(self) -> None:
         """Set the speeds again that were lost with the power; errors as of `Power.restore`."""

@@ -21,7 +21,7 @@ from gateway.core.silence import Silence
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.commander import in_time
 from gateway.fics.durations import PATIENCE, PATIENCE_S, Durations
-from gateway.fics.errors import RobotFailed, refused
+from gateway.fics.errors import RobotFailed, preparing, refused
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions
@@ -83,15 +83,16 @@ class MoveRun:
         """Follow the move from the queue to its end."""
         expires_at = asyncio.get_running_loop().time() + start_within_s
         try:
-            async with in_time(expires_at):
-                await self._know_the_way()
-            accepted = await self._motions.begin(
-                self._command,
-                self._unit.number,
-                epoch=self._epoch,
-                expires_at=expires_at,
-                on_written=self._sent,
-            )
+            with preparing(self._move.robot_id, self._command):
+                async with in_time(expires_at):
+                    await self._know_the_way()
+                accepted = await self._motions.begin(
+                    self._command,
+                    self._unit.number,
+                    epoch=self._epoch,
+                    expires_at=expires_at,
+                    on_written=self._sent,
+                )
         except GatewayError as error:
             rejected = isinstance(error, ControllerRefused)
             self._advance(MoveStatus.REJECTED if rejected else MoveStatus.CANCELLED, error)
@@ -274,7 +275,7 @@ class MoveRun:
     async def _lost_power(self) -> bool:
         """Whether the move is lost with the power; in Ver.3 the mode proves that it was kept."""
         try:
-            await self._motions.see_power()
+            await self._motions.see_power(self._unit)
         except PowerCycled:
             self._lost("power_cycled", _without_power(self._move.robot_id))
             return True
@@ -324,7 +325,9 @@ class MoveRun:
             self._advance(MoveStatus.STOPPED)
         else:
             self._move.end_cause = f"error_{code}"
-            self._advance(MoveStatus.FAILED, RobotFailed(self._move.robot_id, self._move.command, code))
+            stands = self._motions.errors.latched
+            text = stands if stands is not None and stands.code == code else None
+            self._advance(MoveStatus.FAILED, RobotFailed(self._move.robot_id, self._move.command, code, text))
 
     async def _resolve(self, error: NoReply) -> None:
         """The line was lost in the middle: let the axes tell, where they can prove it."""

@@ -10,13 +10,14 @@ from gateway.fics.commander import Commander
 from gateway.fics.errors import RobotBusy, SpeedsNotRestored
 from gateway.fics.exchange import Answered, Outcome, Proof
 from gateway.fics.motion_state import Tell
-from gateway.fics.questions import MODE, POSITIONS, STATUS
+from gateway.fics.origins import Origins
+from gateway.fics.questions import MODE, PLACES, STATUS
 from gateway.fics.system_errors import SystemErrors
 from protocols.fics.axis_settings import SpeedPercents
 from protocols.fics.motor_axes import GetMotorPosition, GetMotorSpeedPercent, SetMotorSpeedPercent
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
-from protocols.fics.status import AxisCoordinates, AxisStatuses, MotionMode
+from protocols.fics.status import AxisStatuses, MotionMode
 from protocols.fics.system import CommunicationMode, HostMode
 from protocols.table import Reply
 
@@ -54,10 +55,7 @@ class Power:
     """The units whose speeds have to be set again before any move."""
     _certain: bool = True
     """Whether the loss that nobody has acknowledged is certain."""
-    _homed: dict[int, set[int]] = field(default_factory=dict)
-    """By unit, the places of the motors that had their origins when they were last looked at."""
-    _placed: set[tuple[int, Coordinates]] = field(default_factory=set)
-    """The units that have told where an axis stands, and in which coordinates."""
+    _origins: Origins = field(default_factory=Origins)
 
     def lost(self, *, certain: bool) -> None:
         """It was switched off and on, or seems to: keep it from moving until a person acknowledges that."""
@@ -103,7 +101,7 @@ class Power:
             return  # only Ver.3 refuses
         if isinstance(reply, CommunicationMode) and reply.mode != line.mode:
             line.power_was_lost(f"the robot is in mode {reply.mode}")
-            self._refuse()
+            self.refuse()
 
     def signs(self, command: FicsCommand[Any], unit: UnitAxes, *, joining: bool) -> list[FicsCommand[Any]]:
         """The questions that may prove before a motion that the power was kept.
@@ -116,7 +114,7 @@ class Power:
             return [MODE]
         coordinates = unit.coordinates_of(command)
         _, speeds = _ROWS[coordinates]
-        return [speeds, STATUS, POSITIONS[coordinates]]
+        return [speeds, PLACES]
 
     async def see_jogging(self, unit: UnitAxes, proof: Proof) -> None:
         """See that an axis of a unit jogs, which another is to join: MOD and UNT are refused meanwhile.
@@ -147,7 +145,11 @@ class Power:
         )
         return await self._commander.prepare(query, unanswered, proof=proof)
 
-    def _refuse(self) -> None:
+    def refuse(self) -> None:
+        """Refuse what the loss forbids.
+
+        :raises PowerCycled: always.
+        """
         raise PowerCycled(f"{self._what_happened()}; nothing was sent.", ACKNOWLEDGE)
 
     def _what_happened(self) -> str:
@@ -156,54 +158,40 @@ class Power:
 
     # origins
 
-    def _note_origins(self, unit: UnitAxes, found: AxisStatuses) -> None:
-        """In Ver.2 a loss of power shows in origins that are gone, though nothing has homed the robot.
-
-        Homing begins with that, and so may macros, ours or not.
-        """
-        before = self._homed.pop(unit.number, set())
-        if any(it.motion_mode in (MotionMode.HOMING, MotionMode.MACRO) for it in found.axes):
-            self._placed -= {(unit.number, coordinates) for coordinates in POSITIONS}
-            return
-        self._homed[unit.number] = {place for place, axis in enumerate(found.axes) if axis.origin_done}
-        if self._commander.line.mode == HostMode.VER_2 and before - self._homed[unit.number]:
-            self.lost(certain=False)
-
     def forget_origins(self) -> None:
         """Something of ours begins that may home the robot."""
-        self._homed.clear()
-        self._placed.clear()
+        self._origins.forget()
 
-    def _has_origins(self, unit: UnitAxes, coordinates: Coordinates) -> bool:
-        """Whether a unit is known to have something that a loss of power takes away."""
-        return bool(self._homed.get(unit.number)) or (unit.number, coordinates) in self._placed
-
-    async def _look_at_origins(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
-        """See that the origins are still there: by the status, then by the positions, which need them."""
-        statuses = await self._ask(STATUS, unit.address, proof)
-        if isinstance(statuses, AxisStatuses):
-            self._note_origins(unit, statuses)
-        if (unit.number, coordinates) not in self._placed:
-            return
-        told = await self._ask(POSITIONS[coordinates], unit.address, proof)
-        if isinstance(told, AxisCoordinates) and _nowhere(told):
+    def _note_origins(self, unit: UnitAxes, command: FicsCommand[Any], reply: Reply) -> None:
+        """In Ver.2 a loss of power shows in homed motors without places (C-HOST manual 4-4)."""
+        self._origins.note(unit, command, reply)
+        if self._commander.line.mode == HostMode.VER_2 and self._origins.are_lost(unit):
             self.lost(certain=False)
+
+    async def look_at_origins(self, unit: UnitAxes, proof: Proof | None = None) -> None:
+        """See whether a unit is still homed. Call it with the sequence lock held and the unit selected.
+
+        :raises NotSent: it did not tell.
+        """
+        for question in (PLACES, STATUS, PLACES):
+            reply = await self._ask(question, unit.address, proof)
+            if reply is not None:
+                self._note_origins(unit, question, reply)
+            if not self._origins.are_doubtful(unit):
+                return
 
     # speeds
 
     def note(self, unit: UnitAxes, command: FicsCommand[Any], outcome: Outcome) -> None:
         """Keep the speed percentages that were set, or read first; forget those nobody can be sure of.
 
-        What was read of origins is kept, too.
+        What was read of positions is kept, too: they tell of origins.
         """
         if isinstance(command, SetSpeedPercent | SetMotorSpeedPercent):
             self._note_set(unit, command, outcome)
         for reply in outcome.replies if isinstance(outcome, Answered) else ():
-            if isinstance(reply, AxisStatuses):
-                self._note_origins(unit, reply)
-            elif isinstance(reply, AxisCoordinates) and not _nowhere(reply):
-                self._placed.add((unit.number, _coordinates(command)))
-            elif isinstance(reply, SpeedPercents) and unit.number not in self._due:
+            self._note_origins(unit, command, reply)
+            if isinstance(reply, SpeedPercents) and unit.number not in self._due:
                 self._note_read(unit, _coordinates(command), reply)
 
     def _note_read(self, unit: UnitAxes, coordinates: Coordinates, found: SpeedPercents) -> None:
@@ -257,11 +245,14 @@ class Power:
         """
         if self._commander.line.mode != HostMode.VER_2:
             return
-        looks = [self._look_at_speeds, self._look_at_origins]
-        for look in looks if self._has_origins(unit, coordinates) else reversed(looks):
-            await look(unit, coordinates, proof)
+        if self._origins.are_known(unit):
+            await self._look_at_speeds(unit, coordinates, proof)
+            await self.look_at_origins(unit, proof)
+        else:
+            await self.look_at_origins(unit, proof)
+            await self._look_at_speeds(unit, coordinates, proof)
         if self.cycled:
-            self._refuse()
+            self.refuse()
 
     async def _look_at_speeds(self, unit: UnitAxes, coordinates: Coordinates, proof: Proof) -> None:
         known = self._known(unit, coordinates)
@@ -319,8 +310,3 @@ class Power:
 def _coordinates(command: FicsCommand[Any]) -> Coordinates:
     motors = SetMotorSpeedPercent | GetMotorSpeedPercent | GetMotorPosition
     return "motor" if isinstance(command, motors) else "user"
-
-
-def _nowhere(told: AxisCoordinates) -> bool:
-    """Whether no axis tells where it stands."""
-    return all(place is None for place in told.coordinates)

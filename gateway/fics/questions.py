@@ -12,7 +12,9 @@ from protocols.fics.system import GetCommunicationMode, GetUnit
 MODE: Final = GetCommunicationMode()
 UNIT: Final = GetUnit()
 STATUS: Final = GetAxisStatus()
+PLACES: Final = GetMotorPosition()
+"""Where the motors stand: known only of those that are homed (C-HOST manual 4-4)."""
 POSITIONS: Final[Mapping[Coordinates, FicsCommand[Any]]] = {
     "user": GetUserPosition(),
-    "motor": GetMotorPosition(),
+    "motor": PLACES,
 }

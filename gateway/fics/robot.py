@@ -10,9 +10,11 @@ from gateway.core.lanes import Lane
 from gateway.core.stops import StopMode
 from gateway.fics.asking import Asking, Told, deadline_of, told_now
 from gateway.fics.axes import UnitAxes, unit_of
+from gateway.fics.bits import Bits
 from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
 from gateway.fics.durations import Durations
+from gateway.fics.errors import NotDone
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.motion_state import MotionState
@@ -52,7 +54,7 @@ _KEPT_BACK: dict[type[FicsCommand[Any]], str] = {
     StopJog: "Stop the axis, or its JOG session.",
     StopAllDecelerating: "Stop the robot, which sees to its standstill.",
     StopAllImmediately: "Stop the robot, which sees to its standstill.",
-    SetCommunicationMode: "Set the mode of the line in the configuration.",
+    SetCommunicationMode: "Change the mode of the robot, which sees to what goes with it.",
 }
 
 
@@ -68,12 +70,14 @@ class Robot:
         publish: Publish,
         *,
         poll_interval_s: float = 0.2,
+        bits: Bits | None = None,
     ) -> None:
         self.id = robot_id
         self.name = name
         self.line = line
         self._publish = publish
-        commander = Commander(robot_id, line)
+        commander = Commander(robot_id, line, bits)
+        self.bits = commander.bits
         self.motion = motion = MotionState(robot_id, self.publish)
         self.errors = errors = SystemErrors(commander, self.publish)
         self.power = power = Power(units, commander, errors, self.publish)
@@ -160,6 +164,23 @@ class Robot:
         """Send a setting and give what was read back; errors as of `Asking.change`."""
         return await self.asking.change(command, unit)
 
+    async def change_mode(self, mode: int) -> None:
+        """Bring the robot into another mode until the gateway ends (C-HOST manual 1-1-1, 2-37).
+
+        :raises RobotBusy: it moves, or a stop is not confirmed; nothing was sent.
+        :raises NotDone: it is in another mode, and is still to be brought into this one.
+        :raises GatewayError: nobody knows yet, and it is tried again; the error says why.
+        """
+        command = SetCommunicationMode(mode=mode)
+        self.line.admission.require()
+        async with self.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
+            self.motion.require_still(command)
+            if self.line.mode != mode:
+                self.line.change_mode(mode)
+        found = (await self.read(GetCommunicationMode())).mode
+        if found != mode:
+            raise NotDone(f"{self.id} is in mode {found}, not in mode {mode}.", command)
+
     def _unit_of(self, command: FicsCommand[Any], unit: int | None) -> RobotUnit:
         return self.unit(self.asking.only_unit(command) if unit is None else unit)
 
@@ -206,6 +227,7 @@ class Robot:
     def _line_changed(self, what: str, facts: dict[str, object]) -> None:
         self._forget_what_may_change()
         self.asking.note_change()
+        self.bits.compare_again()
         if what == "robot.power_cycled":
             self.selection.forget()
             self.power.lost(certain=bool(facts["certain"]))

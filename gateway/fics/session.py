@@ -18,15 +18,19 @@ from gateway.core.session import READ_REPEATS, Awaited, Session
 from gateway.fics.errors import NotProved, RobotOffline
 from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, ReplyFrame
 from gateway.fics.upload_state import UploadState
+from protocols.fics.alarms import GetErrorDetail
 from protocols.fics.link import Completion, Refusal, Terminator, encode
 from protocols.fics.positions import EndPositionUpload
-from protocols.fics.row import FicsCommand, WhenAnswered
+from protocols.fics.row import Block, FicsCommand, WhenAnswered
+from protocols.fics.status import GetAxisSensors
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetSystemVersion, HostMode, SetCommunicationMode
 from protocols.fics.variables import GetVariable
 from protocols.table import Retry
 
-FENCES = GetVariable.code, GetSystemVersion.code
+NEVER_FORBIDDEN: tuple[type[FicsCommand[Any]], ...] = (GetSystemVersion, GetErrorDetail, GetAxisSensors)
+"""Queries that no state forbids (C-HOST manual 1-7) and that are seldom put: fences in place of VAR."""
+FENCES = (GetVariable.code, *(query.code for query in NEVER_FORBIDDEN))
 """The names of the queries that are fences."""
 REPLIES_REMEMBERED = 1000
 VARIABLES = 100
@@ -67,6 +71,12 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self.on_silence: Callable[[], None] = lambda: None
         dice = rng or random.Random()  # noqa: S311  # against mix-ups, not against people
         self._variables = cycle(dice.sample(range(VARIABLES), VARIABLES))
+        self._variables_forbidden = False
+        """Whether the last fence has passed because it asked for no variable: state (a) forbids them."""
+        self._answers_until: dict[str, float] = {}
+        """By name, until when an answer that has no number may come to what was asked before."""
+        self._now = -inf
+        """When a frame was last written."""
         self._asked_for: deque[int] = deque(maxlen=VARIABLES // 2)
         self.gate.add(self._not_proved)
 
@@ -91,7 +101,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
             target=target,
             epoch=self.epoch(target),
             timeout_s=self.reply_timeout_s,
-            repeats=READ_REPEATS if command.retry is Retry.READ else 0,
+            repeats=0 if target == ROBOT and self.may_be_silent(command) else _repeats(command),
             rank=_RANKS.get(type(command), 0) if lane is Lane.STOP else 0,
         )
 
@@ -100,6 +110,10 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         if not self.upload.may_be_open or self._closing():
             return None
         return self.exchange(EndPositionUpload(), Lane.STOP)
+
+    def may_be_silent(self, query: FicsCommand[Any]) -> bool:
+        """Whether silence may be the refusal of a query: before it is repeated, ERR has to be asked."""
+        return self.mode == HostMode.VER_2 and query.is_query() and bool(query.blocked)
 
     def _closing(self) -> bool:
         """Whether the end of an upload is on its way."""
@@ -159,10 +173,18 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         return self.exchange(EndPositionUpload(), Lane.STOP)
 
     def fence_query(self) -> FicsExchange:
-        """Ask for a variable, and last for the version: it comes even while the teaching terminal runs."""
-        last = self._fence.tries == FENCE_TRIES - 1
+        """Ask for a variable, whose number comes back, or for what no state forbids (C-HOST manual 1-7).
+
+        In Ver.2 a forbidden question costs its whole time. The answer to another has no number, so no earlier
+        one may be on its way; but last it is taken nevertheless.
+        """
+        tries = self._fence.tries
+        forbidden = self.mode == HostMode.VER_2 and (self._variables_forbidden or tries > 0)
+        last = tries == FENCE_TRIES - 1
+        fresh = [it for it in NEVER_FORBIDDEN if self._answers_until.get(it.code, -inf) <= self._now]
+        query = (fresh or NEVER_FORBIDDEN)[0] if last or (forbidden and fresh) else None
         fence = self.exchange(
-            GetSystemVersion() if last else GetVariable(number=self._fresh_variable()), Lane.READ
+            GetVariable(number=self._fresh_variable()) if query is None else query(), Lane.READ
         )
         fence.self_identifying = True
         return fence
@@ -177,6 +199,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def fence_passed(self, fence: FicsExchange) -> None:
         """What was to be answered at once and was not never will be; a decelerating stop is at standstill."""
+        self._variables_forbidden = isinstance(fence.command, NEVER_FORBIDDEN)
         for stop in [it for it in self._sent if it.number < fence.number and it.lane is Lane.STOP]:
             if not isinstance(stop.command, StopAllDecelerating):
                 self._doubt(stop, stop.unusable(NoReply, "no reply came"))
@@ -202,6 +225,9 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """Note what it begins or ends; stops and motion are answered while others are asked."""
         command, silent = exchange.command, self._is_silent(exchange.command)
         exchange.parts.clear()  # of an earlier attempt
+        self._now = now
+        if isinstance(command, NEVER_FORBIDDEN):
+            self._answers_until[command.code] = now + exchange.timeout_s + self.late_reply_s
         if isinstance(command, GetVariable) and exchange is not self._fence_query:
             self._asked_for.append(command.number)
         if command.retry is not Retry.READ:
@@ -239,6 +265,8 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """The robot is there; and an upload that only its refusal shows has to be ended."""
         if not (exchange is self._fence_query and isinstance(outcome, Refusal)):
             self.offline.discard(ROBOT)
+        if isinstance(outcome, Answered) and Block.TERMINAL_RUNS in exchange.command.blocked:
+            self._variables_forbidden = False
         if self.upload.may_be_open or isinstance(outcome, Refusal):
             doubtful = self.upload.note_outcome(exchange.command, exchange.number, outcome)
             if doubtful and self.in_step:
@@ -272,6 +300,10 @@ def offline_error(robot_id: str) -> RobotOffline:
         f"Robot {robot_id} gives no usable answer; nothing was sent.",
         "Check its power, its cable, its port and its teaching terminal.",
     )
+
+
+def _repeats(command: FicsCommand[Any]) -> int:
+    return READ_REPEATS if command.retry is Retry.READ else 0
 
 
 def _ends_upload(exchange: FicsExchange) -> bool:

@@ -13,7 +13,7 @@ from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.waiting import happens
-from gateway.fics.axes import at_rest
+from gateway.fics.axes import Places, at_rest, may_brake
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
@@ -29,7 +29,7 @@ from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import HostMode
 
 STOPPING_ALREADY = "E04"
-"""The refusal of a second stop while the first is under way: as good as an answer (C-HOST manual 2-12)."""
+"""The refusal of a stop while another is under way (C-HOST manual 2-12)."""
 OF_THE_END_BEFORE = (NO_UPLOAD, BLOCK_ERRORS[Block.MOTION])
 """How the end of an upload is refused that was sent to be sure; motion keeps no stop (C-HOST manual 1-7)."""
 
@@ -139,8 +139,11 @@ class _RobotStop(Stopping):
         self._units, self._line, self._errors, self._tell = units, line, errors, tell
         self._refusal: str | None = None
         """The error the robot refused it with, last."""
+        self._times_written = 0
         self._not_still = {unit.number: f"Unit {unit.number} has not been asked yet." for unit in units}
         """Units that were not seen to stand still, and why."""
+        self._places: dict[int, Places] = {}
+        """Where the motors of a unit stood when they were last asked."""
         self.tell()
 
     # sending
@@ -152,13 +155,17 @@ class _RobotStop(Stopping):
             StopAllImmediately() if self.mode == "immediate" else StopAllDecelerating()
         )
         exchange = line.exchange(command, Lane.STOP)
-        exchange.on_written = self.note_written
+        exchange.on_written = self._note_written
         try:
             future = line.submit(exchange)
         except GatewayError as error:
             self.note_not_sent(error)
             return
         future.add_done_callback(lambda outcome: self._note(outcome.result()))
+
+    def _note_written(self, now: float) -> None:
+        self._times_written += 1
+        self.note_written(now)
 
     def _note(self, outcome: Outcome) -> None:
         if self.report.state == "confirmed":
@@ -172,9 +179,11 @@ class _RobotStop(Stopping):
             self.note_not_sent(outcome)
 
     def _refused(self, error: str) -> None:
-        if error == STOPPING_ALREADY:
-            self.report.state = "acknowledged"
+        repeated = self._times_written > 1 and self._refusal is None
+        if error == STOPPING_ALREADY and repeated:
+            self.report.state = "acknowledged"  # it is under way since it was sent first
             return
+        self.report.state = "refused"
         if error == UPLOAD_ERROR:
             self._line.doubt_upload()
         if self._refusal != error:
@@ -215,14 +224,20 @@ class _RobotStop(Stopping):
         self.tell()
 
     async def _why_not_still(self, unit: RobotUnit) -> str | None:
-        """Why a unit cannot be called standing still; None if it says itself that it does."""
+        """Why a unit cannot be called standing still; None if it says itself that it does.
+
+        In an emergency stop in which the axes may brake, the motors have to be where they were before.
+        """
         try:
             axes = (await unit.status(Lane.STOP)).values()
+            places = await unit.position("motor", Lane.STOP) if may_brake(axes) else {}
         except GatewayError as error:
             before = " It stood still when it was last asked." if unit.stood_still else ""
             reason = "it cannot be asked." if isinstance(error, NotSent) else error.detail
             return f"Nobody knows whether unit {unit.number} stands still: {reason}{before}"
-        return None if at_rest(axes) else f"Unit {unit.number} has not come to rest."
+        stood = self._places.get(unit.number, places) == places
+        self._places[unit.number] = places
+        return None if stood and at_rest(axes) else f"Unit {unit.number} has not come to rest."
 
     def replies_heard(self) -> int:
         """All of its line, which is the robot's alone."""

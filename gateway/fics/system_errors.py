@@ -13,6 +13,7 @@ from gateway.core.records import Record
 from gateway.fics.commander import Commander
 from gateway.fics.errors import ErrorStands
 from gateway.fics.motion_state import Tell
+from protocols.fics.alarm_texts import row_of
 from protocols.fics.alarms import DetailKind, ErrorDetail
 from protocols.fics.errors import ErrorKind, lookup
 
@@ -27,8 +28,11 @@ class RobotErrorRecord(Record):
     remedy_ja: str
     kind: DetailKind | None = Field(description="Which kind of error the details tell of; null if not known.")
     detail: str | None = Field(description="What ERD has answered.")
-    unit: int | None = None
+    unit: int | None = Field(default=None, description="Null in a system of a single unit, too.")
     axis: str | None = Field(default=None, description="The motor axis.")
+    driver_error: int | None = Field(default=None, description="The driver's own code; 255: not ready.")
+    program: int | None = Field(default=None, description="The program that was stopped.")
+    step: int | None = None
     at: datetime
 
 
@@ -41,6 +45,8 @@ class SystemErrors:
         self._tell = tell
         self.latched: RobotErrorRecord | None = None
         """The error that stands, as far as is known."""
+        self.looked_at: datetime | None = None
+        """When the robot has told it last, or that there is none."""
         self._looking: set[asyncio.Task[str | None]] = set()
         commander.on_error = self._keep
         commander.on_alarm = self._look_soon
@@ -60,6 +66,7 @@ class SystemErrors:
         """
         async with self._line.sequence_lock.held(lane, expires_at):
             error = await self._commander.take_error()
+            self.looked_at = datetime.now(UTC)
             if self.latched is not None and lookup(error).kind is not ErrorKind.FICS:
                 self.forget()
                 self._tell("robot.errors.reset", {"by": reset_by})
@@ -90,7 +97,7 @@ class SystemErrors:
         :raises ErrorStands: one does.
         """
         if self.latched is not None:
-            raise ErrorStands(f"{self.latched.en} {what} was not sent.", self.latched.remedy_en)
+            raise ErrorStands(what, self.latched.code, self.latched)
 
     @acting(Origin("gateway: poll"))
     def _look_soon(self) -> None:
@@ -122,16 +129,20 @@ def _record(error: str | None, detail: ErrorDetail | None) -> RobotErrorRecord:
     code = error
     if code is None and detail is not None and detail.error is not None:
         code = f"{detail.error:03d}"
-    row = lookup(code or "999")
+    known = code is not None or (detail is not None and detail.kind is not DetailKind.UNREADABLE)
+    row = row_of(code or "999", detail)
     return RobotErrorRecord(
         code=code,
-        en=row.en if code else "An error of the system stands.",
-        ja=row.ja if code else "Ficsのエラーが発生しています。",
+        en=row.en if known else "An error of the system stands.",
+        ja=row.ja if known else "Ficsのエラーが発生しています。",
         remedy_en=row.remedy_en,
         remedy_ja=row.remedy_ja,
         kind=detail.kind if detail else None,
         detail=detail.written() if detail else None,
-        unit=detail.unit if detail else None,
+        unit=(detail.unit or None) if detail else None,
         axis=detail.axis if detail else None,
+        driver_error=detail.driver_error if detail else None,
+        program=detail.program if detail else None,
+        step=detail.step if detail else None,
         at=datetime.now(UTC),
     )

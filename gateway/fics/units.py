@@ -1,5 +1,6 @@
 """A unit of a robot: where its axes stand, how they are, and what it is asked and told."""
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 from gateway.core.errors import GatewayError
@@ -98,6 +99,7 @@ class RobotUnit(UnitAxes):
             return {}
         try:
             motors = await self.status()
+            at = await self.position("motor")
         except GatewayError:
             return dict.fromkeys(missing, "not_known")
         modes = {motor.motion_mode for motor in motors.values()}
@@ -106,13 +108,11 @@ class RobotUnit(UnitAxes):
         if MotionMode.MACRO in modes:
             ours = isinstance(self._motion.command, RunMacro)
             return dict.fromkeys(missing, "macro" if ours else "automatic")
-        homed = {axis: all(motors[it].origin_done for it in self.motors_behind(axis)) for axis in missing}
-        otherwise = await self._why_homed_axes_are_unknown() if any(homed.values()) else "not_known"
-        return {axis: otherwise if homed[axis] else "not_homed" for axis in missing}
+        return {axis: _why([(motors[it], at[it]) for it in self.motors_behind(axis)]) for axis in missing}
 
-    async def _why_homed_axes_are_unknown(self) -> UnknownReason:
-        try:
-            motors = await self.position("motor")
-        except GatewayError:
-            return "not_known"
-        return "not_known" if None in motors.values() else "no_conversion"
+
+def _why(motors: Sequence[tuple[AxisStatus, float | None]]) -> UnknownReason:
+    """Why an axis has no place: its motors have theirs only if they are homed (C-HOST manual 2-9, 4-4)."""
+    if all(place is not None for _, place in motors):
+        return "no_conversion"
+    return "not_known" if all(status.origin_done for status, _ in motors) else "not_homed"

@@ -1,15 +1,18 @@
 """What happens to a robot without us: power that was lost, errors, motion nobody here asked for."""
 
+from collections.abc import Mapping
 from contextlib import suppress
 
 from gateway.core.errors import ControllerRefused, Expired, GatewayError, PowerCycled
 from gateway.core.line_state import LineState
 from gateway.core.waiting import happens
-from gateway.fics.axes import at_rest
+from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.errors import RobotBusy
 from gateway.fics.questions import UNIT
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
+from protocols.fics.status import AxisStatus, GetAxisSensors
+from protocols.fics.system import HostMode
 
 HEALTH_POLL_S = 5.0
 """A robot that does nothing for us is asked for its mode, errors and status this often."""
@@ -51,10 +54,30 @@ async def _moves(robot: Robot) -> bool | None:
     where the robot acts on one that is not configured the first that is becomes the present one.
     """
     try:
-        axes = (await (await _present_unit(robot)).status()).values()
+        unit = await _present_unit(robot)
+        statuses = await unit.status()
+        if robot.line.mode == HostMode.VER_2:
+            await robot.motions.see_power(unit)
+        await _compare_bits(robot, unit, statuses)
     except ControllerRefused as refused:
         return True if refused.error_code == BUSY else None
-    return not at_rest(axes)
+    return not at_rest(statuses.values())
+
+
+async def _compare_bits(robot: Robot, unit: RobotUnit, axes: Mapping[str, AxisStatus]) -> None:
+    """Once it stands still and is homed: see that its bits mean what the configuration says."""
+    standing = at_rest(axes.values()) and not any(map(in_trouble, axes.values()))
+    free = robot.motion.command is None and robot.latched_error is None
+    if not (standing and free and robot.bits.is_due(unit.number)):
+        return
+    with suppress(GatewayError):  # it is looked at again
+        homed = None not in (await unit.position("motor")).values()
+        robot.bits.was_looked_at(unit.number)
+        if not homed:
+            return
+        sensors = unit.by_axis(unit.motor_axes, (await unit.read(GetAxisSensors())).axes)
+        if told := robot.bits.compare(unit.number, axes, sensors):
+            robot.publish("robot.bits.mismatch", {"unit": unit.number, "detail": told})
 
 
 async def _present_unit(robot: Robot) -> RobotUnit:

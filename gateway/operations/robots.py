@@ -65,6 +65,12 @@ async def acknowledge_power_cycle(plant: Plant, robot_id: str) -> None:
 
 
 @for_caller
+async def change_mode(plant: Plant, robot_id: str, mode: int) -> None:
+    """Bring a robot into another mode; errors as of `Robot.change_mode`."""
+    await plant.family(Fics).robot(robot_id).change_mode(mode)
+
+
+@for_caller
 async def channels(
     plant: Plant, robot_id: str, row: type[GetInputChannel | GetOutputChannel], first: int, count: int
 ) -> dict[int, ChannelBits]:

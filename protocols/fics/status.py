@@ -1,7 +1,8 @@
 """Where the axes are and how they are (C-HOST manual 2-9 to 2-11)."""
 
+from collections.abc import Sequence
 from enum import IntEnum
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -110,6 +111,16 @@ class AxisSensorsWire(Wire):
     def decode(self, text: str) -> AxisSensors:
         """Read the digit."""
         return AxisSensors(**{name: bool(int(text) >> place & 1) for place, name in enumerate(SENSOR_BITS)})
+
+
+B = TypeVar("B", AxisStatus, AxisSensors)
+
+
+def rename_bits(axis: B, names: Sequence[str], others: Sequence[str]) -> B:
+    """Give what each of the `names` of a status or of sensors says to the other name at its place."""
+    known = type(axis).model_fields
+    values = {new: getattr(axis, old) for old, new in zip(names, others, strict=True) if old in known}
+    return axis.model_copy(update=values)
 
 
 class SensorStates(Reply, args="{axes}"):

@@ -1,11 +1,9 @@
 """What the C-HOST manual leaves open about the robot, as switches."""
 
 from dataclasses import dataclass
-from typing import Literal, TypeVar
+from typing import Literal
 
-from protocols.fics.status import SENSOR_BITS, STATUS_BITS, AxisSensors, AxisStatus
-
-B = TypeVar("B", AxisStatus, AxisSensors)
+from protocols.fics.status import SENSOR_BITS, STATUS_BITS, B, rename_bits
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +33,4 @@ class RobotSettings:
 
     def told(self, axis: B) -> B:
         """The status or the sensors of an axis, changed so that their notation has this order of bits."""
-        places = zip(STATUS_BITS + SENSOR_BITS, self.status_bits + self.sensor_bits, strict=True)
-        known = type(axis).model_fields
-        return axis.model_copy(update={usual: getattr(axis, bit) for usual, bit in places if usual in known})
+        return rename_bits(axis, self.status_bits + self.sensor_bits, STATUS_BITS + SENSOR_BITS)

@@ -55,13 +55,13 @@ class Cell:
 Story = Callable[[Cell], Coroutine[Any, Any, None]]
 
 
-def in_cell(units: int = 2, mode: int = 3) -> Callable[[Story], Callable[[], None]]:
+def in_cell(units: int = 2, mode: int = 3, options: str = "") -> Callable[[Story], Callable[[], None]]:
     """Turn a story about a robot into a test that runs it in virtual time."""
 
     def as_test(story: Story) -> Callable[[], None]:
         def test() -> None:
             async def run() -> None:
-                async with fics_rig(units=units, mode=mode) as rig:
+                async with fics_rig(units=units, mode=mode, options=options) as rig:
                     app = create_app(rig.plant)
                     transport = ASGITransport(app, raise_app_exceptions=False)
                     async with AsyncClient(transport=transport, base_url=f"http://{HOST}") as client:

@@ -117,7 +117,7 @@ def test_while_the_terminal_runs_nobody_is_kept_by_questions_for_the_unit(mode: 
                 await asyncio.sleep(UNIT_HOLDS_S)
                 await rig.robot.unit(2).status()
             frames = rig.cable.frames(sent)
-            assert frames.count("ACD") == 3
+            assert frames.count("ACD") >= 3  # and those of the watch
             assert [text for text in frames if text.startswith("UNT")] == []
             rig.touch(lambda fics, _: setattr(fics, "terminal", None))
             await asyncio.sleep(2 * HEALTH_POLL_S)

@@ -1,6 +1,7 @@
 """Robots that do otherwise than is assumed, where the manual leaves it open: they are served all the same."""
 
 import asyncio
+from itertools import permutations
 
 import pytest
 
@@ -8,7 +9,8 @@ from gateway.core.errors import NotSent
 from gateway.core.move_record import MoveStatus
 from protocols.fics.alarms import ResetErrors
 from protocols.fics.homing import HomeRobot
-from protocols.fics.moves import MoveAbsolute
+from protocols.fics.moves import MoveAbsolute, MoveRelative
+from protocols.fics.status import SENSOR_BITS, STATUS_BITS
 from simulator.fics.settings import RobotSettings
 from tests.fics_plants import fics_rig
 from tests.plants import in_virtual_time
@@ -39,5 +41,63 @@ def test_it_moves_stops_and_goes_nowhere_after_a_loss_of_power(other: str, mode:
             await asyncio.sleep(5)
             with pytest.raises(NotSent):
                 await rig.move(to_5)
+
+    story()
+
+
+ORDERS = {" ".join(order): RobotSettings(status_bits=order) for order in permutations(STATUS_BITS)} | {
+    " ".join(order): RobotSettings(sensor_bits=order) for order in permutations(SENSOR_BITS)
+}
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("order", ORDERS)
+def test_whatever_the_bits_of_acd_and_asd_mean_moves_end_and_stops_are_confirmed(
+    order: str, mode: int
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(
+            mode=mode, prepare=lambda machine: setattr(machine.robot, "settings", ORDERS[order])
+        ) as rig:
+            await asyncio.sleep(2)
+            assert (await rig.move(HomeRobot())).status is MoveStatus.SUCCEEDED
+            to_5 = MoveAbsolute(coordinates=[None, None, 5.0])
+            assert (await rig.move(to_5)).status is MoveStatus.SUCCEEDED
+            jog = await rig.robot.jogs.start(1, "Z", "+")
+            assert (await rig.robot.jogs.end(jog.id)).state == "ended"
+            assert rig.types("robot.jog.not_stopped") == []
+            down = await rig.plant.robot_moves.start(
+                rig.robot, 1, MoveAbsolute(coordinates=[None, None, -5.0])
+            )
+            await asyncio.sleep(0.05)
+            assert (await rig.robot.stop("decelerate")).state == "confirmed"
+            assert (await rig.plant.robot_moves.wait(down.id, 60)).status is MoveStatus.STOPPED
+            homing = await rig.plant.robot_moves.start(rig.robot, 1, HomeRobot())
+            await asyncio.sleep(0.05)
+            assert (await rig.robot.stop("immediate")).state == "confirmed"
+            assert (await rig.plant.robot_moves.wait(homing.id, 60)).status is MoveStatus.STOPPED
+            assert not rig.robot.power_cycled
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_an_immediate_stop_that_is_refused_while_the_robot_brakes_is_told_as_refused(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        settings = RobotSettings(stop_while_braking="refused")
+        async with fics_rig(
+            mode=mode, prepare=lambda machine: setattr(machine.robot, "settings", settings)
+        ) as rig:
+            await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[None, None, -50.0]))
+            await asyncio.sleep(0.3)
+            decelerate = rig.robot.stop("decelerate")
+            await asyncio.sleep(0.01)
+            immediate = rig.robot.stop("immediate")
+            assert (await immediate).state == "confirmed"
+            assert (await decelerate).state == "confirmed"
+            (refused,) = rig.events("robot.stop.refused")
+            assert (refused.data["state"], refused.data["error"]) == ("refused", "E04")
 
     story()

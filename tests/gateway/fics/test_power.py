@@ -190,8 +190,8 @@ async def test_in_mode_2_the_origins_are_looked_at_before_a_motion() -> None:
 async def test_in_mode_2_no_origins_no_motion_where_the_robot_does_not_tell_them() -> None:
     async with fics_rig(mode=2) as rig:
         await rig.move(HomeRobot())
-        rig.cable.lost_answer = "ACD"
-        with pytest.raises(NotSent, match="did not answer ACD"):
+        rig.cable.lost_answer = "MPS"
+        with pytest.raises(NotSent, match="did not answer MPS"):
             await rig.move(DOWN)
         assert rig.heard("LMI") == []
 
@@ -307,7 +307,6 @@ async def test_h01_no_axis_joins_a_jog_that_the_robot_does_not_tell_of() -> None
 async def test_h01_in_mode_2_positions_that_are_gone_tell_of_a_loss_of_power_too() -> None:
     async with fics_rig(mode=2) as rig:
         await rig.move(HomeRobot())
-        rig.robot.power._homed.clear()  # as if the bits of ACD meant something else
         rig.power_cycle()
         with pytest.raises(PowerCycled):
             await rig.robot.jogs.start(1, "Z", "-")

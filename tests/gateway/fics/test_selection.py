@@ -89,7 +89,7 @@ def test_in_mode_2_a_refusal_of_the_terminal_is_told_though_the_question_is_not_
         async with fics_rig(units=2, mode=2) as rig:
             await rig.robot.unit(1).position()
             rig.touch(lambda fics, _: setattr(fics, state, value))
-            with pytest.raises(ControllerRefused, match="refused UNT") as refused:
+            with pytest.raises(ControllerRefused, match="which goes before LMI") as refused:
                 await rig.plant.robot_moves.start(rig.robot, 1, DOWN, start_within_s=20.0)
             assert refused.value.error_code == error
             assert rig.heard("LMI") == []

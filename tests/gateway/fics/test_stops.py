@@ -80,7 +80,7 @@ async def test_a_refused_stop_is_never_given_up_and_no_move_begins_before_it_has
         rig.edit(True)
         report = await rig.robot.stop("immediate")
         await asyncio.sleep(2 * HURRY_S)
-        assert (report.state, rig.robot.motion.stopping) == ("sent", True)
+        assert (report.state, rig.robot.motion.stopping) == ("refused", True)
         assert rig.types("robot.stop").count("robot.stop.unconfirmed") == 1
         with pytest.raises(RobotBusy, match="not confirmed yet"):
             await rig.move(MoveRelative(coordinates=[None, None, -1.0]))

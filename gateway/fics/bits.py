@@ -1,0 +1,92 @@
+"""What the bits of ACD and ASD mean on a robot, and whether what it shows bears that out.
+
+The figures that name them are lost (C-HOST manual 2-10, 2-11), so their order is a setting.
+"""
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from gateway.fics.exchange import Answered, Outcome
+from protocols.fics.status import (
+    SENSOR_BITS,
+    STATUS_BITS,
+    AxisSensors,
+    AxisStatus,
+    AxisStatuses,
+    SensorStates,
+    rename_bits,
+)
+from protocols.table import Reply
+
+log = logging.getLogger(__name__)
+
+AT_REST: Mapping[str, bool] = {"origin_done": True, "servo_ready": True, "moving": False, "alarm": False}
+"""What a homed axis shows that stands still without an error."""
+
+
+@dataclass(eq=False)
+class Bits:
+    """The order of the bits of one robot, lowest first."""
+
+    status: tuple[str, ...] = STATUS_BITS
+    sensors: tuple[str, ...] = SENSOR_BITS
+    mismatches: dict[int, str] = field(default_factory=dict)
+    """By unit, what it showed at rest that does not go with their order."""
+    _compared: set[int] = field(default_factory=set)
+
+    def read(self, outcome: Outcome) -> Outcome:
+        """Name the bits of an answer as they are ordered here."""
+        if not isinstance(outcome, Answered) or (self.status, self.sensors) == (STATUS_BITS, SENSOR_BITS):
+            return outcome
+        return Answered(tuple(map(self._named, outcome.replies)), outcome.confirmed)
+
+    def _named(self, reply: Reply) -> Reply:
+        usual, here = STATUS_BITS + SENSOR_BITS, self.status + self.sensors
+        if isinstance(reply, AxisStatuses):
+            return AxisStatuses(axes=[rename_bits(axis, usual, here) for axis in reply.axes])
+        if isinstance(reply, SensorStates):
+            return SensorStates(axes=[rename_bits(axis, usual, here) for axis in reply.axes])
+        return reply
+
+    # whether a robot bears it out
+
+    def compare_again(self) -> None:
+        """The robot was set up, or will be homed."""
+        self._compared.clear()
+
+    def is_due(self, unit: int) -> bool:
+        """Whether a unit was not compared yet."""
+        return unit not in self._compared
+
+    def was_looked_at(self, unit: int) -> None:
+        """A unit was at rest; it is compared if it was homed, and else after its homing."""
+        self._compared.add(unit)
+
+    def compare(
+        self, unit: int, axes: Mapping[str, AxisStatus], sensors: Mapping[str, AxisSensors]
+    ) -> str | None:
+        """Compare what a homed unit shows at rest; gives what does not fit where that is news."""
+        wrong = [
+            f"axis {name} shows {bit} {'off' if wanted else 'on'}"
+            for name, axis in axes.items()
+            for bit, wanted in AT_REST.items()
+            if getattr(axis, bit) is not wanted
+        ]
+        wrong += [
+            f"axis {name} shows {bit} on"
+            for name, axis in sensors.items()
+            for bit in ("plus_limit", "minus_limit")
+            if getattr(axis, bit)
+        ]
+        before = self.mismatches.pop(unit, None)
+        if not wrong:
+            return None
+        self.mismatches[unit] = told = (
+            f"Unit {unit} stands still, homed and without an error, but {', '.join(wrong)}: see whether "
+            "status_bits and sensor_bits of the configuration are those of this robot."
+        )
+        if told == before:
+            return None
+        log.warning("%s", told)
+        return told

@@ -1,0 +1,51 @@
+"""The teaching terminal runs the robot, state (a): a move is refused quickly (C-HOST manual 1-7)."""
+
+import asyncio
+
+import pytest
+
+from gateway.core.errors import ControllerRefused
+from gateway.fics.jogs import START_WITHIN_S
+from protocols.fics.moves import MoveRelative
+from protocols.fics.status import MotionMode
+from tests.fics_plants import fics_rig
+from tests.plants import in_virtual_time
+
+DOWN = MoveRelative(coordinates=[None, None, -1.0])
+
+
+@pytest.mark.parametrize("units", [1, 2])
+@pytest.mark.parametrize(("mode", "first_s", "next_s"), [(2, 1.7, 0.6), (3, 0.01, 0.01)])
+def test_a_move_is_refused_with_e01(mode: int, units: int, first_s: float, next_s: float) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode, units=units) as rig:
+            rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
+            loop = asyncio.get_running_loop()
+            for within_s in (first_s, next_s):
+                asked_at = loop.time()
+                with pytest.raises(ControllerRefused, match="LMI was not sent") as refused:
+                    await rig.move(DOWN)
+                assert loop.time() - asked_at < within_s
+                assert (refused.value.command_code, refused.value.error_code) == ("LMI", "E01")
+                await asyncio.sleep(7)
+            rig.touch(lambda fics, _: setattr(fics, "terminal", None))
+            await rig.move(DOWN)
+            assert len(rig.heard("LMI")) == 1
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_jog_is_refused_with_e01(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            rig.touch(lambda fics, _: setattr(fics, "terminal", MotionMode.MACRO))
+            asked_at = asyncio.get_running_loop().time()
+            with pytest.raises(ControllerRefused) as refused:
+                await rig.robot.jogs.start(1, "Z", "-")
+            assert asyncio.get_running_loop().time() - asked_at < START_WITHIN_S
+            assert (refused.value.command_code, refused.value.error_code) == ("JOG", "E01")
+
+    story()
