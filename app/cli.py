@@ -16,6 +16,7 @@ import typer
 import uvloop
 
 from app.journal import journal
+from app.program import program
 from app.server import CannotListen
 from app.server import serve as run_server
 from gateway.config import Config, ConfigError, load
@@ -49,6 +50,7 @@ app = typer.Typer(
 simulate = typer.Typer(help="Run fake controllers to develop and test against.", no_args_is_help=True)
 app.add_typer(simulate, name="simulate")
 app.add_typer(journal, name="journal")
+app.add_typer(program, name="program")
 
 Url = Annotated[str, typer.Option(help="Where the gateway listens.", envvar="MOTION_GATEWAY_URL")]
 

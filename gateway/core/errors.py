@@ -60,6 +60,7 @@ class InvalidText(InvalidRequest):
 
     kind = "invalid-text"
     title = "The text is not valid"
+    faults: Sequence[Misplaced] = ()
 
     def __init__(self, detail: str, remedy: str, faults: Sequence[Misplaced]) -> None:
         super().__init__(detail, remedy)

@@ -9,7 +9,6 @@ from protocols.rorze.notation import BILLION
 from protocols.rorze.programs import LARGEST_COUNT, GetProgramMemory, SetProgramMemory
 
 LAST_PLACES = {"D": 199, "C": 29, "T": 29}
-MOST_AT_ONCE = 200
 
 _NAME = re.compile("([DCT])(0|[1-9][0-9]{0,2})")
 

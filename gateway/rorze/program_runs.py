@@ -9,7 +9,6 @@ from typing import Literal
 from pydantic import Field
 
 from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound
-from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
 from gateway.core.origin import current
 from gateway.core.records import Record
@@ -18,7 +17,7 @@ from gateway.rorze.stored_program import RUNS, instruction_at, runs
 from protocols.rorze.programs import GetProgramAddress, GetProgramStatus, RunProgram, StepProgram
 
 HISTORY = 100
-POLL_S = 0.25
+POLL_S = 0.5
 """A program that runs is asked for its status this often."""
 
 END_CAUSES = {
@@ -185,11 +184,11 @@ class ProgramRuns:
 
     async def _look(self, body: Body, run: ProgramRun) -> bool:
         """Ask whether a run goes on, and note its end; after a loss of power nobody can tell it."""
-        status, _ = await body.ask(GetProgramStatus(), lane=Lane.PROOF)
+        status, _ = await body.ask(GetProgramStatus())
         if status.status & RUNS and not body.power.cycled:
             run.detail = None
             return True
-        at, _ = await body.ask(GetProgramAddress(), lane=Lane.PROOF)
+        at, _ = await body.ask(GetProgramAddress())
         if run.status != "running":
             return False
         run.ended_at = datetime.now(UTC)
