@@ -29,3 +29,17 @@ class ProgramDiffers(GatewayError):
         super().__init__(detail, "Upload it again before it is run.")
         self.line = line
         """The first line of the source that differs, from 1."""
+
+
+class SaveUncertain(GatewayError):
+    """A body has lost its power around the moment in which it wrote its program to flash memory."""
+
+    kind = "save-uncertain"
+    title = "Nobody knows which program was written to flash memory"
+    retryable = True
+
+    def __init__(self, address: str) -> None:
+        super().__init__(
+            f"{address} has lost its power before or while it wrote its program to flash memory.",
+            "Upload it again before it is run.",
+        )

@@ -24,7 +24,7 @@ from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.sequence_lock import Series
 from gateway.rorze.bodies import Body
-from gateway.rorze.errors import ProgramDiffers
+from gateway.rorze.errors import ProgramDiffers, SaveUncertain
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.stored_program import instruction_at, read_instructions, runs
 from protocols.rorze.flash import EraseFlash, LoadProgram, SaveProgram
@@ -239,7 +239,7 @@ class ProgramUploads:
 
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
         record = work.record
-        record.stored = _stored(record, unsure=isinstance(error, NoReply))
+        record.stored = _stored(record, unsure=isinstance(error, NoReply | SaveUncertain))
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else UploadError.of(error)
         del self._current[work.body]
@@ -261,8 +261,7 @@ class ProgramUploads:
         if record.flash:
             record.phase = "saving"
             async with work.body.line.undivided([work.body.number]) as work.series:
-                work.require_wanted()
-                await work.body.ask(SaveProgram())
+                await _save(work)
             record.saved = True
 
     async def _verify(self, work: _Work) -> None:
@@ -340,6 +339,17 @@ async def _add(work: _Work, address: int, text: str) -> None:
             return
 
 
+async def _save(work: _Work) -> None:
+    """Write the program to flash memory (FUS), and see that the body has kept in RAM what was read back.
+
+    :raises SaveUncertain: it has lost its power since.
+    """
+    work.require_wanted()
+    await work.body.ask(SaveProgram())
+    if await work.body.mark.stands(Lane.PROOF) is False:
+        raise SaveUncertain(work.body.address)
+
+
 def _require_same(work: _Work, address: int, found: str | None) -> None:
     """Compare what stands at an address with the program.
 
@@ -373,8 +383,6 @@ def _stored(record: ProgramUpload, *, unsure: bool) -> str:
                 f"All {record.instructions} instructions were sent, and {record.verified} of them were read "
                 f"back as they should be. {flash}"
             )
-        case "saving":
-            return f"{whole}, read back. " + (
-                "Nobody knows whether it was written to flash memory." if unsure else flash
-            )
+        case "saving" if unsure:
+            return f"{whole} when it was read back. Nobody knows what flash memory holds."
     return f"{whole}, read back. " + ("Flash memory holds it too." if record.saved else flash)

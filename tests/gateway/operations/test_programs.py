@@ -192,13 +192,48 @@ async def test_a_body_that_holds_another_program_is_found_out_by_the_line() -> N
 
 
 @in_virtual_time
-async def test_a_body_that_loses_its_power_amid_an_upload_never_counts_as_programmed() -> None:
+async def test_an_upload_over_a_line_that_goes_down_says_what_is_stored() -> None:
     async with one_body(baud=9600) as it:
         await uploaded(it, LONG, wait_s=2.0)
         it.wire.unplug()
         over = await programs.get_upload(it.plant, "3F", "current", 60.0)
         assert over.status in ("failed", "cancelled")
         assert over.stored.startswith(f"RAM holds the first {over.written} of 300 instructions")
+
+
+def cut_power(it: Rig) -> None:
+    """Switch the body off and on, too quickly for its silence to be noticed."""
+    now = asyncio.get_running_loop().time()
+    it.axis().power_off(now)
+    it.axis().power_on(now)
+
+
+@pytest.mark.parametrize("frame", ["&3FUWSWAT5", "&3FUED", "&3FUPD3"])
+def test_a_body_that_loses_its_power_amid_an_upload_holds_another_program(frame: str) -> None:
+    async def story() -> None:
+        async with one_body() as it:
+            uploading = asyncio.create_task(uploaded(it, BLINK))
+            await it.wire.begun(frame)
+            cut_power(it)
+            over = await uploading
+            assert over.status == "failed"
+            assert over.error is not None
+            assert over.error.type == "program-differs"
+
+    run_virtual(story())
+
+
+@in_virtual_time
+async def test_a_loss_of_power_before_the_flash_memory_is_written_is_told() -> None:
+    async with one_body() as it:
+        uploading = asyncio.create_task(uploaded(it, BLINK, flash=True))
+        await it.wire.begun("&3FFUS")
+        cut_power(it)
+        over = await uploading
+        assert (over.status, over.phase, over.saved) == ("failed", "saving", False)
+        assert over.error is not None
+        assert over.error.type == "save-uncertain"
+        assert over.stored.endswith("Nobody knows what flash memory holds.")
 
 
 @settings(max_examples=25)
