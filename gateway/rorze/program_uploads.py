@@ -2,21 +2,22 @@
 
 import asyncio
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import Literal, Self
+from typing import Literal, Self, TypeVar
 
 from pydantic import Field
 
 from gateway.core.errors import (
     BodyBusy,
     Cancelled,
-    CommandGarbled,
+    ControllerRefused,
     GatewayError,
     NoReply,
     NotFound,
     ShuttingDown,
+    StoppedFirst,
 )
 from gateway.core.lanes import Lane
 from gateway.core.move_log import new_id
@@ -26,11 +27,13 @@ from gateway.core.sequence_lock import Series
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import ProgramDiffers, SaveUncertain
 from gateway.rorze.exchange import RorzeExchange
-from gateway.rorze.stored_program import instruction_at, read_instructions, runs
+from gateway.rorze.stored_program import instruction_at, runs
 from protocols.rorze.flash import EraseFlash, LoadProgram, SaveProgram
-from protocols.rorze.programs import AddProgramInstruction, ClearProgram, GetLastProgramAddress
+from protocols.rorze.programs import STEPS, AddProgramInstruction, ClearProgram, GetLastProgramAddress
 from protocols.rorze.user_program.assembler import Assembled
 from protocols.table import Effect
+
+T = TypeVar("T")
 
 HISTORY = 100
 BLOCK = 2
@@ -39,7 +42,7 @@ BLOCK = 2
 At 9600 baud, with a fence before each, that takes 0.1 s.
 """
 ATTEMPTS = 3
-"""What is proved not to be stored is sent again, so often in all."""
+"""What is proved not to be stored is sent again, so often in all; what was refused may have been garbled."""
 PROGRESS_S = 1.0
 """Progress is told at most this often."""
 CANCELLED_WITHIN_S = 10.0
@@ -227,10 +230,9 @@ class ProgramUploads:
         record = work.record
         try:
             await self._transfer(work)
-        except Cancelled as error:
-            self._end(work, "cancelled", error)
         except GatewayError as error:
-            self._end(work, "failed", error)
+            ended = work.unwanted or isinstance(error, StoppedFirst | ShuttingDown)
+            self._end(work, "cancelled" if ended else "failed", error)
         except asyncio.CancelledError:
             self._end(work, "cancelled", ShuttingDown())
         else:
@@ -239,7 +241,7 @@ class ProgramUploads:
 
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
         record = work.record
-        record.stored = _stored(record, unsure=isinstance(error, NoReply | SaveUncertain))
+        record.stored = _stored(record, unsure=isinstance(error, NoReply | ProgramDiffers | SaveUncertain))
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else UploadError.of(error)
         del self._current[work.body]
@@ -265,22 +267,17 @@ class ProgramUploads:
             record.saved = True
 
     async def _verify(self, work: _Work) -> None:
-        """See that the body holds the program, and nothing else.
+        """See that the body holds the program and nothing behind it, once no copy of UCS or UWS is to come.
 
         :raises ProgramDiffers: it does not.
         """
-        wanted = work.program.texts()
-
-        def compare(found: Sequence[str]) -> None:
+        length = len(work.program.instructions)
+        await asyncio.sleep(work.body.line.late_reply_s)
+        for address in range(min(length + 1, STEPS)):
             work.require_wanted()
-            address = len(found) - 1
-            _require_same(work, address, found[address])
-            work.record.verified = len(found)
+            await _require_same(work, address)
+            work.record.verified = min(address + 1, length)
             self._progress(work)
-
-        found = await read_instructions(work.body, compare)
-        if len(found) < len(wanted):
-            _require_same(work, len(found), None)
 
     def _progress(self, work: _Work) -> None:
         now = asyncio.get_running_loop().time()
@@ -310,8 +307,9 @@ async def _clear(work: _Work) -> None:
         work.require_wanted()
         try:
             await work.body.ask(ClearProgram())
-        except (NoReply, CommandGarbled):
-            if (await work.body.ask(GetLastProgramAddress(), lane=Lane.PROOF))[0].address == 0:
+        except (NoReply, ControllerRefused) as lost:
+            end, _ = await _told(work.body.ask(GetLastProgramAddress(), lane=Lane.PROOF), lost)
+            if end.address == 0:
                 return
             if attempt == ATTEMPTS:
                 raise
@@ -328,15 +326,23 @@ async def _add(work: _Work, address: int, text: str) -> None:
         work.require_wanted()
         try:
             await work.body.ask(AddProgramInstruction(instruction=text))
-        except (NoReply, CommandGarbled):
-            found = await instruction_at(work.body, address, Lane.PROOF)
+        except (NoReply, ControllerRefused) as lost:
+            found = await _told(instruction_at(work.body, address, Lane.PROOF), lost)
             if found is not None:
-                _require_same(work, address, found)
+                await _require_same(work, address)
                 return
             if attempt == ATTEMPTS:
                 raise
         else:
             return
+
+
+async def _told(question: Awaitable[T], lost: GatewayError) -> T:
+    """Ask what has become of a command; where nobody tells, the loss of its reply is what counts."""
+    try:
+        return await question
+    except GatewayError:
+        raise lost from None
 
 
 async def _save(work: _Work) -> None:
@@ -350,14 +356,18 @@ async def _save(work: _Work) -> None:
         raise SaveUncertain(work.body.address)
 
 
-def _require_same(work: _Work, address: int, found: str | None) -> None:
-    """Compare what stands at an address with the program.
+async def _require_same(work: _Work, address: int) -> None:
+    """Compare what stands at an address with the program; one garbled reading proves nothing.
 
     :raises ProgramDiffers: it is something else.
     """
-    texts, line = work.program.texts(), work.line_of(address)
+    texts = work.program.texts()
     wanted = texts[address] if address < len(texts) else None
+    found = await instruction_at(work.body, address)
     if found != wanted:
+        found = await instruction_at(work.body, address)
+    if found != wanted:
+        line = work.line_of(address)
         raise ProgramDiffers(
             f"Line {line}: address {address} of {work.body.address} holds {found or 'nothing'}, not "
             f"{wanted or 'nothing'}.",
@@ -375,7 +385,7 @@ def _stored(record: ProgramUpload, *, unsure: bool) -> str:
         case "clearing":
             return f"RAM holds the former program. {flash}"
         case "writing":
-            maybe = ", and perhaps the next" if unsure else ""
+            maybe = ", and perhaps one more" if unsure else ""
             some = f"{record.written} of {record.instructions} instructions"
             return f"RAM holds the first {some}{maybe}. {flash}"
         case "verifying":

@@ -1,6 +1,5 @@
 """The user program that a body holds, read instruction by instruction (RC-420 manual 14.U, 15.2.6)."""
 
-from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from gateway.core.errors import ControllerRefused
@@ -53,10 +52,8 @@ async def read(body: Body) -> StoredProgram:
     return StoredProgram(tuple(instructions), STEPS - free.steps, await runs(body))
 
 
-async def read_instructions(
-    body: Body, seen: Callable[[Sequence[str]], None] = lambda _: None
-) -> Sequence[str]:
-    """Read all instructions; `seen` is called after each with those that were read so far.
+async def read_instructions(body: Body) -> list[str]:
+    """Read all instructions.
 
     Each is asked for by its address, which the answer repeats: so none can be mistaken for another.
     """
@@ -70,7 +67,6 @@ async def read_instructions(
         if text is None:
             break
         found.append(text)
-        seen(found)
     return found
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.core.errors import BodyBusy, InvalidRequest, InvalidText, NotFound, PowerCycled
+from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, InvalidText, NotFound, PowerCycled
 from gateway.core.origin import Origin
 from gateway.operations import commands, programs, stops
 from gateway.rorze.program_uploads import ProgramUpload
@@ -17,7 +17,7 @@ from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import AddProgramInstruction, RunProgram, StepProgram
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
 from protocols.rorze.user_program.assembler import assemble
-from simulator.faults import Direction
+from simulator.faults import Direction, Fault, Switch
 from tests.plants import Rig, in_virtual_time, lose, rig
 from tests.protocols.rorze.user_program.examples import INSTRUCTIONS
 from tests.virtual_time import run_virtual
@@ -60,7 +60,9 @@ async def test_a_program_is_uploaded_and_read_back() -> None:
         assert stored.source == "*BLINK\nSET OD0\nWAT 5\nRST OD0\nEND\n"
         assert (stored.labels, stored.running) == ({"BLINK": 0}, False)
         assert stored.steps == upload.steps
-        assert it.types("body.program") == ["body.program.upload.started", "body.program.upload.succeeded"]
+        first, *progress, last = it.types("body.program.upload")
+        assert (first, last) == ("body.program.upload.started", "body.program.upload.succeeded")
+        assert set(progress) <= {"body.program.upload.progress"}
 
 
 @in_virtual_time
@@ -182,7 +184,7 @@ def test_a_lost_frame_neither_doubles_nor_drops_an_instruction(direction: Direct
 async def test_a_body_that_holds_another_program_is_found_out_by_the_line() -> None:
     async with one_body() as it:
         uploading = asyncio.create_task(uploaded(it, BLINK))
-        await it.wire.begun("&3FUED")
+        await it.wire.begun("&3FUPD0")
         it.axis().program = (*it.axis().program[:2], "WAT6", *it.axis().program[3:])
         over = await uploading
         assert (over.status, over.verified) == ("failed", 2)
@@ -197,8 +199,19 @@ async def test_an_upload_over_a_line_that_goes_down_says_what_is_stored() -> Non
         await uploaded(it, LONG, wait_s=2.0)
         it.wire.unplug()
         over = await programs.get_upload(it.plant, "3F", "current", 60.0)
-        assert over.status in ("failed", "cancelled")
+        assert over.status == "failed"
         assert over.stored.startswith(f"RAM holds the first {over.written} of 300 instructions")
+
+
+@in_virtual_time
+async def test_a_body_that_falls_silent_leaves_one_instruction_in_doubt() -> None:
+    async with one_body() as it:
+        uploading = asyncio.create_task(uploaded(it, BLINK))
+        await it.wire.begun("&3FUWSWAT5")
+        it.axis().power_off(asyncio.get_running_loop().time())
+        over = await uploading
+        assert over.status == "failed"
+        assert over.stored.startswith("RAM holds the first 2 of 5 instructions, and perhaps one more.")
 
 
 def cut_power(it: Rig) -> None:
@@ -208,7 +221,7 @@ def cut_power(it: Rig) -> None:
     it.axis().power_on(now)
 
 
-@pytest.mark.parametrize("frame", ["&3FUWSWAT5", "&3FUED", "&3FUPD3"])
+@pytest.mark.parametrize("frame", ["&3FUWSWAT5", "&3FUPD0", "&3FUPD3"])
 def test_a_body_that_loses_its_power_amid_an_upload_holds_another_program(frame: str) -> None:
     async def story() -> None:
         async with one_body() as it:
@@ -234,6 +247,39 @@ async def test_a_loss_of_power_before_the_flash_memory_is_written_is_told() -> N
         assert over.error is not None
         assert over.error.type == "save-uncertain"
         assert over.stored.endswith("Nobody knows what flash memory holds.")
+
+
+@settings(max_examples=30)
+@given(
+    faults=st.dictionaries(
+        st.tuples(st.sampled_from(Direction), st.sampled_from([Fault.LOST, Fault.GARBLED, Fault.DOUBLED])),
+        st.floats(0.01, 0.2),
+        max_size=3,
+    ),
+    seed=st.integers(0, 1000),
+)
+def test_on_a_bad_line_what_is_told_of_an_upload_is_true(
+    faults: dict[tuple[Direction, Fault], float], seed: int
+) -> None:
+    async def story() -> None:
+        texts = programs.check(BLINK).texts()
+        async with rig(bodies=(0x3F,), groups={}, seed=seed) as it:
+            for (direction, fault), probability in faults.items():
+                it.machine.faults.set(Switch(fault, direction, probability=probability))
+            try:
+                over = await uploaded(it, BLINK)
+            except GatewayError:
+                assert not changes(it)
+                return
+            it.machine.faults.clear()
+            await asyncio.sleep(10.0)
+            held = it.axis().program
+            if over.status == "succeeded":
+                assert held == texts
+            elif over.phase == "writing" and "perhaps" not in over.stored:
+                assert len(held) == over.written
+
+    run_virtual(story())
 
 
 @settings(max_examples=25)
