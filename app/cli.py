@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from app import exits, journal, keys, moving, serving, setting_up, stopping, watching
+from app import exits, journal, keys, moving, program, serving, setting_up, stopping, watching
 
 app = typer.Typer(
     help="A network gateway for RORZE and DYNAX motion controllers. It is not a safety function.",
@@ -27,6 +27,7 @@ app.command(context_settings={"ignore_unknown_options": True})(moving.move)
 app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
 app.add_typer(keys.app, name="keys")
+app.add_typer(program.program, name="program")
 
 
 @app.command()

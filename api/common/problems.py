@@ -24,6 +24,7 @@ from gateway.core.errors import (
     ControllerRefused,
     GatewayError,
     InvalidRequest,
+    InvalidText,
     Moved,
     NotAllowed,
     NotFound,
@@ -54,6 +55,8 @@ class InvalidField(BaseModel):
 
     field: str = Field(description="Where: distance.value")
     message: str
+    line: int | None = Field(default=None, description="In a text of many lines: which one, from 1.")
+    column: int | None = Field(default=None, description="Where in that line, from 1.")
 
 
 class Problem(BaseModel):
@@ -100,6 +103,11 @@ def problem_of(error: GatewayError, instance: str, *, japanese: bool = False) ->
         retryable=error.retryable,
         code=error.error_code if isinstance(error, ControllerError) else None,
     )
+    if isinstance(error, InvalidText):
+        problem.errors = [
+            InvalidField(field="source", message=fault.reason, line=fault.line, column=fault.column)
+            for fault in error.faults
+        ]
     if japanese and isinstance(error, ControllerError):
         _translate(problem, error)
     return problem

@@ -104,6 +104,10 @@ class Router:
         """Register the function below for PATCH."""
         return self._registering("PATCH", path, right, options)
 
+    def delete(self, path: str, right: Right, **options: Any) -> Callable[[Endpoint], Endpoint]:
+        """Register the function below for DELETE."""
+        return self._registering("DELETE", path, right, options)
+
     def websocket(self, path: str, right: Right) -> Callable[[Endpoint], Endpoint]:
         """Register the function below for a WebSocket."""
 

@@ -1,6 +1,7 @@
 """What can go wrong between a request and a controller, said in one sentence each."""
 
-from typing import Any, ClassVar, Literal, Protocol
+from collections.abc import Sequence
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
 from protocols.table import Command, Effect
 
@@ -44,6 +45,26 @@ class InvalidRequest(GatewayError):
 
     kind = "invalid-request"
     title = "The request is not valid"
+
+
+class Misplaced(NamedTuple):
+    """What is wrong with a text, and where: line and column count from 1."""
+
+    line: int
+    column: int
+    reason: str
+
+
+class InvalidText(InvalidRequest):
+    """A text of many lines that can never be used as it stands."""
+
+    kind = "invalid-text"
+    title = "The text is not valid"
+    faults: Sequence[Misplaced] = ()
+
+    def __init__(self, detail: str, remedy: str, faults: Sequence[Misplaced]) -> None:
+        super().__init__(detail, remedy)
+        self.faults = faults
 
 
 class NotAllowed(GatewayError):

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from gateway.core.errors import CommandGarbled, ControllerRefused
+from gateway.core.errors import CommandGarbled, ControllerRefused, GatewayError
 from protocols.rorze.errors import lookup
 from protocols.rorze.row import RorzeCommand
 
@@ -16,3 +16,30 @@ def refused(address: str, command: RorzeCommand[Any], error: int | None) -> Cont
     if command.rules_out(error):
         return CommandGarbled(address, command.code, code, text)
     return ControllerRefused(address, command.code, code, text, lasting=error in LASTING)
+
+
+class ProgramDiffers(GatewayError):
+    """A user program was sent, and what the body holds is another one."""
+
+    kind = "program-differs"
+    title = "The body holds another program than was sent"
+    retryable = True
+
+    def __init__(self, detail: str, line: int) -> None:
+        super().__init__(detail, "Upload it again before it is run.")
+        self.line = line
+        """The first line of the source that differs, from 1."""
+
+
+class SaveUncertain(GatewayError):
+    """A body has lost its power around the moment in which it wrote its program to flash memory."""
+
+    kind = "save-uncertain"
+    title = "Nobody knows which program was written to flash memory"
+    retryable = True
+
+    def __init__(self, address: str) -> None:
+        super().__init__(
+            f"{address} has lost its power before or while it wrote its program to flash memory.",
+            "Upload it again before it is run.",
+        )

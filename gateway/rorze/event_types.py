@@ -5,6 +5,8 @@ from pydantic import Field
 from gateway.core.event_types import LINE, EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
 from gateway.core.move_record import Move
 from gateway.rorze.power import Acknowledgement
+from gateway.rorze.program_runs import ProgramRun
+from gateway.rorze.program_uploads import ProgramUpload
 from gateway.rorze.scans import Scan
 from gateway.rorze.stops import StopReport
 
@@ -98,6 +100,18 @@ BODIES = (
     EventType("body.power_mark.missing", BODY, MarkMissing, "no mark can be kept in it"),
     EventType("body.controller_event", BODY, ControllerEvent, "it has reported a change of state (frame 7E)"),
     EventType("body.end_frame", BODY, EndFrame, "an unknown body has ended a move (frame 7D)"),
+    *(
+        EventType(f"body.program.upload.{news}", BODY, ProgramUpload, when)
+        for news, when in {
+            "started": "a user program is being uploaded",
+            "progress": "an upload has come further; once a second at most",
+            "succeeded": "the program was read back and is the one that was sent",
+            "failed": "an upload was broken off, or the body holds another program: `stored` says what",
+            "cancelled": "a request, a stop or the end of the gateway has broken off an upload",
+        }.items()
+    ),
+    EventType("body.program.started", BODY, ProgramRun, "the gateway has started its user program"),
+    EventType("body.program.ended", BODY, ProgramRun, "that program has ended, or nobody knows: `status`"),
     EventType("body.left_moving", BODY, LeftMoving, "the gateway ends, and it moves as far as is known"),
 )
 

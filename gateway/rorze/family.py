@@ -22,6 +22,8 @@ from gateway.rorze.guards import Guards
 from gateway.rorze.line import Line
 from gateway.rorze.moves import Moves
 from gateway.rorze.power import Power
+from gateway.rorze.program_runs import ProgramRun, ProgramRuns
+from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
 from gateway.rorze.stops import Stops
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
@@ -77,6 +79,8 @@ class Rorze(Family):
         self.moves = Moves(self._publish_move, allow_endless_moves=site.allow_endless_moves)
         self.stops = Stops(site.events, self.groups_of)
         self.scans = Scans(site.events)
+        self.uploads = ProgramUploads(self._publish_upload)
+        self.runs = ProgramRuns(self._publish_run)
 
     # building
 
@@ -108,7 +112,7 @@ class Rorze(Family):
             )
             body.on_news = partial(self._on_news, body)
             self._bodies[body.address] = body
-        Guards(line, self.bodies_of(line), self.stops.under_way)
+        Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out)
         for group in table.groups:
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
@@ -247,6 +251,14 @@ class Rorze(Family):
     def _publish_move(self, kind: str, body: Body, move: Move) -> str:
         return self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id).cursor
 
+    def _publish_upload(self, what: str, upload: ProgramUpload) -> None:
+        subject = f"/bodies/{upload.body_id}"
+        self.site.events.publish(f"body.program.upload.{what}", subject, upload, correlation=upload.id)
+
+    def _publish_run(self, what: str, run: ProgramRun) -> None:
+        subject = f"/bodies/{run.body_id}"
+        self.site.events.publish(f"body.program.{what}", subject, run, correlation=run.id)
+
     def _on_message(self, line: Line, frame: MoveEnded | StatusChanged | UnknownMessage) -> None:
         publish = self.site.events.publish
         if isinstance(frame, UnknownMessage):
@@ -334,6 +346,8 @@ class Rorze(Family):
     async def let_go(self) -> None:
         """Give those who wait for moves what is known now."""
         await self.scans.close()
+        await self.uploads.close()
+        await self.runs.close()
         self.moves.let_go()
 
     async def close(self) -> None:

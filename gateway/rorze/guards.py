@@ -13,16 +13,25 @@ from protocols.table import Effect
 class Guards:
     """The guards of one line, which stand at its gate."""
 
-    def __init__(self, line: Line, bodies: Sequence[Body], stopping: Callable[[Body], bool]) -> None:
+    def __init__(
+        self,
+        line: Line,
+        bodies: Sequence[Body],
+        stopping: Callable[[Body], bool],
+        keeps_out: Callable[[Body, RorzeExchange], bool],
+    ) -> None:
         self._line = line
         self._bodies = bodies
         self._stopping = stopping
         """Whether a stop of a body is not confirmed yet."""
+        self._keeps_out = keeps_out
+        """Whether an exchange would divide the upload of a program to a body."""
         for guard in (
             self._flash_while_moving,
             self._motion_while_stopping,
             self._motion_to_a_lost_place,
             self._motion_without_a_move,
+            self._amid_an_upload,
         ):
             line.gate.add(guard)
 
@@ -82,3 +91,13 @@ class Guards:
                     "Start a move.",
                 )
         return None
+
+    def _amid_an_upload(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
+        """While a program is uploaded nothing else changes or runs it, and nothing moves the motor."""
+        uploading = [body.address for body in self._reached_by(exchange) if self._keeps_out(body, exchange)]
+        if not uploading:
+            return None
+        return BodyBusy(
+            f"A program is being uploaded to {', '.join(uploading)}; {exchange.command.code} was not sent.",
+            "Wait for its end or cancel it.",
+        )

@@ -1,0 +1,223 @@
+"""User programs over HTTP: read, checked and uploaded, run and followed."""
+
+import asyncio
+from typing import Annotated, Any, Final, Self
+
+from fastapi import HTTPException, Query, Request, Response
+from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel, Field, ValidationError, model_validator
+
+from api.common import strict_json
+from api.common.problems import DECLARED
+from api.common.requests import (
+    BodyId,
+    Wait,
+    json_response,
+    new_router,
+    origin_of,
+    plant_of,
+    wait_headers,
+    wait_s,
+)
+from gateway.core.errors import InvalidRequest
+from gateway.core.records import RequestModel
+from gateway.core.rights import Right
+from gateway.operations import programs
+from gateway.rorze.family import Rorze
+from gateway.rorze.program_runs import ProgramRun, ProgramState
+from gateway.rorze.program_uploads import ProgramUpload
+from protocols.rorze.programs import Address, Label, RunProgram, StepProgram
+
+router = new_router("programs")
+
+JSON, TEXT = "application/json", "text/plain"
+MAX_PROGRAM_BYTES = 262_144
+"""A full program of 6039 steps, with comments."""
+
+
+class Program(BaseModel):
+    """The user program that a body holds in RAM."""
+
+    body_id: str
+    source: str = Field(description="One instruction a line: line N stands at address N - 1.")
+    instructions: int
+    steps: int = Field(description="The room it takes, of 6039 steps.")
+    labels: dict[str, int] = Field(description="The address of each label.")
+    running: bool
+
+
+class ProgramSource(RequestModel):
+    """A program to be uploaded in the place of the present one."""
+
+    source: str = Field(description="One command a line; comments begin with `;`.")
+    flash: bool = Field(default=False, description="Write it to flash memory too (FUS).")
+
+
+class RunRequest(RequestModel):
+    """Where a program begins: at a label or an address, else at its first instruction."""
+
+    label: Label | None = Field(None, description="Without the `*`.")
+    address: Address | None = None
+    single_step: bool = Field(
+        False, description="Execute one instruction only; without label and address the next one."
+    )
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if self.label is not None and self.address is not None:
+            raise ValueError("give label or address, not both")
+        return self
+
+    def command(self) -> RunProgram | StepProgram:
+        """The controller's command for it."""
+        row = StepProgram if self.single_step else RunProgram
+        return row(label=self.label, address=self.address)
+
+
+_SOURCE: Final[dict[str, Any]] = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            JSON: {"schema": ProgramSource.model_json_schema()},
+            TEXT: {"schema": {"type": "string", "description": "The source alone."}},
+        },
+    }
+}
+Flash = Annotated[bool, Query(description="For a source in plain text: write it to flash memory too.")]
+
+
+@router.get(
+    "/bodies/{body_id}/program",
+    Right.VIEW,
+    response_model=Program,
+    responses={**DECLARED, 200: {"model": Program, "content": {TEXT: {"schema": {"type": "string"}}}}},
+)
+async def read_program(request: Request, body_id: BodyId) -> Response:
+    """Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone."""
+    stored = await programs.read(plant_of(request), origin_of(request), body_id)
+    accepted = request.headers.get("accept", "").lower()
+    if TEXT in accepted and JSON not in accepted:
+        return Response(stored.source, media_type=TEXT, headers={"Vary": "Accept"})
+    program = Program(
+        body_id=plant_of(request).family(Rorze).body(body_id).address,
+        source=stored.source,
+        instructions=len(stored.instructions),
+        steps=stored.steps,
+        labels=stored.labels,
+        running=stored.running,
+    )
+    return json_response(program, headers={"Vary": "Accept"})
+
+
+@router.put(
+    "/bodies/{body_id}/program",
+    Right.SETUP,
+    status_code=202,
+    response_model=ProgramUpload,
+    responses={**DECLARED, 200: {"model": ProgramUpload, "description": "The upload is over."}},
+    openapi_extra=_SOURCE,
+)
+async def upload_program(
+    request: Request, body_id: BodyId, flash: Flash = False, wait: Wait = None
+) -> Response:
+    """Upload a user program (UCS, UWS), read it back and compare it.
+
+    It is assembled first: what is wrong with it is told by line and column, and nothing is sent. Refused
+    while the motor moves or a program runs. A stop breaks it off; `stored` says what the body holds then.
+    """
+    plant, waited_s = plant_of(request), wait_s(request, wait)
+    wanted = await _source_of(request)
+    # Thousands of lines take a second to assemble, in which no stop may wait.
+    program = await asyncio.to_thread(programs.check, wanted.source)
+    saved = flash or wanted.flash
+    upload = await programs.upload(plant, origin_of(request), body_id, program, saved, waited_s)
+    return _upload(upload, waited_s)
+
+
+@router.get("/bodies/{body_id}/program/uploads/{upload_id}", Right.VIEW, response_model=ProgramUpload)
+async def get_program_upload(
+    request: Request, body_id: BodyId, upload_id: str, wait: Wait = None
+) -> Response:
+    """Get an upload, at once or when it is over; `current` is the one under way, or the last."""
+    waited_s = wait_s(request, wait)
+    upload = await programs.get_upload(plant_of(request), body_id, upload_id, waited_s)
+    return json_response(upload, headers=wait_headers(waited_s))
+
+
+@router.delete("/bodies/{body_id}/program/uploads/current", Right.SETUP, response_model=ProgramUpload)
+async def cancel_program_upload(request: Request, body_id: BodyId) -> Response:
+    """Cancel the upload under way before its next instruction; what is stored then stays in RAM."""
+    return json_response(await programs.cancel_upload(plant_of(request), origin_of(request), body_id))
+
+
+@router.post(
+    "/bodies/{body_id}/program/runs",
+    Right.OPERATE,
+    status_code=202,
+    response_model=ProgramRun,
+    responses={**DECLARED, 200: {"model": ProgramRun, "description": "The program has ended."}},
+)
+async def run_program(request: Request, body_id: BodyId, run: RunRequest, wait: Wait = None) -> Response:
+    """Run the user program (URG), or one instruction of it (USG); it may move the motor. A stop ends it."""
+    waited_s = wait_s(request, wait)
+    begun = await programs.run(plant_of(request), origin_of(request), body_id, run.command(), waited_s)
+    location = f"/bodies/{begun.body_id}/program/runs/{begun.id}"
+    status = 202 if begun.status == "running" else 200
+    return json_response(begun, status, {"Location": location, **wait_headers(waited_s)})
+
+
+@router.get("/bodies/{body_id}/program/runs/current", Right.VIEW, response_model=ProgramState)
+async def get_program_state(request: Request, body_id: BodyId) -> Response:
+    """Ask the controller whether its program runs, how it ended and where it is (URD, UND, UPD)."""
+    return json_response(await programs.state(plant_of(request), origin_of(request), body_id))
+
+
+@router.get("/bodies/{body_id}/program/runs/{run_id}", Right.VIEW, response_model=ProgramRun)
+async def get_program_run(request: Request, body_id: BodyId, run_id: str, wait: Wait = None) -> Response:
+    """Get a run that the gateway has started, at once or when it is over."""
+    waited_s = wait_s(request, wait)
+    run = await programs.get_run(plant_of(request), body_id, run_id, waited_s)
+    return json_response(run, headers=wait_headers(waited_s))
+
+
+def _upload(upload: ProgramUpload, waited_s: float) -> Response:
+    location = f"/bodies/{upload.body_id}/program/uploads/{upload.id}"
+    status = 202 if upload.status == "running" else 200
+    return json_response(upload, status, {"Location": location, **wait_headers(waited_s)})
+
+
+async def _source_of(request: Request) -> ProgramSource:
+    """Read a program from JSON or plain text.
+
+    :raises HTTPException: 413 or 415, or 400 where it is no JSON.
+    :raises RequestValidationError: it is another JSON.
+    :raises InvalidRequest: it is not to be trusted.
+    """
+    content_type = request.headers.get("content-type", "")
+    kind = content_type.partition(";")[0].strip().lower()
+    if kind not in (JSON, TEXT):
+        raise HTTPException(
+            415,
+            f"The request body is {content_type or 'of no type'}, not {JSON} or {TEXT}; nothing was sent.",
+        )
+    content = await strict_json.read_body(request, MAX_PROGRAM_BYTES)
+    if kind == TEXT:
+        try:
+            return ProgramSource(source=content.decode("utf-8-sig"))
+        except UnicodeDecodeError:
+            raise InvalidRequest("The program is not UTF-8 text; nothing was sent.") from None
+    return _from_json(content)
+
+
+def _from_json(content: bytes) -> ProgramSource:
+    try:
+        data = strict_json.parse(content)
+    except strict_json.NotStrict as error:
+        raise InvalidRequest(f"The request is not valid: {error}; nothing was sent.") from None
+    except ValueError:
+        raise HTTPException(400, "The request body is not JSON; nothing was sent.") from None
+    try:
+        return ProgramSource.model_validate(data)
+    except ValidationError as error:
+        faults = [{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()]
+        raise RequestValidationError(faults, body=data) from None

@@ -1,0 +1,112 @@
+"""User programs of bodies: checked, uploaded, read, run; and the memories they share with their hosts."""
+
+from gateway.core.errors import InvalidText, Misplaced
+from gateway.operations.caller import for_caller
+from gateway.plant import Plant
+from gateway.rorze import memories, stored_program
+from gateway.rorze.bodies import Body
+from gateway.rorze.family import Rorze
+from gateway.rorze.memories import MemoryValue
+from gateway.rorze.program_runs import ProgramRun, ProgramState
+from gateway.rorze.program_uploads import ProgramUpload
+from gateway.rorze.stored_program import StoredProgram
+from protocols.rorze.programs import RunProgram, StepProgram
+from protocols.rorze.user_program.assembler import Assembled, assemble
+
+MOST_TOLD = 100
+"""So many faults of a program are told at once."""
+
+
+def check(source: str) -> Assembled:
+    """Assemble a program; nothing is sent.
+
+    :raises InvalidText: it has faults, each with its line and column.
+    """
+    program = assemble(source)
+    if isinstance(program, Assembled):
+        return program
+    first = program[0]
+    faults = [Misplaced(fault.line, fault.column, fault.reason) for fault in program[:MOST_TOLD]]
+    more = f" There are {len(program)} faults in all." if len(program) > 1 else ""
+    raise InvalidText(
+        f"Line {first.line}, column {first.column}: {first.reason}{more} Nothing was sent.",
+        "Correct the program.",
+        faults,
+    )
+
+
+@for_caller
+async def read(plant: Plant, body_id: str) -> StoredProgram:
+    """Read the program that a body holds in RAM.
+
+    :raises BodyBusy: one is being uploaded.
+    :raises GatewayError: it was not read.
+    """
+    body = _body(plant, body_id)
+    plant.family(Rorze).uploads.require_none(body)
+    return await stored_program.read(body)
+
+
+@for_caller
+async def upload(plant: Plant, body_id: str, program: Assembled, flash: bool, wait_s: float) -> ProgramUpload:
+    """Begin to replace a body's program, and give the record after `wait_s` at most.
+
+    Errors as of `ProgramUploads.start`.
+    """
+    uploads = plant.family(Rorze).uploads
+    begun = await uploads.start(_body(plant, body_id), program, flash=flash)
+    await uploads.wait(begun, wait_s)
+    return begun
+
+
+async def get_upload(plant: Plant, body_id: str, upload_id: str, wait_s: float) -> ProgramUpload:
+    """Give an upload, or the `current` one; errors as of `ProgramUploads.get`."""
+    uploads = plant.family(Rorze).uploads
+    found = uploads.get(_body(plant, body_id), upload_id)
+    await uploads.wait(found, wait_s)
+    return found
+
+
+@for_caller
+async def cancel_upload(plant: Plant, body_id: str) -> ProgramUpload:
+    """End the upload under way; errors as of `ProgramUploads.cancel`."""
+    return await plant.family(Rorze).uploads.cancel(_body(plant, body_id))
+
+
+@for_caller
+async def run(plant: Plant, body_id: str, command: RunProgram | StepProgram, wait_s: float) -> ProgramRun:
+    """Run a body's program, or one instruction of it; errors as of `ProgramRuns.start`."""
+    runs = plant.family(Rorze).runs
+    begun = await runs.start(_body(plant, body_id), command)
+    await runs.wait(begun, wait_s)
+    return begun
+
+
+async def get_run(plant: Plant, body_id: str, run_id: str, wait_s: float) -> ProgramRun:
+    """Give a run when it is over, or as it is when the time is up; errors as of `ProgramRuns.get`."""
+    runs = plant.family(Rorze).runs
+    found = runs.get(_body(plant, body_id), run_id)
+    await runs.wait(found, wait_s)
+    return found
+
+
+@for_caller
+async def state(plant: Plant, body_id: str) -> ProgramState:
+    """Ask a body where its program is; errors as of `Body.ask`."""
+    return await plant.family(Rorze).runs.state(_body(plant, body_id))
+
+
+@for_caller
+async def read_memories(plant: Plant, body_id: str, first: str, count: int) -> list[MemoryValue]:
+    """Read memories; errors as of `memories.read`."""
+    return await memories.read(_body(plant, body_id), first, count)
+
+
+@for_caller
+async def write_memory(plant: Plant, body_id: str, name: str, value: int) -> MemoryValue:
+    """Set a memory, and read it back; errors as of `memories.write`."""
+    return await memories.write(_body(plant, body_id), name, value)
+
+
+def _body(plant: Plant, body_id: str) -> Body:
+    return plant.family(Rorze).body(body_id)

@@ -1,0 +1,65 @@
+"""Data memories, counters and timers of user programs (RC-420 manual 14.U, 15.2.5)."""
+
+import re
+from typing import NamedTuple
+
+from gateway.core.errors import InvalidRequest
+from gateway.rorze.bodies import Body
+from protocols.rorze.notation import BILLION
+from protocols.rorze.programs import LARGEST_COUNT, GetProgramMemory, SetProgramMemory
+
+LAST_PLACES = {"D": 199, "C": 29, "T": 29}
+
+_NAME = re.compile("([DCT])(0|[1-9][0-9]{0,2})")
+
+
+class MemoryValue(NamedTuple):
+    """A memory and the number it holds."""
+
+    name: str
+    value: int | None
+
+
+def limits(name: str) -> tuple[int, int]:
+    """The least and the largest number that a memory holds; a timer counts tenths of a second down."""
+    return (1 - BILLION, BILLION - 1) if name[0] == "D" else (0, LARGEST_COUNT)
+
+
+async def read(body: Body, first: str, count: int) -> list[MemoryValue]:
+    """Read memories of one bank, one by one (UDD).
+
+    :raises InvalidRequest: the bank does not have all of them.
+    :raises GatewayError: they were not read.
+    """
+    bank, place = _split(first)
+    if place + count - 1 > LAST_PLACES[bank]:
+        raise InvalidRequest(f"count: the last of {bank} is {bank}{LAST_PLACES[bank]}; nothing was sent.")
+    return [await _read(body, f"{bank}{place + offset}") for offset in range(count)]
+
+
+async def write(body: Body, name: str, value: int) -> MemoryValue:
+    """Set a memory (UDS), and give what it holds then: a program that runs may change it at once.
+
+    :raises InvalidRequest: there is no such memory, or it cannot hold the number.
+    :raises GatewayError: it was not set, or not read back.
+    """
+    bank, place = _split(name)
+    least, largest = limits(bank)
+    if not least <= value <= largest:
+        raise InvalidRequest(f"value: {bank}{place} holds {least} to {largest}; nothing was sent.")
+    await body.ask(SetProgramMemory(memory=f"{bank}{place}", value=value))
+    return await _read(body, f"{bank}{place}")
+
+
+async def _read(body: Body, name: str) -> MemoryValue:
+    held, _ = await body.ask(GetProgramMemory(memory=name))
+    return MemoryValue(name, held.value)
+
+
+def _split(name: str) -> tuple[str, int]:
+    match = _NAME.fullmatch(name.upper())
+    if match is None or int(match[2]) > LAST_PLACES[match[1]]:
+        raise InvalidRequest(
+            f"There is no memory {name!r}: they are D0-D199, C0-C29 and T0-T29; nothing was sent."
+        )
+    return match[1], int(match[2])

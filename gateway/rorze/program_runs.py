@@ -1,0 +1,205 @@
+"""Runs of user programs: followed to their ends by what the controller says (RC-420 manual 14.U)."""
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Callable
+from datetime import UTC, datetime
+from typing import Literal
+
+from pydantic import Field
+
+from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound
+from gateway.core.move_log import new_id
+from gateway.core.origin import current
+from gateway.core.records import Record
+from gateway.rorze.bodies import Body
+from gateway.rorze.stored_program import RUNS, instruction_at, runs
+from protocols.rorze.programs import GetProgramAddress, GetProgramStatus, RunProgram, StepProgram
+
+HISTORY = 100
+POLL_S = 0.5
+"""A program that runs is asked for its status this often."""
+
+END_CAUSES = {
+    0x02: "stopped",
+    0x04: "command_error",
+    0x08: "nothing_there",
+    0x10: "error_end",
+    0x20: "move_while_moving",
+    0x80: "single_step",
+}
+"""Bits of URD; none is a normal end."""
+
+
+class ProgramRun(Record):
+    """One run of a body's user program."""
+
+    id: str
+    body_id: str
+    status: Literal["running", "ended", "unknown"] = "running"
+    label: str | None = Field(description="Where it began, if at a label.")
+    address: int | None = Field(description="Where it began, if at an address.")
+    single_step: bool = Field(description="Whether only one instruction is executed.")
+    end_cause: str | None = Field(
+        None,
+        description="normal, stopped (by UES), command_error, nothing_there (a branch to an empty address), "
+        "error_end (by EED), move_while_moving or single_step, or several joined by +.",
+    )
+    ended_at_address: int | None = None
+    detail: str | None = Field(None, description="Why nobody knows how it has ended.")
+    request_id: str | None = Field(
+        default_factory=lambda: current().request_id,
+        description="The X-Request-Id of the request that asked for it.",
+    )
+    started_at: datetime
+    ended_at: datetime | None = None
+
+
+class ProgramState(Record):
+    """What a body says of its user program now, and the last run that the gateway has started."""
+
+    body_id: str
+    running: bool
+    end_cause: str | None = Field(description="Of the last program; null while one runs.")
+    address: int = Field(description="The address it is at, or has ended at (UND).")
+    line: int = Field(description="The line of that address in the program's text, from 1.")
+    instruction: str | None = Field(description="What stands there; null where nothing does.")
+    elapsed_s: float | None = Field(description="How long the run takes, or took; null without one.")
+    run: ProgramRun | None = Field(description="Null where the gateway has started none.")
+
+
+def cause_of(status: int) -> str | None:
+    """Say why a program has ended, by its status (URD); None while it runs."""
+    if status & RUNS:
+        return None
+    return "+".join(name for bit, name in END_CAUSES.items() if status & bit) or "normal"
+
+
+class ProgramRuns:
+    """The runs of all bodies."""
+
+    def __init__(self, publish: Callable[[str, ProgramRun], None]) -> None:
+        self._publish = publish
+        self._runs: OrderedDict[str, ProgramRun] = OrderedDict()
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+
+    async def start(self, body: Body, command: RunProgram | StepProgram) -> ProgramRun:
+        """Run a program, or one instruction of it.
+
+        :raises BodyBusy: a move of the gateway is not over, or a program runs.
+        :raises PowerCycled: the body has lost its power, and the program would go to other places.
+        :raises ControllerRefused: nothing stands at that place.
+        :raises GatewayError: it was not started, or nobody knows.
+        """
+        body.line.admission.require()
+        if body.move is not None:
+            raise BodyBusy(
+                f"{body.address} still has the move {body.move.id}; no program was started.", "Wait for it."
+            )
+        refusal = body.power.refusal(body.address, command)
+        if refusal is not None:
+            raise refusal
+        last = self._last(body)
+        if last is not None and last.status == "running" and await self._look(body, last):
+            raise BodyBusy(
+                f"The program run {last.id} of {body.address} is not over.", "Wait for it or stop it."
+            )
+        await self._order(body, command)
+        now = datetime.now(UTC)
+        run = ProgramRun(
+            id=new_id(now),
+            body_id=body.address,
+            label=command.label,
+            address=command.address,
+            single_step=isinstance(command, StepProgram),
+            started_at=now,
+        )
+        self._runs[run.id] = run
+        while len(self._runs) > HISTORY:
+            self._runs.popitem(last=False)
+        self._publish("started", run)
+        task = asyncio.create_task(self._follow(body, run), name=f"program run {run.id}")
+        self._tasks[run.id] = task
+        task.add_done_callback(lambda _: self._tasks.pop(run.id, None))
+        return run
+
+    async def _order(self, body: Body, command: RunProgram | StepProgram) -> None:
+        """Send the command; where no reply tells, a program that runs has been started."""
+        try:
+            await body.ask(command)
+        except NoReply:
+            if not await runs(body):
+                raise
+
+    def get(self, body: Body, run_id: str) -> ProgramRun:
+        """Find a run of a body.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        run = self._runs.get(run_id)
+        if run is None or run.body_id != body.address:
+            raise NotFound(f"{body.address} has no program run {run_id}.")
+        return run
+
+    async def wait(self, run: ProgramRun, timeout_s: float) -> None:
+        """Wait until a run is over, or the time is up."""
+        if timeout_s > 0 and (task := self._tasks.get(run.id)) is not None:
+            await asyncio.wait([task], timeout=timeout_s)
+
+    async def state(self, body: Body) -> ProgramState:
+        """Ask a body where its program is (URD, UND); errors as of `Body.ask`."""
+        status, _ = await body.ask(GetProgramStatus())
+        at, _ = await body.ask(GetProgramAddress())
+        run = self._last(body)
+        return ProgramState(
+            body_id=body.address,
+            running=bool(status.status & RUNS),
+            end_cause=cause_of(status.status),
+            address=at.address,
+            line=at.address + 1,
+            instruction=await instruction_at(body, at.address),
+            elapsed_s=None if run is None else _elapsed_s(run),
+            run=run,
+        )
+
+    async def close(self) -> None:
+        """Follow no longer; programs run on."""
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _last(self, body: Body) -> ProgramRun | None:
+        return next((run for run in reversed(self._runs.values()) if run.body_id == body.address), None)
+
+    async def _follow(self, body: Body, run: ProgramRun) -> None:
+        """Ask until the program has ended; one that cannot be asked is asked on."""
+        while True:
+            await asyncio.sleep(POLL_S)
+            try:
+                if not await self._look(body, run):
+                    return
+            except GatewayError as error:
+                run.detail = error.detail
+
+    async def _look(self, body: Body, run: ProgramRun) -> bool:
+        """Ask whether a run goes on, and note its end; after a loss of power nobody can tell it."""
+        status, _ = await body.ask(GetProgramStatus())
+        if status.status & RUNS and not body.power.cycled:
+            run.detail = None
+            return True
+        at, _ = await body.ask(GetProgramAddress())
+        if run.status != "running":
+            return False
+        run.ended_at = datetime.now(UTC)
+        if body.power.cycled:
+            run.status, run.detail = "unknown", f"{body.address} has lost its power."
+        else:
+            run.status, run.detail = "ended", None
+            run.end_cause, run.ended_at_address = cause_of(status.status), at.address
+        self._publish("ended", run)
+        return False
+
+
+def _elapsed_s(run: ProgramRun) -> float:
+    return round(((run.ended_at or datetime.now(UTC)) - run.started_at).total_seconds(), 3)

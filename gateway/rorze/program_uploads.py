@@ -1,0 +1,398 @@
+"""Uploads of user programs: never half done silently (RC-420 manual 14.U, 15.2.6)."""
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Awaitable, Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Literal, Self, TypeVar
+
+from pydantic import Field
+
+from gateway.core.errors import (
+    BodyBusy,
+    Cancelled,
+    ControllerRefused,
+    GatewayError,
+    NoReply,
+    NotFound,
+    ShuttingDown,
+    StoppedFirst,
+)
+from gateway.core.lanes import Lane
+from gateway.core.move_log import new_id
+from gateway.core.origin import current
+from gateway.core.records import Record
+from gateway.core.sequence_lock import Series
+from gateway.rorze.bodies import Body
+from gateway.rorze.errors import ProgramDiffers, SaveUncertain
+from gateway.rorze.exchange import RorzeExchange
+from gateway.rorze.stored_program import instruction_at, runs
+from protocols.rorze.flash import EraseFlash, LoadProgram, SaveProgram
+from protocols.rorze.programs import STEPS, AddProgramInstruction, ClearProgram, GetLastProgramAddress
+from protocols.rorze.user_program.assembler import Assembled
+from protocols.table import Effect
+
+T = TypeVar("T")
+
+HISTORY = 100
+BLOCK = 2
+"""So many instructions are sent in one turn of the body's lock: then those who wait to read have theirs.
+
+At 9600 baud, with a fence before each, that takes 0.1 s.
+"""
+ATTEMPTS = 3
+"""What is proved not to be stored is sent again, so often in all; what was refused may have been garbled."""
+PROGRESS_S = 1.0
+"""Progress is told at most this often."""
+CANCELLED_WITHIN_S = 10.0
+
+KEPT_OUT = (ClearProgram, AddProgramInstruction, LoadProgram, SaveProgram, EraseFlash)
+"""What would divide an upload, besides everything that moves the motor or runs a program."""
+
+Status = Literal["running", "succeeded", "failed", "cancelled"]
+Phase = Literal["clearing", "writing", "verifying", "saving", "done"]
+
+
+class UploadError(Record):
+    """Why an upload did not succeed, in the words of a problem detail."""
+
+    type: str = Field(description="The kind of error; stable.")
+    detail: str
+    remedy: str
+    line: int | None = Field(description="The first line of the source that differs, from 1.")
+
+    @classmethod
+    def of(cls, error: GatewayError) -> Self:
+        """An error as it stands in an upload."""
+        line = error.line if isinstance(error, ProgramDiffers) else None
+        return cls(type=error.kind, detail=error.detail, remedy=error.remedy, line=line)
+
+
+class ProgramUpload(Record):
+    """One upload of a user program to one body."""
+
+    id: str
+    body_id: str
+    status: Status = "running"
+    phase: Phase = Field("clearing", description="How far it has come, or had when it was broken off.")
+    instructions: int = Field(description="How many the program has.")
+    steps: int = Field(description="The room they take, of 6039 steps.")
+    written: int = Field(0, description="Instructions that the controller has taken.")
+    verified: int = Field(0, description="Instructions that were read back and are those of the source.")
+    flash: bool = Field(description="Whether the program is to be written to flash memory, too.")
+    saved: bool = Field(False, description="Whether it was written to flash memory.")
+    stored: str = Field("", description="What the body holds now, as far as is known.")
+    error: UploadError | None = None
+    request_id: str | None = Field(
+        default_factory=lambda: current().request_id,
+        description="The X-Request-Id of the request that asked for it.",
+    )
+    started_at: datetime
+    ended_at: datetime | None = None
+
+
+@dataclass(eq=False)
+class _Work:
+    """An upload under way."""
+
+    body: Body
+    program: Assembled
+    record: ProgramUpload
+    epoch: int
+    """Of the body at its beginning: a stop ends it."""
+    series: Series | None = None
+    unwanted: bool = False
+    """Somebody has asked to cancel it."""
+    told_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
+
+    def require_wanted(self) -> None:
+        """Go on only where neither a stop nor a request has ended it."""
+        gate = self.body.line.gate
+        if gate.epoch(self.body.number) != self.epoch:
+            raise gate.overtaken(self.body.number)
+        if self.unwanted:
+            raise Cancelled("The upload was cancelled by request.", "Upload the program again.")
+
+    def line_of(self, address: int) -> int:
+        """The line of the source that an address comes from; beyond the program, the one after the last."""
+        lines = self.program.lines
+        return lines[address] if address < len(lines) else (lines[-1] if lines else 0) + 1
+
+
+class ProgramUploads:
+    """The uploads of all bodies, one at a time for each."""
+
+    def __init__(self, publish: Callable[[str, ProgramUpload], None]) -> None:
+        self._publish = publish
+        self._records: OrderedDict[str, ProgramUpload] = OrderedDict()
+        self._current: dict[Body, _Work] = {}
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+
+    async def start(self, body: Body, program: Assembled, *, flash: bool = False) -> ProgramUpload:
+        """Begin to replace a body's program.
+
+        :raises BodyBusy: the motor moves, a program runs or is uploaded; nothing was changed.
+        :raises GatewayError: it could not be asked, or the gateway ends; nothing was changed.
+        """
+        body.line.admission.require()
+        self.require_none(body)
+        now = datetime.now(UTC)
+        record = ProgramUpload(
+            id=new_id(now),
+            body_id=body.address,
+            instructions=len(program.instructions),
+            steps=program.steps,
+            flash=flash,
+            started_at=now,
+        )
+        work = _Work(body, program, record, body.line.gate.epoch(body.number))
+        self._current[body] = work
+        try:
+            await _require_rest(body)
+            work.require_wanted()
+        except BaseException:
+            del self._current[body]
+            raise
+        self._remember(record)
+        task = asyncio.create_task(self._run(work), name=f"program upload {record.id}")
+        self._tasks[record.id] = task
+        task.add_done_callback(lambda _: self._tasks.pop(record.id, None))
+        self._publish("started", record)
+        return record
+
+    def require_none(self, body: Body) -> None:
+        """Make sure that no program is being uploaded.
+
+        :raises BodyBusy: one is.
+        """
+        if body in self._current:
+            raise BodyBusy(
+                f"A program is being uploaded to {body.address}; nothing was sent.",
+                "Wait for its end or cancel it.",
+            )
+
+    def keeps_out(self, body: Body, exchange: RorzeExchange) -> bool:
+        """Whether an exchange would divide the upload to a body."""
+        work = self._current.get(body)
+        if work is None or (exchange.series is not None and exchange.series is work.series):
+            return False
+        return exchange.command.effect is Effect.MOTION or isinstance(exchange.command, KEPT_OUT)
+
+    # found again
+
+    def get(self, body: Body, upload_id: str) -> ProgramUpload:
+        """Find an upload of a body; `current` is the one under way, or the last.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        if upload_id == "current":
+            newest = (it for it in reversed(self._records.values()) if it.body_id == body.address)
+            found = next(newest, None)
+        else:
+            found = self._records.get(upload_id)
+        if found is None or found.body_id != body.address:
+            raise NotFound(f"{body.address} has no program upload {upload_id}.")
+        return found
+
+    async def wait(self, upload: ProgramUpload, timeout_s: float) -> None:
+        """Wait until an upload is over, or the time is up."""
+        if timeout_s > 0 and (task := self._tasks.get(upload.id)) is not None:
+            await asyncio.wait([task], timeout=timeout_s)
+
+    async def cancel(self, body: Body) -> ProgramUpload:
+        """End the upload under way before its next instruction, and give its record.
+
+        :raises NotFound: there is none.
+        """
+        work = self._current.get(body)
+        if work is None:
+            raise NotFound(f"No program is being uploaded to {body.address}.")
+        work.unwanted = True
+        await self.wait(work.record, CANCELLED_WITHIN_S)
+        return work.record
+
+    async def close(self) -> None:
+        """Break off the uploads that run."""
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _remember(self, record: ProgramUpload) -> None:
+        self._records[record.id] = record
+        while len(self._records) > HISTORY:
+            self._records.popitem(last=False)
+
+    # the work
+
+    async def _run(self, work: _Work) -> None:
+        record = work.record
+        try:
+            await self._transfer(work)
+        except GatewayError as error:
+            ended = work.unwanted or isinstance(error, StoppedFirst | ShuttingDown)
+            self._end(work, "cancelled" if ended else "failed", error)
+        except asyncio.CancelledError:
+            self._end(work, "cancelled", ShuttingDown())
+        else:
+            record.phase = "done"
+            self._end(work, "succeeded", None)
+
+    def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
+        record = work.record
+        record.stored = _stored(record, unsure=isinstance(error, NoReply | ProgramDiffers | SaveUncertain))
+        record.status, record.ended_at = status, datetime.now(UTC)
+        record.error = None if error is None else UploadError.of(error)
+        del self._current[work.body]
+        self._publish(status, record)
+
+    async def _transfer(self, work: _Work) -> None:
+        record = work.record
+        async with work.body.line.undivided([work.body.number]) as work.series:
+            await _clear(work)
+        record.phase = "writing"
+        for block in _blocks(work.program.texts()):
+            async with work.body.line.undivided([work.body.number]) as work.series:
+                for address, text in block:
+                    await _add(work, address, text)
+                    record.written = address + 1
+                    self._progress(work)
+        record.phase = "verifying"
+        await self._verify(work)
+        if record.flash:
+            record.phase = "saving"
+            async with work.body.line.undivided([work.body.number]) as work.series:
+                await _save(work)
+            record.saved = True
+
+    async def _verify(self, work: _Work) -> None:
+        """See that the body holds the program and nothing behind it, once no copy of UCS or UWS is to come.
+
+        :raises ProgramDiffers: it does not.
+        """
+        length = len(work.program.instructions)
+        await asyncio.sleep(work.body.line.late_reply_s)
+        for address in range(min(length + 1, STEPS)):
+            work.require_wanted()
+            await _require_same(work, address)
+            work.record.verified = min(address + 1, length)
+            self._progress(work)
+
+    def _progress(self, work: _Work) -> None:
+        now = asyncio.get_running_loop().time()
+        if now - work.told_at >= PROGRESS_S:
+            work.told_at = now
+            self._publish("progress", work.record)
+
+
+async def _require_rest(body: Body) -> None:
+    """Ask whether the motor stands still and no program runs: only then a program may be changed."""
+    if body.move is not None:
+        raise BodyBusy(f"{body.address} still has the move {body.move.id}; nothing was sent.", "Wait for it.")
+    if await runs(body):
+        raise BodyBusy(f"A user program runs in {body.address}; nothing was uploaded.", "End it by a stop.")
+    if (await body.look()).runs:
+        raise BodyBusy(f"{body.address} moves; nothing was uploaded.", "Wait for standstill.")
+
+
+def _blocks(texts: Sequence[str]) -> Iterator[list[tuple[int, str]]]:
+    numbered = list(enumerate(texts))
+    return (numbered[first : first + BLOCK] for first in range(0, len(numbered), BLOCK))
+
+
+async def _clear(work: _Work) -> None:
+    """Clear the program (UCS); where no reply tells, see that it is empty (UED), or clear it again."""
+    for attempt in range(1, ATTEMPTS + 1):
+        work.require_wanted()
+        try:
+            await work.body.ask(ClearProgram())
+        except (NoReply, ControllerRefused) as lost:
+            end, _ = await _told(work.body.ask(GetLastProgramAddress(), lane=Lane.PROOF), lost)
+            if end.address == 0:
+                return
+            if attempt == ATTEMPTS:
+                raise
+        else:
+            return
+
+
+async def _add(work: _Work, address: int, text: str) -> None:
+    """Add an instruction (UWS); where no reply tells, see whether it is there, and else send it again.
+
+    UWS appends: only what is proved not to be there is sent a second time.
+    """
+    for attempt in range(1, ATTEMPTS + 1):
+        work.require_wanted()
+        try:
+            await work.body.ask(AddProgramInstruction(instruction=text))
+        except (NoReply, ControllerRefused) as lost:
+            found = await _told(instruction_at(work.body, address, Lane.PROOF), lost)
+            if found is not None:
+                await _require_same(work, address)
+                return
+            if attempt == ATTEMPTS:
+                raise
+        else:
+            return
+
+
+async def _told(question: Awaitable[T], lost: GatewayError) -> T:
+    """Ask what has become of a command; where nobody tells, the loss of its reply is what counts."""
+    try:
+        return await question
+    except GatewayError:
+        raise lost from None
+
+
+async def _save(work: _Work) -> None:
+    """Write the program to flash memory (FUS), and see that the body has kept in RAM what was read back.
+
+    :raises SaveUncertain: it has lost its power since.
+    """
+    work.require_wanted()
+    await work.body.ask(SaveProgram())
+    if await work.body.mark.stands(Lane.PROOF) is False:
+        raise SaveUncertain(work.body.address)
+
+
+async def _require_same(work: _Work, address: int) -> None:
+    """Compare what stands at an address with the program; one garbled reading proves nothing.
+
+    :raises ProgramDiffers: it is something else.
+    """
+    texts = work.program.texts()
+    wanted = texts[address] if address < len(texts) else None
+    found = await instruction_at(work.body, address)
+    if found != wanted:
+        found = await instruction_at(work.body, address)
+    if found != wanted:
+        line = work.line_of(address)
+        raise ProgramDiffers(
+            f"Line {line}: address {address} of {work.body.address} holds {found or 'nothing'}, not "
+            f"{wanted or 'nothing'}.",
+            line,
+        )
+
+
+def _stored(record: ProgramUpload, *, unsure: bool) -> str:
+    """What a body holds when an upload ends in its present phase."""
+    flash = "Flash memory is as it was."
+    whole = f"RAM holds the program: {record.instructions} instructions"
+    match record.phase:
+        case "clearing" if unsure:
+            return f"Nobody knows whether the former program was cleared in RAM. {flash}"
+        case "clearing":
+            return f"RAM holds the former program. {flash}"
+        case "writing":
+            maybe = ", and perhaps one more" if unsure else ""
+            some = f"{record.written} of {record.instructions} instructions"
+            return f"RAM holds the first {some}{maybe}. {flash}"
+        case "verifying":
+            return (
+                f"All {record.instructions} instructions were sent, and {record.verified} of them were read "
+                f"back as they should be. {flash}"
+            )
+        case "saving" if unsure:
+            return f"{whole} when it was read back. Nobody knows what flash memory holds."
+    return f"{whole}, read back. " + ("Flash memory holds it too." if record.saved else flash)

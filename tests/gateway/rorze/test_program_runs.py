@@ -1,0 +1,101 @@
+"""Runs of programs: why they ended is told in words, and never guessed."""
+
+import asyncio
+
+import pytest
+
+from gateway.core.errors import BodyBusy, NoReply
+from gateway.rorze.program_runs import END_CAUSES, cause_of
+from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.programs import RunProgram
+from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
+from simulator.faults import Direction
+from tests.plants import in_virtual_time, lose, rig, start
+
+WAITING = ("*W", "WAT50", "JMP*W")
+
+
+@pytest.mark.parametrize(
+    ("status", "cause"),
+    [
+        (0x00, "normal"),
+        (0x01, None),
+        (0x02, "stopped"),
+        (0x04, "command_error"),
+        (0x08, "nothing_there"),
+        (0x10, "error_end"),
+        (0x20, "move_while_moving"),
+        (0x80, "single_step"),
+        (0x84, "command_error+single_step"),
+        (0x81, None),
+    ],
+)
+def test_the_bits_of_urd_are_told_in_words(status: int, cause: str | None) -> None:
+    assert cause_of(status) == cause
+    assert sum(END_CAUSES) == 0xBE
+
+
+@in_virtual_time
+async def test_a_run_whose_acknowledgement_is_lost_is_found_running() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = WAITING
+        starting = asyncio.create_task(it.plant.rorze.runs.start(it.body(), RunProgram()))
+        await it.wire.begun("&3FURG")
+        lose(it, Direction.REPLIES)
+        assert (await starting).status == "running"
+        assert it.wire.frames().count("&3FURG") == 1
+
+
+@in_virtual_time
+async def test_a_run_whose_command_is_lost_is_not_sent_again() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = WAITING
+        starting = asyncio.create_task(it.plant.rorze.runs.start(it.body(), RunProgram()))
+        await it.wire.begun("&3FURG")
+        lose(it, Direction.REQUESTS)
+        with pytest.raises(NoReply):
+            await starting
+        assert it.wire.frames().count("&3FURG") == 1
+        assert not it.types("body.program")
+
+
+@in_virtual_time
+async def test_after_a_loss_of_power_nobody_knows_how_a_run_has_ended() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = WAITING
+        runs = it.plant.rorze.runs
+        run = await runs.start(it.body(), RunProgram())
+        it.body().power.lost(certain=True)
+        await runs.wait(run, 5.0)
+        assert (run.status, run.end_cause) == ("unknown", None)
+        assert run.detail is not None
+        assert "lost its power" in run.detail
+
+
+@in_virtual_time
+async def test_a_run_is_followed_on_when_the_line_comes_back() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = ("WAT50", "END")
+        runs = it.plant.rorze.runs
+        run = await runs.start(it.body(), RunProgram())
+        it.wire.unplug()
+        await asyncio.sleep(2.0)
+        assert (run.status, run.detail is None) == ("running", False)
+        it.wire.plugged_in = True
+        await runs.wait(run, 60.0)
+        assert (run.status, run.end_cause, run.detail) == ("ended", "normal", None)
+
+
+@in_virtual_time
+async def test_no_program_is_started_while_the_gateway_moves_the_motor() -> None:
+    async with rig(bodies=(0x3F,), groups={}) as it:
+        it.axis().program = WAITING
+        for command in (
+            SetStartSpeed(speed=5_000),
+            SetMaximumSpeed(speed=50_000),
+            SetMaximumAcceleration(acceleration=100_000),
+        ):
+            await it.body().ask(command)
+        await start(it, MoveClockwise(distance=500_000))
+        with pytest.raises(BodyBusy, match="no program was started"):
+            await it.plant.rorze.runs.start(it.body(), RunProgram())
