@@ -26,6 +26,10 @@ from motion_gateway_client.generated.types import (
     LineList,
     Liveness,
     MacroRunRequest,
+    Memories,
+    Memory,
+    MemoryChange,
+    ModeChange,
     Move,
     MoveList,
     OutputState,
@@ -35,6 +39,10 @@ from motion_gateway_client.generated.types import (
     PositionTable,
     PositionUpload,
     Posture,
+    Program,
+    ProgramRun,
+    ProgramState,
+    ProgramUpload,
     RawReply,
     RawRequest,
     Readiness,
@@ -48,8 +56,11 @@ from motion_gateway_client.generated.types import (
     RobotMove,
     RobotMoveList,
     RobotPositionMoveRequest,
+    RobotRawReply,
+    RobotRawRequest,
     RobotRelativeMoveRequest,
     RobotStepRequest,
+    RunRequest,
     Scan,
     SettingsChange,
     SpeedAccepted,
@@ -389,6 +400,109 @@ class Operations(Protocol):
         answer: Posture = self.call("GET", filled("/system/posture"))
         return answer
 
+    def read_program(self, body_id: str) -> Program | str:
+        """Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone."""
+        answer: Program | str = self.call("GET", filled("/bodies/{body_id}/program", body_id=body_id))
+        return answer
+
+    def upload_program(
+        self,
+        body_id: str,
+        body: dict[str, Any],
+        /,
+        *,
+        flash: bool | None = None,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> ProgramUpload:
+        """Upload a user program (UCS, UWS), read it back and compare it.
+
+        It is assembled first: what is wrong with it is told by line and column, and nothing is sent. Refused
+        while the motor moves or a program runs. A stop breaks it off; `stored` says what the body holds then.
+        """
+        answer: ProgramUpload = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/program", body_id=body_id),
+            query={"flash": flash, "wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_program_upload(self, body_id: str, upload_id: str, *, wait: float | None = None) -> ProgramUpload:
+        """Get an upload, at once or when it is over; `current` is the one under way, or the last."""
+        answer: ProgramUpload = self.call(
+            "GET",
+            filled("/bodies/{body_id}/program/uploads/{upload_id}", body_id=body_id, upload_id=upload_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_program_upload(self, body_id: str, *, idempotency_key: str | None = None) -> ProgramUpload:
+        """Cancel the upload under way before its next instruction; what is stored then stays in RAM."""
+        answer: ProgramUpload = self.call(
+            "DELETE",
+            filled("/bodies/{body_id}/program/uploads/current", body_id=body_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def run_program(
+        self,
+        body_id: str,
+        body: RunRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> ProgramRun:
+        """Run the user program (URG), or one instruction of it (USG); it may move the motor. A stop ends it."""
+        answer: ProgramRun = self.call(
+            "POST",
+            filled("/bodies/{body_id}/program/runs", body_id=body_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_program_state(self, body_id: str) -> ProgramState:
+        """Ask the controller whether its program runs, how it ended and where it is (URD, UND, UPD)."""
+        answer: ProgramState = self.call(
+            "GET", filled("/bodies/{body_id}/program/runs/current", body_id=body_id)
+        )
+        return answer
+
+    def get_program_run(self, body_id: str, run_id: str, *, wait: float | None = None) -> ProgramRun:
+        """Get a run that the gateway has started, at once or when it is over."""
+        answer: ProgramRun = self.call(
+            "GET",
+            filled("/bodies/{body_id}/program/runs/{run_id}", body_id=body_id, run_id=run_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def read_memories(self, body_id: str, *, first: str | None = None, count: int | None = None) -> Memories:
+        """Read memories of the user program, one by one (UDD)."""
+        answer: Memories = self.call(
+            "GET",
+            filled("/bodies/{body_id}/memories", body_id=body_id),
+            query={"first": first, "count": count},
+        )
+        return answer
+
+    def set_memory(
+        self, body_id: str, name: str, body: MemoryChange, /, *, idempotency_key: str | None = None
+    ) -> Memory:
+        """Set a memory (UDS), and tell what it holds then: a program that runs may change it at once."""
+        answer: Memory = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/memories/{name}", body_id=body_id, name=name),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
     def list_robots(self) -> RobotList:
         """List all robots; nothing is sent."""
         answer: RobotList = self.call("GET", filled("/robots"))
@@ -424,9 +538,14 @@ class Operations(Protocol):
         )
         return answer
 
-    def list_robot_errors(self, robot_id: str) -> RobotErrors:
-        """Tell which errors stand, as the gateway has read them; nothing is sent, and nothing is cleared."""
-        answer: RobotErrors = self.call("GET", filled("/robots/{robot_id}/errors", robot_id=robot_id))
+    def list_robot_errors(self, robot_id: str, *, fresh: bool | None = None) -> RobotErrors:
+        """Tell which errors stand, as the gateway has read them; with `fresh` the robot is asked (ERR).
+
+        An error of the system is not cleared by that.
+        """
+        answer: RobotErrors = self.call(
+            "GET", filled("/robots/{robot_id}/errors", robot_id=robot_id), query={"fresh": fresh}
+        )
         return answer
 
     def reset_robot_errors(self, robot_id: str, *, idempotency_key: str | None = None) -> RobotErrors:
@@ -434,6 +553,18 @@ class Operations(Protocol):
         answer: RobotErrors = self.call(
             "POST",
             filled("/robots/{robot_id}/errors/reset", robot_id=robot_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def change_robot_mode(
+        self, robot_id: str, body: ModeChange, /, *, idempotency_key: str | None = None
+    ) -> RobotInfo:
+        """Bring the robot into another mode (MOD) until the gateway ends; refused while it moves."""
+        answer: RobotInfo = self.call(
+            "PUT",
+            filled("/robots/{robot_id}/mode", robot_id=robot_id),
+            body=body,
             idempotency_key=idempotency_key,
         )
         return answer
@@ -705,6 +836,45 @@ class Operations(Protocol):
         answer: VariableValue = self.call(
             "PUT",
             filled("/robots/{robot_id}/variables/{number}", robot_id=robot_id, number=number),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def send_robot_raw(
+        self,
+        robot_id: str,
+        body: RobotRawRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> RobotRawReply | StopResult | RobotMove:
+        """Send a command as text. A command that moves makes a move, and one that stops makes a stop."""
+        answer: RobotRawReply | StopResult | RobotMove = self.call(
+            "POST",
+            filled("/robots/{robot_id}/raw", robot_id=robot_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def send_unit_raw(
+        self,
+        robot_id: str,
+        unit: int,
+        body: RobotRawRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> RobotRawReply | StopResult | RobotMove:
+        """Send a command as text to a unit."""
+        answer: RobotRawReply | StopResult | RobotMove = self.call(
+            "POST",
+            filled("/robots/{robot_id}/units/{unit}/raw", robot_id=robot_id, unit=unit),
+            query={"wait": wait},
             body=body,
             idempotency_key=idempotency_key,
         )

@@ -80,6 +80,13 @@ class AxisValue(TypedDict):
     """mm, pulse or degree; mm/s, kpps or rpm."""
 
 
+class BitMismatch(TypedDict):
+    """What a unit shows at rest that the configured order of bits does not explain."""
+
+    unit: int
+    detail: str
+
+
 class BodyControllerEventEvent(TypedDict):
     """It has reported a change of state (frame 7E); about `/bodies/{body_id}`."""
 
@@ -428,6 +435,118 @@ class BodyPowerMarkMissingEvent(TypedDict):
     data: MarkMissing
 
 
+class BodyProgramEndedEvent(TypedDict):
+    """That program has ended, or nobody knows: `status`; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.program.ended"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ProgramRun
+
+
+class BodyProgramStartedEvent(TypedDict):
+    """The gateway has started its user program; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.program.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ProgramRun
+
+
+class BodyProgramUploadCancelledEvent(TypedDict):
+    """A request, a stop or the end of the gateway has broken off an upload; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.program.upload.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ProgramUpload
+
+
+class BodyProgramUploadFailedEvent(TypedDict):
+    """An upload was broken off, or the body holds another program: `stored` says what; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.program.upload.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ProgramUpload
+
+
+class BodyProgramUploadProgressEvent(TypedDict):
+    """An upload has come further; once a second at most; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.program.upload.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ProgramUpload
+
+
+class BodyProgramUploadStartedEvent(TypedDict):
+    """A user program is being uploaded; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.program.upload.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ProgramUpload
+
+
+class BodyProgramUploadSucceededEvent(TypedDict):
+    """The program was read back and is the one that was sent; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.program.upload.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ProgramUpload
+
+
 class BodyStatus(TypedDict):
     """The state of a controller."""
 
@@ -656,6 +775,13 @@ class EventList(TypedDict):
         | BodyPowerMarkMissingEvent
         | BodyControllerEventEvent
         | BodyEndFrameEvent
+        | BodyProgramUploadStartedEvent
+        | BodyProgramUploadProgressEvent
+        | BodyProgramUploadSucceededEvent
+        | BodyProgramUploadFailedEvent
+        | BodyProgramUploadCancelledEvent
+        | BodyProgramStartedEvent
+        | BodyProgramEndedEvent
         | BodyLeftMovingEvent
         | GroupStrangersEvent
         | LineStrictEvent
@@ -687,6 +813,7 @@ class EventList(TypedDict):
         | RobotPowerCycledEvent
         | RobotSpeedsRestoredEvent
         | RobotPowerCycleAcknowledgedEvent
+        | RobotBitsMismatchEvent
         | RobotUnitChangedEvent
         | RobotJogStartedEvent
         | RobotJogStoppingEvent
@@ -852,6 +979,10 @@ class InvalidField(TypedDict):
     field: str
     """Where: distance.value"""
     message: str
+    line: NotRequired[int | None]
+    """In a text of many lines: which one, from 1."""
+    column: NotRequired[int | None]
+    """Where in that line, from 1."""
 
 
 class JogRequest(TypedDict):
@@ -1092,6 +1223,35 @@ class MarkMissing(TypedDict):
     detail: str
 
 
+class Memories(TypedDict):
+    """Memories of one bank."""
+
+    body_id: str
+    memories: list[Memory]
+
+
+class Memory(TypedDict):
+    """A memory of the user program."""
+
+    name: str
+    value: int | None
+    """A timer counts tenths of a second down."""
+
+
+class MemoryChange(TypedDict):
+    """What a memory shall hold."""
+
+    value: int
+    """A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."""
+
+
+class ModeChange(TypedDict):
+    """The mode a robot is to be in."""
+
+    mode: Literal[2, 3]
+    """3; or 2, in which most commands are silent."""
+
+
 class Move(TypedDict):
     """One move of one body."""
 
@@ -1288,6 +1448,91 @@ class Problem(TypedDict):
     """Every part that is not valid."""
 
 
+class Program(TypedDict):
+    """The user program that a body holds in RAM."""
+
+    body_id: str
+    source: str
+    """One instruction a line: line N stands at address N - 1."""
+    instructions: int
+    steps: int
+    """The room it takes, of 6039 steps."""
+    labels: dict[str, int]
+    """The address of each label."""
+    running: bool
+
+
+class ProgramRun(TypedDict):
+    """One run of a body's user program."""
+
+    id: str
+    body_id: str
+    status: Literal["running", "ended", "unknown"]
+    label: str | None
+    """Where it began, if at a label."""
+    address: int | None
+    """Where it began, if at an address."""
+    single_step: bool
+    """Whether only one instruction is executed."""
+    end_cause: str | None
+    """normal, stopped (by UES), command_error, nothing_there (a branch to an empty address), error_end (by EED), move_while_moving or single_step, or several joined by +."""
+    ended_at_address: int | None
+    detail: str | None
+    """Why nobody knows how it has ended."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+
+
+class ProgramState(TypedDict):
+    """What a body says of its user program now, and the last run that the gateway has started."""
+
+    body_id: str
+    running: bool
+    end_cause: str | None
+    """Of the last program; null while one runs."""
+    address: int
+    """The address it is at, or has ended at (UND)."""
+    line: int
+    """The line of that address in the program's text, from 1."""
+    instruction: str | None
+    """What stands there; null where nothing does."""
+    elapsed_s: float | None
+    """How long the run takes, or took; null without one."""
+    run: ProgramRun | None
+    """Null where the gateway has started none."""
+
+
+class ProgramUpload(TypedDict):
+    """One upload of a user program to one body."""
+
+    id: str
+    body_id: str
+    status: Literal["running", "succeeded", "failed", "cancelled"]
+    phase: Literal["clearing", "writing", "verifying", "saving", "done"]
+    """How far it has come, or had when it was broken off."""
+    instructions: int
+    """How many the program has."""
+    steps: int
+    """The room they take, of 6039 steps."""
+    written: int
+    """Instructions that the controller has taken."""
+    verified: int
+    """Instructions that were read back and are those of the source."""
+    flash: bool
+    """Whether the program is to be written to flash memory, too."""
+    saved: bool
+    """Whether it was written to flash memory."""
+    stored: str
+    """What the body holds now, as far as is known."""
+    error: UploadError | None
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+
+
 class RawReply(TypedDict):
     """What was answered."""
 
@@ -1334,6 +1579,22 @@ class RobotAbsoluteMoveRequest(TypedDict):
     kind: Literal["absolute"]
 
 
+class RobotBitsMismatchEvent(TypedDict):
+    """It stands still, homed, and its bits do not mean what the configuration says; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.bits.mismatch"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BitMismatch
+
+
 class RobotErrorEvent(TypedDict):
     """An error of the system stands; about `/robots/{robot_id}`."""
 
@@ -1364,8 +1625,14 @@ class RobotErrorRecord(TypedDict):
     detail: str | None
     """What ERD has answered."""
     unit: int | None
+    """Null in a system of a single unit, too."""
     axis: str | None
     """The motor axis."""
+    driver_error: int | None
+    """The driver's own code; 255: not ready."""
+    program: int | None
+    """The program that was stopped."""
+    step: int | None
     at: str
 
 
@@ -1374,6 +1641,8 @@ class RobotErrors(TypedDict):
 
     robot_id: str
     errors: list[RobotErrorRecord]
+    looked_at: str | None
+    """When the robot has last told which error stands; null while it never has."""
 
 
 class RobotErrorsResetEvent(TypedDict):
@@ -1417,6 +1686,8 @@ class RobotInfo(TypedDict):
     """It has lost its power; motion is refused until acknowledged."""
     error: RobotErrorRecord | None
     """The error that stands, as far as is known."""
+    bit_mismatches: list[str]
+    """What its units showed when they stood still, homed, that status_bits and sensor_bits of the configuration do not explain."""
     units: list[UnitInfo]
 
 
@@ -1880,6 +2151,22 @@ class RobotPowerLoss(TypedDict):
     certain: bool
 
 
+class RobotRawReply(TypedDict):
+    """What was answered."""
+
+    robot_id: str
+    sent: str
+    """The exact bytes, the terminator as \\r."""
+    replies: list[str]
+    """What followed the name in each answer, as it was read."""
+
+
+class RobotRawRequest(TypedDict):
+    """A command as it stands on the line, without its terminator."""
+
+    text: str
+
+
 class RobotRelativeMoveRequest(TypedDict):
     """Move axes by an amount (C-HOST manual 2-5, 4-2)."""
 
@@ -1951,7 +2238,7 @@ class RobotStopReport(TypedDict):
     """How far the stop of a robot has come."""
 
     robot_id: str
-    state: Literal["requested", "sent", "acknowledged", "confirmed", "not_sent"]
+    state: Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
     """Only confirmed means that the robot itself reports standstill of all axes."""
     detail: str | None
     """Why it is not confirmed."""
@@ -2023,6 +2310,16 @@ class RobotUnreadableEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: Unreadable
+
+
+class RunRequest(TypedDict):
+    """Where a program begins: at a label or an address, else at its first instruction."""
+
+    label: NotRequired[str | None]
+    """Without the `*`."""
+    address: NotRequired[int | None]
+    single_step: NotRequired[bool]
+    """Execute one instruction only; without label and address the next one. Left out: false."""
 
 
 class Scan(TypedDict):
@@ -2147,7 +2444,7 @@ class StopRefusal(TypedDict):
     """How far a stop has come that the robot has refused."""
 
     robot_id: str
-    state: Literal["requested", "sent", "acknowledged", "confirmed", "not_sent"]
+    state: Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
     """Only confirmed means that the robot itself reports standstill of all axes."""
     detail: str | None
     """Why it is not confirmed."""
@@ -2163,7 +2460,7 @@ class StopReport(TypedDict):
     """How far the stop of one body has come."""
 
     body_id: str
-    state: Literal["requested", "sent", "acknowledged", "confirmed", "not_sent"]
+    state: Literal["requested", "sent", "acknowledged", "refused", "confirmed", "not_sent"]
     """Only confirmed means that the controller itself reports standstill."""
     position: int | None
     """In pulses, at standstill."""
@@ -2339,6 +2636,17 @@ class Unreadable(TypedDict):
     detail: str
 
 
+class UploadError(TypedDict):
+    """Why an upload did not succeed, in the words of a problem detail."""
+
+    type: str
+    """The kind of error; stable."""
+    detail: str
+    remedy: str
+    line: int | None
+    """The first line of the source that differs, from 1."""
+
+
 class Uploaded(TypedDict):
     """Positions that were stored."""
 
@@ -2443,6 +2751,13 @@ Event: TypeAlias = (
     | BodyPowerMarkMissingEvent
     | BodyControllerEventEvent
     | BodyEndFrameEvent
+    | BodyProgramUploadStartedEvent
+    | BodyProgramUploadProgressEvent
+    | BodyProgramUploadSucceededEvent
+    | BodyProgramUploadFailedEvent
+    | BodyProgramUploadCancelledEvent
+    | BodyProgramStartedEvent
+    | BodyProgramEndedEvent
     | BodyLeftMovingEvent
     | GroupStrangersEvent
     | LineStrictEvent
@@ -2474,6 +2789,7 @@ Event: TypeAlias = (
     | RobotPowerCycledEvent
     | RobotSpeedsRestoredEvent
     | RobotPowerCycleAcknowledgedEvent
+    | RobotBitsMismatchEvent
     | RobotUnitChangedEvent
     | RobotJogStartedEvent
     | RobotJogStoppingEvent

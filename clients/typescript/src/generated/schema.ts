@@ -568,6 +568,173 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/bodies/{body_id}/program": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Program
+         * @description Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone.
+         */
+        get: operations["readProgram"];
+        /**
+         * Upload Program
+         * @description Upload a user program (UCS, UWS), read it back and compare it.
+         *
+         *     It is assembled first: what is wrong with it is told by line and column, and nothing is sent. Refused
+         *     while the motor moves or a program runs. A stop breaks it off; `stored` says what the body holds then.
+         */
+        put: operations["uploadProgram"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/program/uploads/{upload_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Program Upload
+         * @description Get an upload, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getProgramUpload"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/program/uploads/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Program Upload
+         * @description Cancel the upload under way before its next instruction; what is stored then stays in RAM.
+         */
+        delete: operations["cancelProgramUpload"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/program/runs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Run Program
+         * @description Run the user program (URG), or one instruction of it (USG); it may move the motor. A stop ends it.
+         */
+        post: operations["runProgram"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/program/runs/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Program State
+         * @description Ask the controller whether its program runs, how it ended and where it is (URD, UND, UPD).
+         */
+        get: operations["getProgramState"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/program/runs/{run_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Program Run
+         * @description Get a run that the gateway has started, at once or when it is over.
+         */
+        get: operations["getProgramRun"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/memories": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Memories
+         * @description Read memories of the user program, one by one (UDD).
+         */
+        get: operations["readMemories"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/memories/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Set Memory
+         * @description Set a memory (UDS), and tell what it holds then: a program that runs may change it at once.
+         */
+        put: operations["setMemory"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/robots": {
         parameters: {
             query?: never;
@@ -677,7 +844,9 @@ export interface paths {
         };
         /**
          * List Robot Errors
-         * @description Tell which errors stand, as the gateway has read them; nothing is sent, and nothing is cleared.
+         * @description Tell which errors stand, as the gateway has read them; with `fresh` the robot is asked (ERR).
+         *
+         *     An error of the system is not cleared by that.
          */
         get: operations["listRobotErrors"];
         put?: never;
@@ -702,6 +871,26 @@ export interface paths {
          * @description Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves.
          */
         post: operations["resetRobotErrors"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/mode": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Change Robot Mode
+         * @description Bring the robot into another mode (MOD) until the gateway ends; refused while it moves.
+         */
+        put: operations["changeRobotMode"];
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1071,6 +1260,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/robots/{robot_id}/raw": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Send Robot Raw
+         * @description Send a command as text. A command that moves makes a move, and one that stops makes a stop.
+         */
+        post: operations["sendRobotRaw"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/raw": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Send Unit Raw
+         * @description Send a command as text to a unit.
+         */
+        post: operations["sendUnitRaw"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -1222,6 +1451,16 @@ export interface components {
              * @description mm, pulse or degree; mm/s, kpps or rpm.
              */
             unit: string;
+        };
+        /**
+         * BitMismatch
+         * @description What a unit shows at rest that the configured order of bits does not explain.
+         */
+        BitMismatch: {
+            /** Unit */
+            unit: number;
+            /** Detail */
+            detail: string;
         };
         /**
          * Block
@@ -2154,6 +2393,314 @@ export interface components {
             data: components["schemas"]["MarkMissing"];
         };
         /**
+         * BodyProgramEndedEvent
+         * @description That program has ended, or nobody knows: `status`; about `/bodies/{body_id}`.
+         */
+        BodyProgramEndedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.program.ended";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ProgramRun"];
+        };
+        /**
+         * BodyProgramStartedEvent
+         * @description The gateway has started its user program; about `/bodies/{body_id}`.
+         */
+        BodyProgramStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.program.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ProgramRun"];
+        };
+        /**
+         * BodyProgramUploadCancelledEvent
+         * @description A request, a stop or the end of the gateway has broken off an upload; about `/bodies/{body_id}`.
+         */
+        BodyProgramUploadCancelledEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.program.upload.cancelled";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ProgramUpload"];
+        };
+        /**
+         * BodyProgramUploadFailedEvent
+         * @description An upload was broken off, or the body holds another program: `stored` says what; about `/bodies/{body_id}`.
+         */
+        BodyProgramUploadFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.program.upload.failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ProgramUpload"];
+        };
+        /**
+         * BodyProgramUploadProgressEvent
+         * @description An upload has come further; once a second at most; about `/bodies/{body_id}`.
+         */
+        BodyProgramUploadProgressEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.program.upload.progress";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ProgramUpload"];
+        };
+        /**
+         * BodyProgramUploadStartedEvent
+         * @description A user program is being uploaded; about `/bodies/{body_id}`.
+         */
+        BodyProgramUploadStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.program.upload.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ProgramUpload"];
+        };
+        /**
+         * BodyProgramUploadSucceededEvent
+         * @description The program was read back and is the one that was sent; about `/bodies/{body_id}`.
+         */
+        BodyProgramUploadSucceededEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.program.upload.succeeded";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ProgramUpload"];
+        };
+        /**
          * BodyStatus
          * @description The state of a controller.
          */
@@ -2622,7 +3169,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -2970,6 +3517,16 @@ export interface components {
             field: string;
             /** Message */
             message: string;
+            /**
+             * Line
+             * @description In a text of many lines: which one, from 1.
+             */
+            line?: number | null;
+            /**
+             * Column
+             * @description Where in that line, from 1.
+             */
+            column?: number | null;
         };
         /**
          * JogRequest
@@ -3540,6 +4097,52 @@ export interface components {
             detail: string;
         };
         /**
+         * Memories
+         * @description Memories of one bank.
+         */
+        Memories: {
+            /** Body Id */
+            body_id: string;
+            /** Memories */
+            memories: components["schemas"]["Memory"][];
+        };
+        /**
+         * Memory
+         * @description A memory of the user program.
+         */
+        Memory: {
+            /** Name */
+            name: string;
+            /**
+             * Value
+             * @description A timer counts tenths of a second down.
+             */
+            value: number | null;
+        };
+        /**
+         * MemoryChange
+         * @description What a memory shall hold.
+         */
+        MemoryChange: {
+            /**
+             * Value
+             * @description A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999.
+             */
+            value: number;
+        };
+        /**
+         * ModeChange
+         * @description The mode a robot is to be in.
+         */
+        ModeChange: {
+            /**
+             * Mode
+             * @description 3; or 2, in which most commands are silent.
+             * @enum {integer}
+             */
+            mode: 2 | 3;
+        };
+        /**
          * Move
          * @description One move of one body.
          */
@@ -3965,6 +4568,202 @@ export interface components {
             errors?: components["schemas"]["InvalidField"][] | null;
         };
         /**
+         * Program
+         * @description The user program that a body holds in RAM.
+         */
+        Program: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Source
+             * @description One instruction a line: line N stands at address N - 1.
+             */
+            source: string;
+            /** Instructions */
+            instructions: number;
+            /**
+             * Steps
+             * @description The room it takes, of 6039 steps.
+             */
+            steps: number;
+            /**
+             * Labels
+             * @description The address of each label.
+             */
+            labels: {
+                [key: string]: number;
+            };
+            /** Running */
+            running: boolean;
+        };
+        /**
+         * ProgramRun
+         * @description One run of a body's user program.
+         */
+        ProgramRun: {
+            /** Id */
+            id: string;
+            /** Body Id */
+            body_id: string;
+            /**
+             * Status
+             * @default running
+             * @enum {string}
+             */
+            status: "running" | "ended" | "unknown";
+            /**
+             * Label
+             * @description Where it began, if at a label.
+             */
+            label: string | null;
+            /**
+             * Address
+             * @description Where it began, if at an address.
+             */
+            address: number | null;
+            /**
+             * Single Step
+             * @description Whether only one instruction is executed.
+             */
+            single_step: boolean;
+            /**
+             * End Cause
+             * @description normal, stopped (by UES), command_error, nothing_there (a branch to an empty address), error_end (by EED), move_while_moving or single_step, or several joined by +.
+             */
+            end_cause: string | null;
+            /** Ended At Address */
+            ended_at_address: number | null;
+            /**
+             * Detail
+             * @description Why nobody knows how it has ended.
+             */
+            detail: string | null;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request that asked for it.
+             */
+            request_id: string | null;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Ended At */
+            ended_at: string | null;
+        };
+        /**
+         * ProgramState
+         * @description What a body says of its user program now, and the last run that the gateway has started.
+         */
+        ProgramState: {
+            /** Body Id */
+            body_id: string;
+            /** Running */
+            running: boolean;
+            /**
+             * End Cause
+             * @description Of the last program; null while one runs.
+             */
+            end_cause: string | null;
+            /**
+             * Address
+             * @description The address it is at, or has ended at (UND).
+             */
+            address: number;
+            /**
+             * Line
+             * @description The line of that address in the program's text, from 1.
+             */
+            line: number;
+            /**
+             * Instruction
+             * @description What stands there; null where nothing does.
+             */
+            instruction: string | null;
+            /**
+             * Elapsed S
+             * @description How long the run takes, or took; null without one.
+             */
+            elapsed_s: number | null;
+            /** @description Null where the gateway has started none. */
+            run: components["schemas"]["ProgramRun"] | null;
+        };
+        /**
+         * ProgramUpload
+         * @description One upload of a user program to one body.
+         */
+        ProgramUpload: {
+            /** Id */
+            id: string;
+            /** Body Id */
+            body_id: string;
+            /**
+             * Status
+             * @default running
+             * @enum {string}
+             */
+            status: "running" | "succeeded" | "failed" | "cancelled";
+            /**
+             * Phase
+             * @description How far it has come, or had when it was broken off.
+             * @default clearing
+             * @enum {string}
+             */
+            phase: "clearing" | "writing" | "verifying" | "saving" | "done";
+            /**
+             * Instructions
+             * @description How many the program has.
+             */
+            instructions: number;
+            /**
+             * Steps
+             * @description The room they take, of 6039 steps.
+             */
+            steps: number;
+            /**
+             * Written
+             * @description Instructions that the controller has taken.
+             * @default 0
+             */
+            written: number;
+            /**
+             * Verified
+             * @description Instructions that were read back and are those of the source.
+             * @default 0
+             */
+            verified: number;
+            /**
+             * Flash
+             * @description Whether the program is to be written to flash memory, too.
+             */
+            flash: boolean;
+            /**
+             * Saved
+             * @description Whether it was written to flash memory.
+             * @default false
+             */
+            saved: boolean;
+            /**
+             * Stored
+             * @description What the body holds now, as far as is known.
+             * @default
+             */
+            stored: string;
+            error: components["schemas"]["UploadError"] | null;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request that asked for it.
+             */
+            request_id: string | null;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Ended At */
+            ended_at: string | null;
+        };
+        /**
          * RawReply
          * @description What was answered.
          */
@@ -4096,6 +4895,50 @@ export interface components {
             kind: "absolute";
         };
         /**
+         * RobotBitsMismatchEvent
+         * @description It stands still, homed, and its bits do not mean what the configuration says; about `/robots/{robot_id}`.
+         */
+        RobotBitsMismatchEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.bits.mismatch";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["BitMismatch"];
+        };
+        /**
          * RobotErrorEvent
          * @description An error of the system stands; about `/robots/{robot_id}`.
          */
@@ -4164,13 +5007,28 @@ export interface components {
              * @description What ERD has answered.
              */
             detail: string | null;
-            /** Unit */
+            /**
+             * Unit
+             * @description Null in a system of a single unit, too.
+             */
             unit: number | null;
             /**
              * Axis
              * @description The motor axis.
              */
             axis: string | null;
+            /**
+             * Driver Error
+             * @description The driver's own code; 255: not ready.
+             */
+            driver_error: number | null;
+            /**
+             * Program
+             * @description The program that was stopped.
+             */
+            program: number | null;
+            /** Step */
+            step: number | null;
             /**
              * At
              * Format: date-time
@@ -4186,6 +5044,11 @@ export interface components {
             robot_id: string;
             /** Errors */
             errors: components["schemas"]["RobotErrorRecord"][];
+            /**
+             * Looked At
+             * @description When the robot has last told which error stands; null while it never has.
+             */
+            looked_at: string | null;
         };
         /**
          * RobotErrorsResetEvent
@@ -4289,6 +5152,11 @@ export interface components {
             power_cycled: boolean;
             /** @description The error that stands, as far as is known. */
             error: components["schemas"]["RobotErrorRecord"] | null;
+            /**
+             * Bit Mismatches
+             * @description What its units showed when they stood still, homed, that status_bits and sensor_bits of the configuration do not explain.
+             */
+            bit_mismatches: string[];
             /** Units */
             units: components["schemas"]["UnitInfo"][];
         };
@@ -5529,6 +6397,35 @@ export interface components {
             certain: boolean;
         };
         /**
+         * RobotRawReply
+         * @description What was answered.
+         */
+        RobotRawReply: {
+            /** Robot Id */
+            robot_id: string;
+            /**
+             * Sent
+             * @description The exact bytes, the terminator as \r.
+             */
+            sent: string;
+            /**
+             * Replies
+             * @description What followed the name in each answer, as it was read.
+             */
+            replies: string[];
+        };
+        /**
+         * RobotRawRequest
+         * @description A command as it stands on the line, without its terminator.
+         */
+        RobotRawRequest: {
+            /**
+             * Text
+             * @example APS
+             */
+            text: string;
+        };
+        /**
          * RobotRelativeMoveRequest
          * @description Move axes by an amount (C-HOST manual 2-5, 4-2).
          * @example {
@@ -5739,7 +6636,7 @@ export interface components {
              * @default requested
              * @enum {string}
              */
-            state: "requested" | "sent" | "acknowledged" | "confirmed" | "not_sent";
+            state: "requested" | "sent" | "acknowledged" | "refused" | "confirmed" | "not_sent";
             /**
              * Detail
              * @description Why it is not confirmed.
@@ -5931,6 +6828,24 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["Unreadable"];
+        };
+        /**
+         * RunRequest
+         * @description Where a program begins: at a label or an address, else at its first instruction.
+         */
+        RunRequest: {
+            /**
+             * Label
+             * @description Without the `*`.
+             */
+            label?: string | null;
+            /** Address */
+            address?: number | null;
+            /**
+             * Single Step
+             * @description Execute one instruction only; without label and address the next one. Left out: false.
+             */
+            single_step?: boolean;
         };
         /**
          * Scan
@@ -6226,7 +7141,7 @@ export interface components {
              * @default requested
              * @enum {string}
              */
-            state: "requested" | "sent" | "acknowledged" | "confirmed" | "not_sent";
+            state: "requested" | "sent" | "acknowledged" | "refused" | "confirmed" | "not_sent";
             /**
              * Detail
              * @description Why it is not confirmed.
@@ -6261,7 +7176,7 @@ export interface components {
              * @default requested
              * @enum {string}
              */
-            state: "requested" | "sent" | "acknowledged" | "confirmed" | "not_sent";
+            state: "requested" | "sent" | "acknowledged" | "refused" | "confirmed" | "not_sent";
             /**
              * Position
              * @description In pulses, at standstill.
@@ -6640,6 +7555,26 @@ export interface components {
         Unreadable: {
             /** Detail */
             detail: string;
+        };
+        /**
+         * UploadError
+         * @description Why an upload did not succeed, in the words of a problem detail.
+         */
+        UploadError: {
+            /**
+             * Type
+             * @description The kind of error; stable.
+             */
+            type: string;
+            /** Detail */
+            detail: string;
+            /** Remedy */
+            remedy: string;
+            /**
+             * Line
+             * @description The first line of the source that differs, from 1.
+             */
+            line: number | null;
         };
         /**
          * Uploaded
@@ -8027,6 +8962,442 @@ export interface operations {
             };
         };
     };
+    readProgram: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Program"];
+                    "text/plain": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    uploadProgram: {
+        parameters: {
+            query?: {
+                /** @description For a source in plain text: write it to flash memory too. */
+                flash?: boolean;
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Source
+                     * @description One command a line; comments begin with `;`.
+                     */
+                    source: string;
+                    /**
+                     * Flash
+                     * @description Write it to flash memory too (FUS).
+                     * @default false
+                     */
+                    flash?: boolean;
+                };
+                "text/plain": string;
+            };
+        };
+        responses: {
+            /** @description The upload is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgramUpload"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgramUpload"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getProgramUpload: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                upload_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgramUpload"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelProgramUpload: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgramUpload"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    runProgram: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RunRequest"];
+            };
+        };
+        responses: {
+            /** @description The program has ended. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgramRun"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgramRun"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getProgramState: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgramState"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getProgramRun: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgramRun"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readMemories: {
+        parameters: {
+            query?: {
+                /** @description D0-D199, C0-C29 or T0-T29. */
+                first?: string;
+                /** @description How many of the same bank. */
+                count?: number;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Memories"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    setMemory: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description D0-D199, C0-C29 or T0-T29. */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MemoryChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Memory"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     listRobots: {
         parameters: {
             query?: never;
@@ -8239,7 +9610,10 @@ export interface operations {
     };
     listRobotErrors: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Ask the robot first. */
+                fresh?: boolean;
+            };
             header?: never;
             path: {
                 /** @description The robot's id in the configuration. */
@@ -8297,6 +9671,51 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["RobotErrors"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    changeRobotMode: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ModeChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotInfo"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -9247,6 +10666,122 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["VariableValue"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sendRobotRaw: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RobotRawRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotRawReply"] | components["schemas"]["StopResult"];
+                };
+            };
+            /** @description The command has started a move. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sendUnitRaw: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                robot_id: string;
+                /** @description Number of the unit, from 1. */
+                unit: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RobotRawRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotRawReply"] | components["schemas"]["StopResult"];
+                };
+            };
+            /** @description The command has started a move. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotMove"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
