@@ -6,7 +6,7 @@ from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import programs
 from gateway.rorze.family import Rorze
@@ -34,7 +34,7 @@ class Memories(BaseModel):
     memories: list[Memory]
 
 
-class MemoryChange(RequestModel):
+class MemoryChange(RequestModel, json_schema_extra=example(value=12)):
     """What a memory shall hold."""
 
     value: int = Field(

@@ -20,7 +20,7 @@ from api.common.requests import (
     wait_s,
 )
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import programs
 from gateway.rorze.family import Rorze
@@ -46,14 +46,14 @@ class Program(BaseModel):
     running: bool
 
 
-class ProgramSource(RequestModel):
+class ProgramSource(RequestModel, json_schema_extra=example(source="*TEST\n1+M500 ; to the right\nEND")):
     """A program to be uploaded in the place of the present one."""
 
     source: str = Field(description="One command a line; comments begin with `;`.")
     flash: bool = Field(default=False, description="Write it to flash memory too (FUS).")
 
 
-class RunRequest(RequestModel):
+class RunRequest(RequestModel, json_schema_extra=example(address=0)):
     """Where a program begins: at a label or an address, else at its first instruction."""
 
     label: Label | None = Field(None, description="Without the `*`.")

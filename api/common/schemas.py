@@ -20,6 +20,8 @@ def complete(document: Schema) -> None:
     for operation in _operations(document):
         for content in _contents(operation.get("requestBody", {})):
             content.setdefault("examples", _examples(document, content["schema"]))
+            for member in content["schema"].get("properties", {}).values():
+                _describe_default(member)
     for schema in _reached(
         document, [op["requestBody"] for op in _operations(document) if "requestBody" in op]
     ):

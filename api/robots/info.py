@@ -19,7 +19,7 @@ from api.common.results import StopResult
 from api.robots.paths import RobotId, UnitNumber, robot_of, unit_of
 from api.stops import StopBody, perform_stop
 from gateway.core.line_state import LineState
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.fics.axes import Coordinates
 from gateway.fics.family import Fics
@@ -87,7 +87,7 @@ class RobotInfo(BaseModel):
     units: list[UnitInfo]
 
 
-class ModeChange(RequestModel):
+class ModeChange(RequestModel, json_schema_extra=example(mode=3)):
     """The mode a robot is to be in."""
 
     mode: Literal[2, 3] = Field(description="3; or 2, in which most commands are silent.")

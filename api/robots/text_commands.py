@@ -11,7 +11,7 @@ from api.common.problems import DECLARED
 from api.common.requests import Wait, json_response, new_router, origin_of, plant_of, wait_s
 from api.common.results import StopResult, render
 from api.robots.paths import RobotId, UnitNumber, robot_of
-from gateway.core.records import RequestModel
+from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.core.targets import Answer
 from gateway.fics.move_record import RobotMove
@@ -22,7 +22,7 @@ from protocols.table import Effect
 router = new_router("commands", TextRoute)
 
 
-class RobotRawRequest(RequestModel):
+class RobotRawRequest(RequestModel, json_schema_extra=example(text="APS")):
     """A command as it stands on the line, without its terminator."""
 
     text: Annotated[str, Field(pattern=r"^[0-9A-Z]{3}( [ -~]*)?$", max_length=250, examples=["APS"])]

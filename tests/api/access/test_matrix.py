@@ -47,6 +47,15 @@ GET       /bodies/{body_id}/moves                        view     body
 GET       /bodies/{body_id}/moves/{move_id}              view     body
 POST      /bodies/{body_id}/raw                          setup    body
 POST      /bodies/{body_id}/stop                         stop     body
+GET       /bodies/{body_id}/program                      view     body
+PUT       /bodies/{body_id}/program                      setup    body
+GET       /bodies/{body_id}/program/uploads/{upload_id}  view     body
+DELETE    /bodies/{body_id}/program/uploads/current      setup    body
+POST      /bodies/{body_id}/program/runs                 operate  body
+GET       /bodies/{body_id}/program/runs/current         view     body
+GET       /bodies/{body_id}/program/runs/{run_id}        view     body
+GET       /bodies/{body_id}/memories                     view     body
+PUT       /bodies/{body_id}/memories/{name}              operate  body
 POST      /stop                                          stop     plant
 GET       /groups                                        view     any
 GET       /groups/{group_id}                             view     group
@@ -67,6 +76,9 @@ GET       /robots/{robot_id}/errors                      view     robot
 POST      /robots/{robot_id}/errors/reset                operate  robot
 POST      /robots/{robot_id}/power-cycle/acknowledge     operate  robot
 POST      /robots/{robot_id}/stop                        stop     robot
+PUT       /robots/{robot_id}/mode                        setup    robot
+POST      /robots/{robot_id}/raw                         setup    robot
+POST      /robots/{robot_id}/units/{unit}/raw            setup    robot
 POST      /robots/{robot_id}/units/{unit}/stop           stop     robot
 POST      /robots/{robot_id}/units/{unit}/moves          operate  robot
 GET       /robots/{robot_id}/units/{unit}/moves          view     robot

@@ -4122,6 +4122,9 @@ export interface components {
         /**
          * MemoryChange
          * @description What a memory shall hold.
+         * @example {
+         *       "value": 12
+         *     }
          */
         MemoryChange: {
             /**
@@ -4133,6 +4136,9 @@ export interface components {
         /**
          * ModeChange
          * @description The mode a robot is to be in.
+         * @example {
+         *       "mode": 3
+         *     }
          */
         ModeChange: {
             /**
@@ -6417,6 +6423,9 @@ export interface components {
         /**
          * RobotRawRequest
          * @description A command as it stands on the line, without its terminator.
+         * @example {
+         *       "text": "APS"
+         *     }
          */
         RobotRawRequest: {
             /**
@@ -6832,6 +6841,9 @@ export interface components {
         /**
          * RunRequest
          * @description Where a program begins: at a label or an address, else at its first instruction.
+         * @example {
+         *       "address": 0
+         *     }
          */
         RunRequest: {
             /**
@@ -9029,8 +9041,7 @@ export interface operations {
                     source: string;
                     /**
                      * Flash
-                     * @description Write it to flash memory too (FUS).
-                     * @default false
+                     * @description Write it to flash memory too (FUS). Left out: false.
                      */
                     flash?: boolean;
                 };
