@@ -426,6 +426,7 @@ class Group:
         self,
         command: RorzeCommand[Any],
         *,
+        lane: Lane | None = None,
         expires_at: float | None = None,
         on_written: Callable[[float], None] | None = None,
     ) -> dict[Body, Reply | GatewayError]:
@@ -437,9 +438,8 @@ class Group:
         self.require_in_force()
         for member in self.members:
             member.forbid_renaming(command)
-        future = self.line.submit(
-            self.number, command, lane_of(command), expires_at=expires_at, on_written=on_written
-        )
+        lane = lane_of(command) if lane is None else lane
+        future = self.line.submit(self.number, command, lane, expires_at=expires_at, on_written=on_written)
         self._were_told(command)
         outcome = await future
         self._were_told(command)

@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeVar
 from pydantic import Field
 
 from gateway.core.addresses import numbered_address
-from gateway.core.errors import Ambiguous, NotFound
+from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.stops import StopMode
@@ -24,6 +24,7 @@ from gateway.rorze.moves import Moves
 from gateway.rorze.power import Power
 from gateway.rorze.scans import Scans
 from gateway.rorze.stops import Stops
+from gateway.rorze.sweep import Sweep
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
@@ -73,6 +74,9 @@ class Rorze(Family):
         self.lines: dict[str, Line] = {}
         self._bodies: dict[str, Body] = {}
         self._groups: dict[str, Group] = {}
+        self.sweeps: dict[str, Sweep] = {}
+        """How many bodies of a line are asked at once, by the line's id."""
+        self._sweep_numbers: dict[str, range] = {}
         self._defining = asyncio.Lock()
         self.moves = Moves(self._publish_move, allow_endless_moves=site.allow_endless_moves)
         self.stops = Stops(site.events, self.groups_of)
@@ -109,6 +113,11 @@ class Rorze(Family):
             body.on_news = partial(self._on_news, body)
             self._bodies[body.address] = body
         Guards(line, self.bodies_of(line), self.stops.under_way)
+        sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
+        for own in sweep.groups:
+            own.on_strangers = partial(self._on_strangers, own)
+            line.groups[own.number] = [member.number for member in own.members]
+        self._sweep_numbers[line.id] = table.sweep_numbers
         for group in table.groups:
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
@@ -182,7 +191,7 @@ class Rorze(Family):
             strict=line.strict,
             bodies=_addresses(line, line.bodies),
             offline=_addresses(line, sorted(line.offline)),
-            groups=_addresses(line, list(line.groups)),
+            groups=[group.address for group in self._groups_on(line)],
         )
 
     @classmethod
@@ -215,6 +224,11 @@ class Rorze(Family):
         home = address.rpartition(".")[0]
         bodies = [self.body(f"{home}.{it}" if home and "." not in it else it) for it in members]
         group = planned_group(address, bodies, name)
+        if group.number in self._sweep_numbers[group.line.id]:
+            raise InvalidRequest(
+                f"{group.address} is among the numbers that the gateway keeps for itself; nothing was sent.",
+                "Take another number, or change sweep_groups in the configuration.",
+            )
         async with self._defining:
             await define(group, self._groups.get(group.address))
             self._add_group(group)
