@@ -107,6 +107,8 @@ class Line(tables.Line):
     """Whether a stop is sent at once or, should the link master not take it, after the reply under way."""
     bodies: Array[Body] = ()
     groups: Array[Group] = ()
+    health_share: float = Field(0.1, ge=0.01, le=0.5)
+    """Share of the line's time that the questions how bodies are may take, where there are many."""
     sweep_groups: Array[GroupId] = ()
     """First and last number of the virtual bodies the gateway defines for itself, to ask many at once."""
 

@@ -15,12 +15,13 @@ from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
 from gateway.rorze.bodies import Body, Group
-from gateway.rorze.body_watch import BodyWatch
+from gateway.rorze.body_watch import BodyWatch, watch_sweep
 from gateway.rorze.event_types import TYPES
 from gateway.rorze.group_definition import define, planned_group, watch_groups
 from gateway.rorze.guards import Guards
 from gateway.rorze.line import Line
 from gateway.rorze.moves import Moves
+from gateway.rorze.pace import Health
 from gateway.rorze.power import Power
 from gateway.rorze.scans import Scans
 from gateway.rorze.stops import Stops
@@ -77,6 +78,7 @@ class Rorze(Family):
         self.sweeps: dict[str, Sweep] = {}
         """How many bodies of a line are asked at once, by the line's id."""
         self._sweep_numbers: dict[str, range] = {}
+        self._health: dict[str, Health] = {}
         self._defining = asyncio.Lock()
         self.moves = Moves(self._publish_move, allow_endless_moves=site.allow_endless_moves)
         self.stops = Stops(site.events, self.groups_of)
@@ -116,8 +118,8 @@ class Rorze(Family):
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
         for own in sweep.groups:
             own.on_strangers = partial(self._on_strangers, own)
-            line.groups[own.number] = [member.number for member in own.members]
         self._sweep_numbers[line.id] = table.sweep_numbers
+        self._health[line.id] = Health(line, table.health_share)
         for group in table.groups:
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
@@ -243,8 +245,10 @@ class Rorze(Family):
     def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
         """Look after bodies, and after the groups of each line."""
         for body in self.bodies():
-            yield BodyWatch(body, self.stops.on_line).run()
+            line_id = body.line.id
+            yield BodyWatch(body, self._health[line_id], self.sweeps[line_id], self.stops.on_line).run()
         for line in self.lines.values():
+            yield watch_sweep(self._health[line.id], self.sweeps[line.id])
             yield watch_groups(line, partial(self._groups_on, line))
 
     def was_left_alone(self) -> None:

@@ -10,7 +10,7 @@ from pydantic import Field
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
-from gateway.core.origin import current
+from gateway.core.origin import current, working
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState
 from gateway.core.stops import StopMode as StopMode
@@ -153,7 +153,8 @@ class Stops:
 
     async def _see_through(self, stop: "_BodyStop") -> None:
         """Repeat it until it is confirmed; from then on another stop is one of its own."""
-        await stop.see_through()
+        with working("stops"):
+            await stop.see_through()
         stop.withdraw()
         self._forget(stop)
         stop.body.was_stopped(stop.report.position)

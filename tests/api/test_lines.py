@@ -1,5 +1,7 @@
 """Lines over HTTP: what state they are in, who is there, and what was said on them."""
 
+import asyncio
+
 from gateway.config import Config
 from gateway.plant import Plant
 from tests.api.bodies.test_moves import refused
@@ -95,6 +97,20 @@ async def test_who_does_not_answer_a_sweep_is_told_as_such(stand: Stand) -> None
     assert told["unanswered"][0]["detail"]
 
 
+@on_stand()
+async def test_a_line_tells_who_takes_up_its_time(stand: Stand) -> None:
+    stand.port.machine.switch_body(1, on=False, now=0.0)
+    await stand.get("/bodies/01/position")
+    await asyncio.sleep(5.0)
+    load = (await stand.get("/lines/arm")).json()["load"]
+    assert {"clients", "fences", "probes"} <= load.keys()
+    assert all(0 <= percent <= 100 for percent in load.values())
+    assert (
+        'motion_gateway_line_busy_seconds_total{kind="clients",line="arm"}'
+        in (await stand.get("/metrics")).text
+    )
+
+
 @on_stand({"arm": BODIES, "rail": [{"id": "10"}]})
 async def test_bodies_are_listed_as_they_are_now_where_that_is_wanted(stand: Stand) -> None:
     await stand.send("01", "set-position", position=1500)
@@ -115,7 +131,7 @@ async def test_the_line_of_a_robot_says_whose_it_is(cell: Cell) -> None:
     assert line == (await cell.get("/lines/cell")).json()
     assert (line["line_id"], line["protocol"], line["state"]) == ("cell", "fics", "ready")
     assert (line["robot_id"], line["mode"], line["online"]) == ("r1", 3, True)
-    assert line["waiting"] == {"stop": 0, "proof": 0, "command": 0, "again": 0, "read": 0}
+    assert line["waiting"] == {"stop": 0, "proof": 0, "command": 0, "again": 0, "read": 0, "background": 0}
     assert line["counters"]["frames_sent"] > 0
 
 

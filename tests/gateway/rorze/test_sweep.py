@@ -80,7 +80,7 @@ async def test_a_link_master_that_forgot_the_group_is_told_it_again() -> None:
     async with rig(bodies=BODIES, groups={}, options=SWEEP_GROUPS) as it:
         it.machine._groups.clear()
         assert set((await positions(it)).values()) == {0}
-        await asyncio.sleep(1.0)
+        await asyncio.sleep(5.0)
         assert it.wire.frames().count("&7FXVS90,00,01,02,03,04,05,06,07") == 2
 
 
