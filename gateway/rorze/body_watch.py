@@ -1,15 +1,16 @@
 """The watch over a body: whether it answers, what it does without us, and whether it has kept its power."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import inf
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
-from gateway.rorze.bodies import Body
+from gateway.rorze.bodies import NO_PROGRAM_S, Body
 from gateway.rorze.line import Line
 from gateway.rorze.pace import HEALTH_POLL_S, IDLE_POLL_S, Health, background_of, is_prompt
 from gateway.rorze.sweep import Sweep
+from protocols.rorze.programs import GetProgramStatus
 from protocols.rorze.status import GetControllerStatus
 
 CLOCK_S = 0.001
@@ -98,9 +99,18 @@ async def watch_sweep(health: Health, sweep: Sweep) -> None:
     while True:
         for group in sweep.groups:
             await sweep.define()
-            await asyncio.sleep(health.next_status(_now(), len(group.members)) - _now())
+            await asyncio.sleep(health.next_of_group(_now(), len(group.members)) - _now())
             if health.line.state == "ready" and not is_prompt(health.line):
                 await sweep.ask(group.members, GetControllerStatus(), Lane.BACKGROUND)
+                await _learn_programs(health, sweep, group.members)
+
+
+async def _learn_programs(health: Health, sweep: Sweep, members: Sequence[Body]) -> None:
+    """Know where no program runs: a stop of many need not ask each for it."""
+    known_at = (member.no_program_at or -inf for member in members if member.online)
+    if min(known_at, default=inf) < _now() - NO_PROGRAM_S / 2:
+        await asyncio.sleep(health.next_of_group(_now(), len(members)) - _now())
+        await sweep.ask(members, GetProgramStatus(), Lane.BACKGROUND)
 
 
 def _now() -> float:

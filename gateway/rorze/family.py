@@ -75,13 +75,13 @@ class Rorze(Family):
         self.lines: dict[str, Line] = {}
         self._bodies: dict[str, Body] = {}
         self._groups: dict[str, Group] = {}
-        self.sweeps: dict[str, Sweep] = {}
-        """How many bodies of a line are asked at once, by the line's id."""
         self._sweep_numbers: dict[str, range] = {}
         self._health: dict[str, Health] = {}
         self._defining = asyncio.Lock()
         self.moves = Moves(self._publish_move, allow_endless_moves=site.allow_endless_moves)
-        self.stops = Stops(site.events, self.groups_of)
+        self.sweeps: dict[str, Sweep] = {}
+        """How many bodies of a line are asked at once, by the line's id."""
+        self.stops = Stops(site.events, self.groups_of, self.sweeps)
         self.scans = Scans(site.events)
 
     # building

@@ -85,6 +85,7 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
             interject_stops=interject_stops,
             rng=rng,
         )
+        session.byte_time_s = transport.byte_time_s
         super().__init__(line_id, transport, session, LinkReader)
         self._garbage_before = 0
         self.controllers = ""

@@ -13,12 +13,12 @@ MARK_POLL_S = 30.0
 """The mark of its power is looked at this often, where the line has the time."""
 PROMPT_SHARE = 0.3
 """Share of the time of a line of few bodies, whose loss of power is told within two seconds."""
-PRESENCE, LOOKS, MARKS = 0.5, 0.3, 0.2
-"""How the share of health is divided among presence, status with position, and marks."""
+PRESENCE, LOOKS, MARKS = 0.45, 0.3, 0.2
+"""How the share of health is divided among presence, looks, and marks; the rest is for what is asked anew."""
 STATUS_BYTES, LOOK_BYTES, MARK_BYTES = 18, 43, 30
 """Of 9CD, of 9CD and 6PD, and of 9VD, with their replies."""
-GROUP_BYTES, MEMBER_BYTES = 16, 7
-"""Of 9CD to a group and its reply, and for each member in it."""
+GROUP_BYTES, MEMBER_BYTES = 16, 8
+"""Of 9CD or URD to a group and its reply, and for each member in it, at most."""
 TURNAROUND_S = 0.003
 """From a question to its reply, besides the bytes: an assumption."""
 SLOWEST_BYTE_S = 10 / 9600
@@ -70,13 +70,16 @@ class Health:
 
     def __init__(self, line: Line, share: float) -> None:
         self.line = line
-        self._presence, self._looks = Pace(PRESENCE * share), Pace(LOOKS * share)
-        self._marks = Pace(MARKS * share)
+        self._presence, self._groups = Pace(PRESENCE * share), Pace(PRESENCE * share)
+        self._looks, self._marks = Pace(LOOKS * share), Pace(MARKS * share)
 
-    def next_status(self, now: float, members: int = 0) -> float:
-        """When to ask a body, or a group of so many, whether it is there."""
-        takes_s = wire_s(self.line, GROUP_BYTES + members * MEMBER_BYTES if members else STATUS_BYTES)
-        return self._presence.next(now + IDLE_POLL_S, takes_s)
+    def next_status(self, now: float) -> float:
+        """When to ask a body that no group covers whether it is there."""
+        return self._presence.next(now + IDLE_POLL_S, wire_s(self.line, STATUS_BYTES))
+
+    def next_of_group(self, now: float, members: int) -> float:
+        """When to ask a group of so many whether they are there."""
+        return self._groups.next(now + IDLE_POLL_S, wire_s(self.line, GROUP_BYTES + members * MEMBER_BYTES))
 
     def next_look(self, now: float) -> float:
         """When to look at a body's status and position."""

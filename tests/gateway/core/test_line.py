@@ -43,6 +43,7 @@ class Said:
         self.frame = f"{text}\r".encode()
         self.timeout_s = TIMEOUT_S
         self.origin = current()
+        self.lane = Lane.READ
         self.outcome: GatewayError | None = None
 
     def settle(self, outcome: GatewayError, /) -> None:

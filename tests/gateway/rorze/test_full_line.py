@@ -9,13 +9,14 @@ import pytest
 from gateway.core.move_record import Move
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
-from tests.gateway.rorze.full_line import SWEEP_GROUPS, busy_s, full_line, teach
+from tests.gateway.rorze.full_line import FULL, SWEEP_GROUPS, busy_s, full_line, teach
 from tests.gateway.rorze.test_body_power import now
 from tests.plants import Rig, in_virtual_time, start
 
 IDLE_SHARE = 0.1
 GET_WITHIN_S = 0.25
 END_TOLD_WITHIN_S = 1.5
+STOPPED_WITHIN_S = 5.0
 MOVERS = [f"{4 * number:02X}" for number in range(30)]
 
 
@@ -62,3 +63,40 @@ async def told_at(rig: Rig, move: Move) -> float:
 
 def ended_at(rig: Rig, move: Move) -> float:
     return rig.truth.of("pulses_stop", int(move.body_id[-2:], 16))[-1].at
+
+
+@in_virtual_time
+async def test_a_stop_of_all_is_confirmed_within_5_s_and_nobody_is_alarmed() -> None:
+    async with full_line() as it:
+        await asyncio.sleep(60.0)  # where no program runs is known
+        await teach(it, MOVERS)
+        for mover in MOVERS:
+            await start(it, MoveClockwise(distance=500_000), mover)
+        asked_at, sent = now(), len(it.wire.sent)
+        reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert now() - asked_at <= STOPPED_WITHIN_S
+        assert {report.state for report in reports} == {"confirmed"}
+        assert all(report.position is not None for report in reports)
+        assert it.types("body.stop.unconfirmed") == []
+        frames = it.wire.frames(sent)
+        assert frames[:120] == [f"&{number:02X}5IS" for number in FULL]
+        assert not any(frame[3:6] in ("URD", "UES") for frame in frames)
+
+
+@in_virtual_time
+async def test_without_groups_a_stop_of_all_takes_longer_and_alarms_nobody() -> None:
+    async with full_line("") as it:
+        reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert {report.state for report in reports} == {"confirmed"}
+        assert it.types("body.stop.unconfirmed") == []
+
+
+@in_virtual_time
+async def test_a_silent_body_is_told_after_two_seconds_however_many_are_stopped() -> None:
+    async with full_line() as it:
+        it.machine.switch_body(7, on=False, now=now())
+        asked_at = now()
+        stopping = it.plant.stops.stop(it.plant.bodies(), "immediate")
+        await anext(it.plant.events.subscribe(types=["body.stop.unconfirmed"]))
+        assert now() - asked_at < 2.5
+        assert [it.body_id for it in await stopping if it.state != "confirmed"] == ["line1.07"]
