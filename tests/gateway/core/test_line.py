@@ -66,6 +66,9 @@ class Speech:
         self.passed: list[tuple[float, float | None]] = []
         """When deadlines were looked at, and until when a reply that has begun may go on."""
 
+    def awaits_replies(self) -> bool:
+        return bool(self.deadline())
+
     def revoke(self, why: Overtaking) -> None:
         self.revoked.append(why)
         self.waiting.clear()

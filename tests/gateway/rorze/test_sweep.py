@@ -52,7 +52,7 @@ async def test_120_positions_take_at_most_2_4_s_of_a_9600_baud_line() -> None:
         told = await positions(it)
         assert list(told.values()) == list(range(120))
         assert now() - began_at <= POSITIONS_WITHIN_S
-        assert sum(frame.startswith("&9") for frame in it.wire.frames(sent)) == 8
+        assert sum(frame[1] == "9" and frame.endswith("6PD") for frame in it.wire.frames(sent)) == 8
 
 
 @in_virtual_time
