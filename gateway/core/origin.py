@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 Work = Literal["clients", "followers", "health", "probes", "fences", "stops", "set_up"]
@@ -16,7 +16,7 @@ class Origin:
 
     caller: str
     request_id: str | None = None
-    work: Work = "clients"
+    work: Work = field(default="clients", compare=False)
 
 
 GATEWAY = Origin("gateway", work="health")
