@@ -105,9 +105,14 @@ class PlantCollector(Collector):
         up = GaugeMetricFamily(
             "motion_gateway_line_ready", "Whether a line can take commands.", labels=("line",)
         )
+        busy = CounterMetricFamily(
+            "motion_gateway_line_busy_seconds", "Time a line was taken up, by whom.", labels=("line", "kind")
+        )
         for port in self._plant.ports().values():
             for kind, count in port.counters.items():
                 happened.add_metric((port.id, kind), count)
+            for work, seconds in port.load.busy_s.items():
+                busy.add_metric((port.id, work), seconds)
             for lane, count in port.waiting().items():
                 waiting.add_metric((port.id, lane), count)
             up.add_metric((port.id,), port.state is LineState.READY)
@@ -121,5 +126,5 @@ class PlantCollector(Collector):
             robots.add_metric((robot.line.id, "configured"), 1)
             robots.add_metric((robot.line.id, "offline"), not robot.online)
             robots.add_metric((robot.line.id, "moving"), robot.moving is True)
-        yield from (happened, waiting, bodies, robots, up)
+        yield from (happened, busy, waiting, bodies, robots, up)
         yield CounterMetricFamily("motion_gateway_events", "Events published.", value=self._plant.events.last)

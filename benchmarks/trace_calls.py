@@ -26,7 +26,7 @@ FIRST_INSTRUCTIONS = 6
 
 LINE = re.compile(
     r"protocols/|transports/|gateway/fics/(copies|exchange|line|session|upload_state)\.|"
-    r"gateway/core/(admission|copies|errors|exchange|fence|gate|lanes|line|loop_watch|origin|scheduler|"
+    r"gateway/core/(admission|copies|errors|exchange|fence|gate|lanes|line|load|loop_watch|origin|scheduler|"
     r"sequence_lock|session)\."
 )
 """The files that carry an exchange over a line: its port, its session and its protocol."""

@@ -2,6 +2,7 @@
 
 import asyncio
 import functools
+import re
 from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
@@ -55,6 +56,9 @@ class Wire(SimulatedLine):
     def __init__(self, machine: Rc400Line, baud: int | None = None) -> None:
         super().__init__(machine, baud)
         self.sent: list[Sent] = []
+        self.heard: list[tuple[float, bytes]] = []
+        self.deaf_to: re.Pattern[bytes] | None = None
+        """Frames that are lost on their way to the gateway."""
         self.tx_free_at = 0.0
         self._awaited: tuple[str, asyncio.Future[None]] | None = None
 
@@ -66,6 +70,10 @@ class Wire(SimulatedLine):
         self.sent.append(Sent(now, data.decode("ascii").rstrip("\r")))
         if self._awaited and self._awaited[0] == self.sent[-1].frame and not self._awaited[1].done():
             self._awaited[1].set_result(None)
+
+    def _deliver(self, data: bytes) -> None:
+        self.heard.append((asyncio.get_running_loop().time(), data))
+        super()._deliver(self.deaf_to.sub(b"", data) if self.deaf_to else data)
 
     def turn(self) -> None:
         """Let the machine say what it has to say, after it was touched by hand."""
@@ -159,7 +167,7 @@ def configuration(
         f"bodies = [{body_tables}]\ngroups = [{group_tables}]\n{options}\n"
         for number, line in enumerate(lines)
     )
-    return tables + OPEN
+    return f"[server]\n{server}\n{tables}{OPEN}"
 
 
 @asynccontextmanager
@@ -190,6 +198,8 @@ async def rig(
         await asyncio.sleep(SET_UP_S)
         while any(body.online and not is_known(body) for body in plant.bodies()):  # noqa: ASYNC110  # no event
             await asyncio.sleep(SET_UP_S)
+        while any(line.state == "out_of_step" for line in plant.lines.values()):  # noqa: ASYNC110  # no event
+            await asyncio.sleep(0.01)
         assert all(line.state == "ready" for line in plant.lines.values())
         yield running
     finally:

@@ -1,15 +1,17 @@
 """Bodies over HTTP: what they are, where they stand, in which state, and the speed of a running move."""
 
 import asyncio
+from collections.abc import Mapping
 from datetime import datetime
 from typing import Annotated, Any, Literal
 
-from fastapi import Request, Response
+from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
 from api.common.fast_route import DirectRoute
 from api.common.requests import (
     BodyId,
+    LineId,
     age_ms_of,
     is_seen,
     json_response,
@@ -18,6 +20,7 @@ from api.common.requests import (
     plant_of,
     utc_of,
 )
+from gateway.core.errors import GatewayError
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
@@ -40,6 +43,7 @@ from protocols.rorze.status import (
 from protocols.rorze.stops import Accelerate, ChangeSpeed, Decelerate
 
 WHERE = GetPosition()
+Fresh = Annotated[bool, Query(description="Ask each body for its status and position first.")]
 
 router = new_router("bodies")
 reads = new_router("bodies", DirectRoute)
@@ -103,6 +107,39 @@ class StatusBits(BaseModel):
     range_error: bool
     stall_error: bool
     communication_error: bool
+
+
+class Unanswered(BaseModel):
+    """A body that did not answer."""
+
+    body_id: str
+    detail: str = Field(description="Why.")
+
+
+class Positions(BaseModel):
+    """Where all motors of a line stand."""
+
+    line_id: str
+    positions: list[Position]
+    unanswered: list[Unanswered]
+
+
+class MotorStatus(BaseModel):
+    """The controller status of a body."""
+
+    body_id: str
+    moving: bool
+    status: StatusBits
+    read_at: datetime = Field(description="When the controller's answer came.")
+    age_ms: float = Field(description="How old the answer was when it was passed on.")
+
+
+class Statuses(BaseModel):
+    """The controller status of all bodies of a line."""
+
+    line_id: str
+    statuses: list[MotorStatus]
+    unanswered: list[Unanswered]
 
 
 class SensorBits(BaseModel):
@@ -213,9 +250,27 @@ async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRe
     return json_response(SpeedAccepted(body_id=_body(request, body_id).address, command=command.code))
 
 
+@router.get("/lines/{line_id}/positions", Right.VIEW, response_model=Positions)
+async def read_positions(request: Request, line_id: LineId) -> Response:
+    """Ask all bodies of a line where they stand (6PD), in the fewest frames."""
+    told, unanswered = await _sweep(request, line_id, WHERE)
+    positions = [_position(body, reply.pulses, at) for body, (reply, at) in told.items()]
+    return json_response(Positions(line_id=line_id, positions=positions, unanswered=unanswered))
+
+
+@router.get("/lines/{line_id}/statuses", Right.VIEW, response_model=Statuses)
+async def read_statuses(request: Request, line_id: LineId) -> Response:
+    """Ask all bodies of a line for their status (9CD), in the fewest frames."""
+    told, unanswered = await _sweep(request, line_id, GetControllerStatus())
+    statuses = [_motor_status(body, reply.bits or 0, at) for body, (reply, at) in told.items()]
+    return json_response(Statuses(line_id=line_id, statuses=statuses, unanswered=unanswered))
+
+
 @router.get("/bodies", Right.VIEW, any_scope=True, response_model=BodyList)
-async def list_bodies(request: Request) -> Response:
-    """List all bodies; nothing is sent."""
+async def list_bodies(request: Request, *, fresh: Fresh = False) -> Response:
+    """List all bodies as they were last seen; with `fresh`, they are asked for status and position first."""
+    if fresh:
+        await bodies.look_at_all(plant_of(request), origin_of(request))
     rorze = plant_of(request).family(Rorze)
     seen = [_info(rorze, body) for body in rorze.bodies() if is_seen(request, body.address)]
     return json_response(BodyList(bodies=seen))
@@ -255,6 +310,30 @@ def _position(body: Body, pulses: int, at: float) -> Position:
         pulses=pulses,
         value=scale.value(pulses) if scale else None,
         unit=scale.unit if scale else None,
+        read_at=utc_of(at),
+        age_ms=age_ms_of(at),
+    )
+
+
+async def _sweep(
+    request: Request, line_id: str, command: RorzeCommand[Any]
+) -> tuple[Mapping[Body, tuple[Any, float]], list[Unanswered]]:
+    """Ask all bodies of a line, and part those who told from those who did not."""
+    results = await bodies.sweep(plant_of(request), origin_of(request), line_id, command)
+    told = {body: it for body, it in results.items() if not isinstance(it, GatewayError)}
+    unanswered = [
+        Unanswered(body_id=body.address, detail=it.detail)
+        for body, it in results.items()
+        if isinstance(it, GatewayError)
+    ]
+    return told, unanswered
+
+
+def _motor_status(body: Body, bits: int, at: float) -> MotorStatus:
+    return MotorStatus(
+        body_id=body.address,
+        moving=bool(bits & PULSES_RUNNING),
+        status=StatusBits(**_flags(bits, CONTROLLER_STATUS_BITS)),
         read_at=utc_of(at),
         age_ms=age_ms_of(at),
     )

@@ -77,10 +77,7 @@ class RunRequest(RequestModel, json_schema_extra=example(address=0)):
 _SOURCE: Final[dict[str, Any]] = {
     "requestBody": {
         "required": True,
-        "content": {
-            JSON: {"schema": ProgramSource.model_json_schema()},
-            TEXT: {"schema": {"type": "string", "description": "The source alone."}},
-        },
+        "content": {JSON: {"schema": ProgramSource.model_json_schema()}},
     }
 }
 Flash = Annotated[bool, Query(description="For a source in plain text: write it to flash memory too.")]
@@ -120,7 +117,7 @@ async def read_program(request: Request, body_id: BodyId) -> Response:
 async def upload_program(
     request: Request, body_id: BodyId, flash: Flash = False, wait: Wait = None
 ) -> Response:
-    """Upload a user program (UCS, UWS), read it back and compare it.
+    """Upload a user program (UCS, UWS), read it back and compare it; its source alone may come as text/plain.
 
     It is assembled first: what is wrong with it is told by line and column, and nothing is sent. Refused
     while the motor moves or a program runs. A stop breaks it off; `stored` says what the body holds then.

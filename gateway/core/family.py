@@ -81,6 +81,10 @@ class PortInfo(BaseModel):
         description="Why the line is `down` or `silent`, and what to check; null while it is neither."
     )
     waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
+    load: dict[str, float] = Field(
+        description="Percent of the last ten seconds that the line was taken up by clients, followers (they "
+        "see moves to their ends), health, probes (of the silent), fences, stops and set_up."
+    )
     counters: dict[str, int] = Field(description="What has happened on the line since the start.")
 
 
@@ -191,5 +195,6 @@ def facts_of(line: AnyLine) -> dict[str, Any]:
         "state": line.state,
         "down_reason": line.trouble,
         "waiting": line.waiting(),
+        "load": line.load_percent(),
         "counters": dict(line.counters),
     }

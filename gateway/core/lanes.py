@@ -15,12 +15,14 @@ class Lane(IntEnum):
     AGAIN = 3
     """Stops repeated to a body that has not answered the last one and may be dead."""
     READ = 4
+    BACKGROUND = 5
+    """What the gateway asks for itself: health, and whether a motor still runs."""
 
 
 STOPS = (Lane.STOP, Lane.AGAIN)
-QUESTIONS = (Lane.READ, Lane.PROOF)
-IMPATIENT = (Lane.COMMAND, Lane.READ)
-"""What people wait for: it is too late some day, and has its turn before that."""
+QUESTIONS = (Lane.READ, Lane.PROOF, Lane.BACKGROUND)
+IMPATIENT = (Lane.COMMAND, Lane.READ, Lane.BACKGROUND)
+"""What is too late some day, and has its turn before that."""
 
 QUEUE_LIMIT = 64
 """Exchanges that may wait for one body, or robot, in one lane."""

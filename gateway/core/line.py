@@ -14,8 +14,9 @@ from typing import Any, Generic, Protocol, TypeVar
 from gateway.core.admission import Admission
 from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, LineDown, NoReply, Overtaking
 from gateway.core.exchange import F, X
-from gateway.core.lanes import Lane
+from gateway.core.lanes import STOPS, Lane
 from gateway.core.line_state import LineState
+from gateway.core.load import Load
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
@@ -321,6 +322,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._reader = reader()
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
+        self.load = Load()
 
     @property
     def reply_timeout_s(self) -> float:
@@ -335,6 +337,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def waiting(self) -> dict[str, int]:
         """How many exchanges wait in each lane."""
         return {lane.name.lower(): self._session.waiting(lane) for lane in Lane}
+
+    def load_percent(self) -> dict[str, float]:
+        """The share of the last ten seconds that each kind of work took."""
+        return self.load.percent(self._loop.time())
 
     def lock_of(self, target: int) -> SequenceLock:
         """The lock of a target, for series of commands that nothing but stops may divide."""
@@ -389,6 +395,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         before = ORIGIN.set(exchange.origin)
         try:
             if self._send(exchange.frame, now):
+                self.load.begin("stops" if exchange.lane in STOPS else exchange.origin.work, now)
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
                 self._wake_at(deadline)
@@ -408,6 +415,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _pass_deadlines(self, now: float) -> float | None:
         resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
         self._session.pass_deadlines(now, resumes_at)
+        if not self._session.awaits_replies():
+            self.load.end(now)
         return self._session.deadline()
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
@@ -453,6 +462,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _hear(self, reply: F) -> None:
         """Hear a reply; the next frame goes out before its waiters have it."""
         settle = self._session.heard(reply, self._last_rx_at)
+        if settle is not None:
+            self.load.end(self._last_rx_at)
         self._heard_out = settle is not None and self._session.is_heard_out()
         self._pump()
         if settle is not None:

@@ -1,9 +1,13 @@
 """Who asked, and by which request: every exchange carries it."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+Work = Literal["clients", "followers", "health", "probes", "fences", "stops", "set_up"]
+"""What a line's time is taken for: `followers` see moves to their ends, `stops` are seen to standstill."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -12,13 +16,14 @@ class Origin:
 
     caller: str
     request_id: str | None = None
+    work: Work = field(default="clients", compare=False)
 
 
-GATEWAY = Origin("gateway")
-FENCE = Origin("gateway: fence")
-PROBE = Origin("gateway: probe")
-POLL = Origin("gateway: poll")
-SET_UP = Origin("gateway: set-up")
+GATEWAY = Origin("gateway", work="health")
+FENCE = Origin("gateway: fence", work="fences")
+PROBE = Origin("gateway: probe", work="probes")
+POLL = Origin("gateway: poll", work="health")
+SET_UP = Origin("gateway: set-up", work="set_up")
 
 ORIGIN: ContextVar[Origin] = ContextVar("origin", default=GATEWAY)
 
@@ -34,3 +39,8 @@ def acting(origin: Origin) -> Iterator[None]:
         yield
     finally:
         ORIGIN.reset(before)
+
+
+def working(work: Work) -> AbstractContextManager[None]:
+    """Let what is asked here be taken for this work, whoever it is done for."""
+    return acting(replace(current(), work=work))

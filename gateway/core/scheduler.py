@@ -1,8 +1,8 @@
 """Whose turn it is on a line: a pure decision over what waits, without clock or I/O.
 
-Stops go first, then the questions a motor waits for, then commands, then reads. Within a lane the targets
-take turns, so that one busy target starves nobody; within a target the order of arrival holds. Equal reads
-that wait share one exchange, and so do equal stops.
+Stops go first, then the questions a motor waits for, then commands, then reads, then the background. Within
+a lane the targets take turns, so that one busy target starves nobody; within a target the order of arrival
+holds. Equal reads that wait share one exchange, and so do equal stops.
 """
 
 from collections import OrderedDict, deque
@@ -127,7 +127,7 @@ class Scheduler(Generic[X]):
         """Take out the exchange whose turn it is of all; reads that nobody waits for any more are dropped."""
         while exchange := self.next(self._in_turn(now) if self._passed_over else LANES, may_go):
             if not is_abandoned(exchange):
-                if self._passed_over or exchange.lane is not Lane.READ:
+                if self._passed_over or exchange.lane is not Lane.READ or self.lanes[Lane.BACKGROUND]:
                     self._note_turn(exchange.lane, now)
                 return exchange
         return None

@@ -72,7 +72,7 @@ class Stopping(ABC):
     async def see_through(self) -> None:
         """Repeat the stop until standstill is proved. Whoever cancels this gives it up."""
         loop = asyncio.get_running_loop()
-        warning = loop.call_later(CONFIRM_WITHIN_S, self._warn)
+        self._warning = loop.call_later(CONFIRM_WITHIN_S, self._warn)
         try:
             began_at = loop.time()
             while not await self._is_proved():
@@ -80,7 +80,7 @@ class Stopping(ABC):
                 began_at = loop.time()
                 self._repeat()
         finally:
-            warning.cancel()
+            self._warning.cancel()
         self._report.state, self._report.detail = "confirmed", None
 
     def repeat_at_once(self) -> None:
@@ -113,7 +113,18 @@ class Stopping(ABC):
         if self._overdue or not decelerates:
             self.submit()
 
+    def has_had_no_turn(self) -> bool:
+        """Whether the line was so busy with other stops that nothing speaks against this one yet."""
+        return False
+
+    def may_still_be_asked(self) -> bool:
+        """Whether it is too early to call for the hardware stop."""
+        return not self._overdue and self.has_had_no_turn()
+
     def _warn(self) -> None:
+        if self.has_had_no_turn():
+            self._warning = asyncio.get_running_loop().call_later(REPEAT_S, self._warn)
+            return
         self._overdue = True
         self.tell()
         self.publish("unconfirmed")

@@ -1,14 +1,20 @@
 """What is asked of bodies and their lines beside single commands: groups, scans, places, power."""
 
-from gateway.core.errors import NotFound
+import asyncio
+from collections.abc import Mapping
+
+from gateway.core.errors import GatewayError, NotFound
 from gateway.operations.caller import for_caller
 from gateway.plant import Plant
-from gateway.rorze.bodies import Group
+from gateway.rorze.bodies import Body, Group, R
 from gateway.rorze.family import Rorze
 from gateway.rorze.line import Line
 from gateway.rorze.move_requests import Length
 from gateway.rorze.scans import Scan
-from protocols.rorze.position import SetPosition
+from gateway.rorze.sweep import Told
+from protocols.rorze.position import GetPosition, SetPosition
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import GetControllerStatus
 
 
 @for_caller
@@ -33,6 +39,26 @@ async def acknowledge_power_cycle(plant: Plant, body_id: str) -> None:
 async def define_group(plant: Plant, group_id: str, members: list[str], name: str) -> Group:
     """Define a group at the link master; errors as of `Rorze.define_group`."""
     return await plant.family(Rorze).define_group(group_id, members, name)
+
+
+@for_caller
+async def sweep(plant: Plant, line_id: str, command: RorzeCommand[R]) -> Mapping[Body, Told | GatewayError]:
+    """Ask all bodies of a line the same, in the fewest frames: what each told, or why it did not."""
+    rorze = plant.family(Rorze)
+    line = _line(plant, line_id)
+    return await rorze.sweeps[line.id].ask(rorze.bodies_of(line), command)
+
+
+@for_caller
+async def look_at_all(plant: Plant) -> None:
+    """Ask every body for its status and position; who does not answer keeps what was known."""
+    rorze = plant.family(Rorze)
+    await asyncio.gather(*(_look_along(rorze, line) for line in rorze.lines.values()))
+
+
+async def _look_along(rorze: Rorze, line: Line) -> None:
+    for command in (GetControllerStatus(), GetPosition()):
+        await rorze.sweeps[line.id].ask(rorze.bodies_of(line), command)
 
 
 @for_caller

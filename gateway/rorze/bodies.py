@@ -21,7 +21,7 @@ from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import Refusal
 from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
-from protocols.rorze.programs import EndProgram, RunProgram, StepProgram
+from protocols.rorze.programs import EndProgram, ProgramStatus, RunProgram, StepProgram
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
@@ -36,6 +36,10 @@ R = TypeVar("R", bound=Reply)
 
 PULSES_RUNNING = 0x01
 """Bit of the controller status (9CD)."""
+PROGRAM_RUNS = 1
+"""Bit 0 of a program's status (URD)."""
+NO_PROGRAM_S = 120.0
+"""That no program runs is believed for so long: an autostart after a short loss of power may be unseen."""
 BELIEVED_S = 0.5
 """Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
 
@@ -82,12 +86,16 @@ class Body:
     position_at: float | None = None
     told: int = 0
     """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
+    no_program_at: float | None = None
+    """When it last said that no user program runs; None where one may have been started since."""
     move: Move | None = None
     """The move that is not over yet."""
     move_ended: asyncio.Event = field(default_factory=asyncio.Event)
     """The link master has announced the end of a move."""
     end_due: asyncio.Event = field(default_factory=asyncio.Event)
     """The move seems to be over: the link master has announced it, or a stop is confirmed."""
+    being_stopped: bool = False
+    """Whether a stop is under way that is not confirmed yet."""
     stopped_at: int | None = None
     """Where it stood when a stop was confirmed since its last move was sent."""
     free: asyncio.Event = field(default_factory=asyncio.Event)
@@ -240,7 +248,16 @@ class Body:
         """Take commands out of its queue."""
         self.line.cancel(lambda it: it.body == self.number and unwanted(it), reason)
 
+    def runs_no_program(self) -> bool:
+        """Whether it has said so of late, and nothing was seen since that could start one.
+
+        A program is started by URG and USG, and when the power comes back (RC-420 manual 14, UAS).
+        """
+        at = self.no_program_at
+        return at is not None and asyncio.get_running_loop().time() - at < NO_PROGRAM_S
+
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
+        self.no_program_at = None
         self.look_due.set()
         self.on_news(kind, facts)
 
@@ -284,6 +301,8 @@ class Body:
         self._saw_setting(command, reply)
         if isinstance(command, GetPosition) and isinstance(reply, SignedPulses):
             self._saw_position(reply.pulses, at)
+        elif isinstance(reply, ProgramStatus):
+            self.no_program_at = None if reply.status & PROGRAM_RUNS else at
         elif isinstance(reply, ControllerStatus) and reply.bits is not None:
             self._saw_status(reply.bits)
             self._saw_motion(bool(reply.bits & PULSES_RUNNING))
@@ -318,6 +337,7 @@ class Body:
         if runs and not self.moving:
             self.on_news("body.motion.foreign", {})
         if runs:
+            self.no_program_at = None
             self.power.note_motion()
         self.moving = runs
 
@@ -360,7 +380,7 @@ class Body:
     def out_of_sight(self) -> None:
         """What was moving counts as moving, what stood still may move, and nobody can look."""
         self.moving = self.moving or None
-        self.rest = None
+        self.rest = self.no_program_at = None
         self.power.mark_due = True
 
     def fell_silent(self) -> None:
@@ -426,6 +446,7 @@ class Group:
         self,
         command: RorzeCommand[Any],
         *,
+        lane: Lane | None = None,
         expires_at: float | None = None,
         on_written: Callable[[float], None] | None = None,
     ) -> dict[Body, Reply | GatewayError]:
@@ -437,9 +458,8 @@ class Group:
         self.require_in_force()
         for member in self.members:
             member.forbid_renaming(command)
-        future = self.line.submit(
-            self.number, command, lane_of(command), expires_at=expires_at, on_written=on_written
-        )
+        lane = lane_of(command) if lane is None else lane
+        future = self.line.submit(self.number, command, lane, expires_at=expires_at, on_written=on_written)
         self._were_told(command)
         outcome = await future
         self._were_told(command)

@@ -1,51 +1,35 @@
 """The watch over a body: whether it answers, what it does without us, and whether it has kept its power."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import inf
 
 from gateway.core.errors import GatewayError
-from gateway.rorze.bodies import Body
+from gateway.core.lanes import Lane
+from gateway.rorze.bodies import NO_PROGRAM_S, Body
 from gateway.rorze.line import Line
+from gateway.rorze.pace import HEALTH_POLL_S, IDLE_POLL_S, Health, background_of, is_prompt
+from gateway.rorze.sweep import Sweep
+from protocols.rorze.programs import GetProgramStatus
 from protocols.rorze.status import GetControllerStatus
 
-HEALTH_POLL_S = 5.0
-"""A body without a move is asked for its status and position this often."""
-IDLE_POLL_S = 0.6
-"""One that was not heard for so long is asked for its status, where the line has the time."""
-IDLE_SHARE = 0.3
-"""Share of the line's time that these questions may take."""
-IDLE_BYTES = 18
-"""Of 9CD and its reply."""
-TURNAROUND_S = 0.003
-"""From a question to its reply, besides the bytes: an assumption."""
-SLOWEST_BYTE_S = 10 / 9600
-"""A port that does not tell its speed, such as a terminal server, may lead to a line of 9600 baud."""
 CLOCK_S = 0.001
 """A timer may be early by so much."""
-MARK_POLL_S = 30.0
-"""The mark of its power is looked at this often."""
-
-
-def idle_poll_s(line: Line) -> float:
-    """How long a body may be unheard before it is asked whether it is there.
-
-    With 8 bodies at 9600 baud that is soon enough to tell within two seconds that one has lost its power. A
-    line that is too slow for its bodies gets no more questions than those of the health poll.
-    """
-    bodies = len(line.bodies) - len(line.offline)
-    question_s = IDLE_BYTES * (line.transport.byte_time_s or SLOWEST_BYTE_S) + TURNAROUND_S
-    return min(max(IDLE_POLL_S, bodies * question_s / IDLE_SHARE), HEALTH_POLL_S)
 
 
 class BodyWatch:
     """Notices what happens to one body without us."""
 
-    def __init__(self, body: Body, stopping: Callable[[Line], bool]) -> None:
+    def __init__(self, body: Body, health: Health, sweep: Sweep, stopping: Callable[[Line], bool]) -> None:
         self._body = body
+        self._health = health
+        self._sweep = sweep
         self._stopping = stopping
         """Whether a line has a stop that is not confirmed: its time belongs to that."""
-        self._woke_at = self._looked_at = self._mark_at = -inf
+        self._woke_at = -inf
+        self._look_at = self._mark_at = self._ask_at = -inf
+        """When each question is due."""
+        self._asked_at = -inf
 
     async def run(self) -> None:
         """Watch until cancelled."""
@@ -62,31 +46,71 @@ class BodyWatch:
 
     def _pause_s(self) -> float:
         """Until the next question, if it is not heard before."""
-        idle_s, now = idle_poll_s(self._body.line), _now()
-        due_in_s = (self._body.last_heard_at or -inf) + idle_s - now
-        return due_in_s if due_in_s > 0 else max(self._woke_at + idle_s - now, 0.0)
+        now = _now()
+        if not is_prompt(self._body.line):
+            mark_at = self._mark_at if self._has_mark() else inf
+            return max(min(self._look_at, mark_at, self._ask_at) - now, IDLE_POLL_S)
+        due_in_s = (self._body.last_heard_at or -inf) + IDLE_POLL_S - now
+        return due_in_s if due_in_s > 0 else max(self._woke_at + IDLE_POLL_S - now, 0.0)
 
     async def _attend(self, *, wanted: bool) -> None:
         body, now = self._body, _now()
         if body.move is None:
-            if wanted or now - self._looked_at >= HEALTH_POLL_S:
-                self._looked_at = now
-                await body.look()
+            if wanted or now >= self._look_at:
+                if self._is_over(self._look_at, now):
+                    self._look_at = self._health.next_look(now)
+                await body.look(Lane.READ if wanted else background_of(body.line))
             elif self._is_unheard(now) and not self._stopping(body.line):
-                await body.ask(GetControllerStatus())
+                await body.ask(GetControllerStatus(), lane=background_of(body.line))
         if self._mark_wanted(now):
-            self._mark_at = now
-            await body.mark.tend()
+            if self._is_over(self._mark_at, now):
+                self._mark_at = self._health.next_mark(now)
+            await body.mark.tend(background_of(body.line))
 
     def _is_unheard(self, now: float) -> bool:
-        idle_s = now - (self._body.last_heard_at or -inf)
-        return idle_s >= idle_poll_s(self._body.line) - CLOCK_S
+        """Whether it is to be asked if it is there; on a line of many, when its turn has come."""
+        heard_at = self._body.last_heard_at or -inf
+        if is_prompt(self._body.line):
+            return now - heard_at >= IDLE_POLL_S - CLOCK_S
+        if now < self._ask_at:
+            return False
+        if self._sweep.covers(self._body):
+            self._ask_at = now + HEALTH_POLL_S
+            return False
+        asked_at, self._asked_at = self._asked_at, now
+        self._ask_at = self._health.next_status(now)
+        return heard_at <= asked_at
 
     def _mark_wanted(self, now: float) -> bool:
-        power = self._body.power
-        if not power.comment or power.taken:
-            return False
-        return power.mark_due or now - self._mark_at >= MARK_POLL_S
+        return self._has_mark() and (self._body.power.mark_due or now >= self._mark_at)
+
+    def _has_mark(self) -> bool:
+        return bool(self._body.power.comment) and not self._body.power.taken
+
+    def _is_over(self, at: float, now: float) -> bool:
+        """Whether another moment is due; on a line of many a moment that was kept stays so."""
+        return now >= at or is_prompt(self._body.line)
+
+
+async def watch_sweep(health: Health, sweep: Sweep) -> None:
+    """Keep the groups for sweeps defined; on a line of many ask one after the other who is there."""
+    if not sweep.groups:
+        return
+    while True:
+        for group in sweep.groups:
+            await sweep.define()
+            await asyncio.sleep(health.next_of_group(_now(), len(group.members)) - _now())
+            if health.line.state == "ready" and not is_prompt(health.line):
+                await sweep.ask(group.members, GetControllerStatus(), Lane.BACKGROUND)
+                await _learn_programs(health, sweep, group.members)
+
+
+async def _learn_programs(health: Health, sweep: Sweep, members: Sequence[Body]) -> None:
+    """Know where no program runs: a stop of many need not ask each for it."""
+    known_at = (member.no_program_at or -inf for member in members if member.online)
+    if min(known_at, default=inf) < _now() - NO_PROGRAM_S / 2:
+        await asyncio.sleep(health.next_of_group(_now(), len(members)) - _now())
+        await sweep.ask(members, GetProgramStatus(), Lane.BACKGROUND)
 
 
 def _now() -> float:

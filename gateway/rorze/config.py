@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from math import ceil
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, PlainValidator, model_validator
@@ -10,6 +11,7 @@ from gateway.core import tables
 from gateway.core.tables import Array, Fault, Name, Table, refuse_repeats
 from gateway.rorze.units import Scale
 from protocols.rorze.link import frame
+from protocols.rorze.link_master import MOST_MEMBERS
 from protocols.rorze.row import FIRST_GROUP, LAST_BODY, LAST_GROUP, LINK_MASTER
 
 
@@ -106,11 +108,16 @@ class Line(tables.Line):
     """Whether a stop is sent at once or, should the link master not take it, after the reply under way."""
     bodies: Array[Body] = ()
     groups: Array[Group] = ()
+    health_share: float = Field(0.1, ge=0.01, le=0.5)
+    """Share of the line's time that the questions how bodies are may take, where there are many."""
+    sweep_groups: Array[GroupId] = ()
+    """First and last number of the virtual bodies the gateway defines for itself, to ask many at once."""
 
     @model_validator(mode="after")
     def _be_consistent(self) -> Self:
         refuse_repeats([body.id for body in self.bodies], "bodies", key="id")
         refuse_repeats([group.id for group in self.groups], "groups", key="id")
+        self._need_room_for_sweeps()
         if self.introducer != "&":
             self._need_one_digit_bodies()
         bodies = {body.id for body in self.bodies}
@@ -137,9 +144,30 @@ class Line(tables.Line):
                 "still go to places, which are somewhere else then"
             )
 
+    @property
+    def sweep_numbers(self) -> range:
+        """The virtual bodies that the gateway may define for itself."""
+        if not self.sweep_groups:
+            return range(0)
+        first, last = (int(number, 16) for number in self.sweep_groups)
+        return range(first, last + 1)
+
+    def _need_room_for_sweeps(self) -> None:
+        if not self.sweep_groups:
+            return
+        if len(self.sweep_groups) != 2 or self.sweep_groups[0] > self.sweep_groups[1]:
+            raise Fault('must be the first and the last number, such as ["90", "9E"]', "sweep_groups")
+        taken = [group.id for group in self.groups if group.number in self.sweep_numbers]
+        if taken:
+            raise Fault(f"must leave out {', '.join(taken)}, which groups of the line have", "sweep_groups")
+        needed = ceil(len(self.bodies) / MOST_MEMBERS)
+        if len(self.sweep_numbers) < needed:
+            raise Fault(f"must be at least {needed} numbers for {len(self.bodies)} bodies", "sweep_groups")
+
     def _need_one_digit_bodies(self) -> None:
-        if self.groups:
-            raise Fault(f'cannot be addressed after {self.introducer!r}; use introducer = "&"', "groups")
+        if self.groups or self.sweep_groups:
+            where = "groups" if self.groups else "sweep_groups"
+            raise Fault(f'cannot be addressed after {self.introducer!r}; use introducer = "&"', where)
         for index, body in enumerate(self.bodies):
             if body.number > 0xF:
                 raise Fault(

@@ -8,24 +8,26 @@ from typing import Any, Literal, TypeVar
 from pydantic import Field
 
 from gateway.core.addresses import numbered_address
-from gateway.core.errors import Ambiguous, NotFound
+from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
 from gateway.rorze.bodies import Body, Group
-from gateway.rorze.body_watch import BodyWatch
+from gateway.rorze.body_watch import BodyWatch, watch_sweep
 from gateway.rorze.event_types import TYPES
 from gateway.rorze.group_definition import define, planned_group, watch_groups
 from gateway.rorze.guards import Guards
 from gateway.rorze.line import Line
 from gateway.rorze.moves import Moves
+from gateway.rorze.pace import Health
 from gateway.rorze.power import Power
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
 from gateway.rorze.stops import Stops
+from gateway.rorze.sweep import Sweep
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
@@ -75,9 +77,13 @@ class Rorze(Family):
         self.lines: dict[str, Line] = {}
         self._bodies: dict[str, Body] = {}
         self._groups: dict[str, Group] = {}
+        self._sweep_numbers: dict[str, range] = {}
+        self._health: dict[str, Health] = {}
         self._defining = asyncio.Lock()
         self.moves = Moves(self._publish_move, allow_endless_moves=site.allow_endless_moves)
-        self.stops = Stops(site.events, self.groups_of)
+        self.sweeps: dict[str, Sweep] = {}
+        """How many bodies of a line are asked at once, by the line's id."""
+        self.stops = Stops(site.events, self.groups_of, self.sweeps)
         self.scans = Scans(site.events)
         self.uploads = ProgramUploads(self._publish_upload)
         self.runs = ProgramRuns(self._publish_run)
@@ -113,6 +119,11 @@ class Rorze(Family):
             body.on_news = partial(self._on_news, body)
             self._bodies[body.address] = body
         Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out)
+        sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
+        for own in sweep.groups:
+            own.on_strangers = partial(self._on_strangers, own)
+        self._sweep_numbers[line.id] = table.sweep_numbers
+        self._health[line.id] = Health(line, table.health_share)
         for group in table.groups:
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
@@ -186,7 +197,7 @@ class Rorze(Family):
             strict=line.strict,
             bodies=_addresses(line, line.bodies),
             offline=_addresses(line, sorted(line.offline)),
-            groups=_addresses(line, list(line.groups)),
+            groups=[group.address for group in self._groups_on(line)],
         )
 
     @classmethod
@@ -219,6 +230,11 @@ class Rorze(Family):
         home = address.rpartition(".")[0]
         bodies = [self.body(f"{home}.{it}" if home and "." not in it else it) for it in members]
         group = planned_group(address, bodies, name)
+        if group.number in self._sweep_numbers[group.line.id]:
+            raise InvalidRequest(
+                f"{group.address} is among the numbers that the gateway keeps for itself; nothing was sent.",
+                "Take another number, or change sweep_groups in the configuration.",
+            )
         async with self._defining:
             await define(group, self._groups.get(group.address))
             self._add_group(group)
@@ -233,8 +249,10 @@ class Rorze(Family):
     def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
         """Look after bodies, and after the groups of each line."""
         for body in self.bodies():
-            yield BodyWatch(body, self.stops.on_line).run()
+            line_id = body.line.id
+            yield BodyWatch(body, self._health[line_id], self.sweeps[line_id], self.stops.on_line).run()
         for line in self.lines.values():
+            yield watch_sweep(self._health[line.id], self.sweeps[line.id])
             yield watch_groups(line, partial(self._groups_on, line))
 
     def was_left_alone(self) -> None:

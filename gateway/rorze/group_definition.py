@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
-from gateway.rorze.body_watch import HEALTH_POLL_S
 from gateway.rorze.line import Line
+from gateway.rorze.pace import HEALTH_POLL_S, background_of
 from protocols.rorze.row import FIRST_GROUP, LAST_GROUP
 from protocols.rorze.status import GetControllerStatus
 
@@ -57,7 +57,7 @@ async def watch_groups(line: Line, groups: Callable[[], Iterable[Group]]) -> Non
             if line.state != "ready" or not any(member.online for member in group.members):
                 continue
             try:
-                await group.ask(GetControllerStatus())
+                await group.ask(GetControllerStatus(), lane=background_of(line))
             except (NoReply, ControllerRefused):
                 line.set_up_again(f"group {group.short} does not answer")
                 break

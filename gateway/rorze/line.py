@@ -83,10 +83,16 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
             interject_stops=interject_stops,
             rng=rng,
         )
+        session.byte_time_s = transport.byte_time_s
         super().__init__(line_id, transport, session, LinkReader)
         self._garbage_before = 0
         self.controllers = ""
         """What the link master answered to XID."""
+        self.set_ups = 0
+        self.own_groups: set[int] = set()
+        """Groups for sweeps, which nobody waits for: they are defined when the line serves."""
+        self.followed = 0
+        """How many of its bodies have a move that is not over."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
         self._nobody_answers = False
@@ -166,6 +172,7 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
     async def _set_up(self, *, fresh: bool) -> None:
         """Tell the link master what it forgets at power-off: XID, XRSM1, the groups (RC-420 manual 17.2)."""
         self._ready = False
+        self.set_ups += 1
         if fresh:
             await self._clear_with(POISON, self._session.late_reply_s)
             self._garbage_before = self.counters["garbage"]
@@ -175,7 +182,7 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         link_answers = isinstance(identified, Answered | Refusal)
         if link_answers or not self._all_are_offline():
             await self._tell(SetReplyFormat(end_of_move=1))
-            for group, members in list(self.groups.items()):
+            for group, members in [it for it in self.groups.items() if it[0] not in self.own_groups]:
                 await self._tell(_group_definition(group, members))
         if self._open:
             self._begin_to_serve(link_answers=link_answers)
@@ -223,6 +230,12 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
                 self.set_up_again(f"nobody knows what group {group:02X} is now")
             raise outcome
         self.groups[group] = members
+
+    async def define_own_group(self, group: int, members: list[int]) -> bool:
+        """Define a group for sweeps, behind everybody else; whether the link master took it."""
+        with acting(SET_UP):
+            outcome = await self.submit(LINK_MASTER, _group_definition(group, members), Lane.BACKGROUND)
+        return isinstance(outcome, Answered)
 
     # asking
 

@@ -65,7 +65,7 @@ class Mark:
             power.lost(certain=True)
         return text == mark
 
-    async def tend(self) -> None:
+    async def tend(self, lane: Lane) -> None:
         """See that it still stands, or write one, behind everything that people want.
 
         :raises GatewayError: the body did not tell, or take it.
@@ -73,8 +73,8 @@ class Mark:
         power = self._body.power
         power.mark_due = False
         try:
-            if await self.stands(Lane.READ) is None:
-                await self.ensure(Lane.READ)
+            if await self.stands(lane) is None:
+                await self.ensure(lane)
         except GatewayError:
             power.mark_due = True
             raise

@@ -19,13 +19,14 @@ from gateway.core.lanes import Lane
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.silence import Silence
 from gateway.rorze.bodies import Body, MotorState
+from gateway.rorze.pace import background_of, is_crowded, is_prompt
 from gateway.rorze.plans import target_of
 from gateway.rorze.power import POWER_ON_POSITION, needs_place
 from gateway.rorze.readings import believed, errs
 from protocols.rorze.modes import GetOperatingMode
 from protocols.rorze.origin import OriginSearch
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.status import END_CAUSE_BITS, GetEndCause, names_of
+from protocols.rorze.status import END_CAUSE_BITS, GetControllerStatus, GetEndCause, names_of
 from protocols.table import Reply
 
 MOTION_ERRORS = 0x66
@@ -179,7 +180,7 @@ class Case:
         """Ask what the motor does: behind clients while it runs, before them when that decides the move."""
         body = self.body
         if self._half is None and not body.end_due.is_set():
-            reading = asyncio.create_task(self._ask(Lane.READ), name=f"poll {body.address}")
+            reading = asyncio.create_task(self._ask(background_of(body.line)), name=f"poll {body.address}")
             due = asyncio.create_task(body.end_due.wait(), name=f"end of {body.address}")
             try:
                 await asyncio.wait(
@@ -194,16 +195,28 @@ class Case:
                 await asyncio.gather(reading, due, return_exceptions=True)
         began_at = asyncio.get_running_loop().time()
         try:
-            return await self._ask(Lane.PROOF)
+            return await self._ask(self._urgent_lane)
         finally:
             took_s = asyncio.get_running_loop().time() - began_at
             self._patience_s = max(OVERDUE_S, SHARE_OF_OVERDUE * took_s)
 
+    @property
+    def _urgent_lane(self) -> Lane:
+        """Before clients; where many are stopped, their standstill is proved first."""
+        behind = self.body.being_stopped and not is_prompt(self.body.line)
+        return Lane.BACKGROUND if behind else Lane.PROOF
+
     async def _ask(self, lane: Lane) -> MotorState:
+        if lane is not Lane.PROOF and is_crowded(self.body.line):
+            status, _ = await self.body.ask(GetControllerStatus(), lane=lane)
+            seen = MotorState(status.bits or 0, self.move.position or 0)
+            if seen.runs:
+                return seen
+            lane = self._urgent_lane
         state = await self.body.look(lane)
         if state.runs:
             return state
-        cause, _ = await self.body.ask(GetEndCause(), lane=Lane.PROOF)
+        cause, _ = await self.body.ask(GetEndCause(), lane=self._urgent_lane)
         return state._replace(cause=cause.bits)
 
     def _agree(self, one: MotorState, other: MotorState) -> bool:

@@ -9,14 +9,20 @@ from typing import Any
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotAllowed
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import Move, MoveError, MoveKind, MoveStatus
+from gateway.core.origin import working
 from gateway.rorze.bodies import Body, Group
+from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Verdict
+from gateway.rorze.pace import follow_s
 from gateway.rorze.power import ProofTooOld
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.origin import CentreStallDog, OriginSearch
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply
+
+SET_UP_AGAIN_S = 60.0
+"""Where ends of moves are not announced, the link master is told to do so no more often than this."""
 
 
 class Moves:
@@ -29,6 +35,7 @@ class Moves:
         self._allow_endless_moves = allow_endless_moves
         self.log = MoveLog[Move]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
+        self._no_set_up_before: dict[Line, float] = {}
 
     def get(self, move_id: str) -> Move:
         """Find a move by its id.
@@ -120,6 +127,7 @@ class Moves:
         )
         self.log.add(move)
         body.move = move
+        body.line.followed += 1
         body.free.clear()
         move.event_cursor = self._publish("body.move.queued", body, move)
         return move
@@ -134,6 +142,7 @@ class Moves:
         if status.final:
             move.ended_at = datetime.now(UTC)
             body.move = None
+            body.line.followed -= 1
             body.free.set()
             self.log.end(move)
         self._publish(
@@ -206,9 +215,14 @@ class Moves:
 
     async def _follow(self, case: Case) -> None:
         """Ask the controller until the pulses have ended, and why they have."""
+        with working("followers"):
+            await self._follow_to_rest(case)
+
+    async def _follow_to_rest(self, case: Case) -> None:
         body, move = case.body, case.move
         while True:
             announced, due = body.move_ended.is_set(), body.end_due.is_set()
+            asked_at = asyncio.get_running_loop().time()
             state = await case.running()
             if state is None:
                 self._end(case, case.given_up())
@@ -222,7 +236,8 @@ class Moves:
                 body.end_due.clear()
             if move.status is MoveStatus.SENT:
                 self._advance(body, move, MoveStatus.MOVING)
-            await body.end_seems_due(body.poll_interval_s)
+            took_s = asyncio.get_running_loop().time() - asked_at
+            await body.end_seems_due(max(body.poll_interval_s, follow_s(body.line) - took_s))
         move.completion = "frame" if body.move_ended.is_set() else "polling"
         body.stands()
         self._end(case, await case.at_rest(state))
@@ -231,7 +246,11 @@ class Moves:
 
     async def _expect_end_frame(self, body: Body) -> None:
         """A move that ended unannounced is a sign that the link master has restarted."""
-        if not await body.end_announced(MISSING_END_FRAME_S) and body.move is None:
+        if await body.end_announced(MISSING_END_FRAME_S) or body.move is not None:
+            return
+        now = asyncio.get_running_loop().time()
+        if now >= self._no_set_up_before.get(body.line, now):
+            self._no_set_up_before[body.line] = now + SET_UP_AGAIN_S
             body.line.set_up_again(f"the end of a move of {body.short} was not announced")
 
     def ended(self, body: Body, frame: MoveEnded) -> None:

@@ -10,7 +10,7 @@ from gateway.core.errors import BodyOffline, Cancelled, NoReply
 from gateway.core.exchange import Said
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.session import READ_REPEATS as READ_REPEATS
-from gateway.core.session import Session, Settle
+from gateway.core.session import Awaited, Session, Settle
 from gateway.rorze.exchange import ReplyFrame, RorzeExchange
 from protocols.rorze.link import Refusal, encode
 from protocols.rorze.notation import PositionReference
@@ -18,6 +18,8 @@ from protocols.rorze.position_table import GetNumberedPositionEntry
 from protocols.rorze.row import LAST_BODY, LINK_MASTER, RorzeCommand
 
 REPLIES_REMEMBERED = 32
+STOP_REPLY_BYTES = 24
+"""Of the reply to a stop, and of the message that a move has ended."""
 NONCES = 2048
 """Position entries a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 SILENT_BODIES = 3
@@ -56,6 +58,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         )
         self.bodies = list(bodies)
         self.groups = dict(groups or {})
+        self.byte_time_s = 0.0
         self.introducer = introducer
         self.silent: set[int] = set()
         """Those, and the one that seems to be silent while the line is still being fenced."""
@@ -122,6 +125,13 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     def targets(self, target: int) -> Iterable[int]:
         """The members of a group, and the group."""
         return (target, *self.groups.get(target, ()))
+
+    def was_written(self, exchange: RorzeExchange, now: float) -> Awaited:
+        """The replies to many stops come one after the other, with the ends of their moves between them."""
+        if exchange.lane in STOPS and exchange.deadline is not None:
+            queue_s = len(self._sent) * STOP_REPLY_BYTES * self.byte_time_s - self.reply_timeout_s / 2
+            exchange.await_until(exchange.deadline + max(0.0, queue_s))
+        return super().was_written(exchange, now)
 
     def holds_up(self, sent: RorzeExchange) -> bool:
         """Only a link that takes one frame at a time has to wait for what the dead do not say."""

@@ -1,7 +1,7 @@
 """Software stops: sent ahead of everything, repeated, believed only when the controller stands still."""
 
 import asyncio
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -10,14 +10,16 @@ from pydantic import Field
 from gateway.core.errors import ControllerRefused, GatewayError, NoReply, NotSent, StoppedFirst
 from gateway.core.events import EventHub
 from gateway.core.lanes import Lane
-from gateway.core.origin import current
+from gateway.core.origin import current, working
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S, REPEAT_S, Stopping, StopState
 from gateway.core.stops import StopMode as StopMode
 from gateway.core.waiting import happens
-from gateway.rorze.bodies import Body, Group
+from gateway.rorze.bodies import PROGRAM_RUNS, Body, Group, R
 from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.line import Line
+from gateway.rorze.pace import is_prompt, wire_s
+from gateway.rorze.sweep import Sweep
 from protocols.rorze.interpolation import StartInterpolation
 from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import EndProgram, GetProgramStatus
@@ -27,8 +29,8 @@ from protocols.rorze.stops import StopDecelerating, StopImmediately
 
 ATTEMPT_FRAMES = 2
 """An attempt to stop a body that does not answer: the stop, and the end of the program."""
-PROGRAM_RUNS = 1
-"""Bit 0 of a program's status (URD)."""
+PROOF_BYTES, PROOF_EXCHANGES = 140, 6
+"""What it takes to stop a body and its program, and to see it stand, with all replies."""
 UNKNOWN_CODE = "0x49"
 """A controller without user programs refuses the question for them so, or without a code."""
 
@@ -51,8 +53,14 @@ class StopReport(Record):
 class Stops:
     """The stops under way. A second stop of the same kind joins the first."""
 
-    def __init__(self, events: EventHub, groups_of: Callable[[Body], list[Group]]) -> None:
+    def __init__(
+        self,
+        events: EventHub,
+        groups_of: Callable[[Body], list[Group]],
+        sweeps: Mapping[str, Sweep],
+    ) -> None:
         self._events = events
+        self._sweeps = sweeps
         self._groups_of = groups_of
         self._running: dict[tuple[Body, StopMode], _BodyStop] = {}
         self._tasks: dict[_BodyStop, asyncio.Task[None]] = {}
@@ -129,33 +137,44 @@ class Stops:
         body.line.cancel(lambda it: it.body in numbers and it.lane is Lane.COMMAND, StoppedFirst())
 
     def _begin(self, body: Body, mode: StopMode) -> None:
-        stop = _BodyStop(body, mode, self._events)
+        stop = _BodyStop(body, mode, self._events, self._sweeps[body.line.id], self._company_of)
         stop.submit()
         task = asyncio.create_task(self._see_through(stop), name=f"stop {body.address}")
         self._running[body, mode], self._tasks[stop] = stop, task
+        body.being_stopped = True
         task.add_done_callback(lambda _: self._over(stop))
         stop.publish("requested")
+
+    def _company_of(self, body: Body) -> list[Body]:
+        """The bodies of its line with stops that are not confirmed yet."""
+        return [stop.body for stop in self._running.values() if stop.body.line is body.line]
 
     def _over(self, stop: "_BodyStop") -> None:
         """Forget a stop, which a gateway that closes may not even have begun to see through."""
         del self._tasks[stop]
         self._forget(stop)
+        stop.body.being_stopped = self.under_way(stop.body)
 
     def _forget(self, stop: "_BodyStop") -> None:
         if self._running.get((stop.body, stop.mode)) is stop:
             del self._running[stop.body, stop.mode]
 
     async def _report(self, stops: "list[_BodyStop]") -> list[StopReport]:
-        running = [self._tasks[stop] for stop in stops if stop in self._tasks]
-        if running:
-            await asyncio.wait(running, timeout=CONFIRM_WITHIN_S)
+        wait_s, running = CONFIRM_WITHIN_S, [self._tasks[stop] for stop in stops if stop in self._tasks]
+        while running:
+            _, running_on = await asyncio.wait(running, timeout=wait_s)
+            early = (stop for stop in stops if stop in self._tasks and stop.may_still_be_asked())
+            running = list(running_on) if any(early) else []
+            wait_s = REPEAT_S
         return [stop.report for stop in stops]
 
     async def _see_through(self, stop: "_BodyStop") -> None:
         """Repeat it until it is confirmed; from then on another stop is one of its own."""
-        await stop.see_through()
+        with working("stops"):
+            await stop.see_through()
         stop.withdraw()
         self._forget(stop)
+        stop.body.being_stopped = any(it is not stop and it.body is stop.body for it in self._tasks)
         stop.body.was_stopped(stop.report.position)
         stop.publish("confirmed")
         await _move_recorded(stop.body)
@@ -164,10 +183,22 @@ class Stops:
 class _BodyStop(Stopping):
     """The stop of one body, and of the user program that could start its next move."""
 
-    def __init__(self, body: Body, mode: StopMode, events: EventHub) -> None:
+    def __init__(
+        self,
+        body: Body,
+        mode: StopMode,
+        events: EventHub,
+        sweep: Sweep,
+        company_of: Callable[[Body], list[Body]],
+    ) -> None:
         self.report = StopReport(body_id=body.address)
         super().__init__(mode, self.report)
         self.body = body
+        self._sweep, self._company_of = sweep, company_of
+        self._most = 1
+        """The most stops at a time that its line has had beside it, with it."""
+        self._refuted = False
+        """Whether an attempt to prove that it stands has failed."""
         self.silent_after_s = max(REPEAT_S, body.line.reply_timeout_s)
         self._events = events
         self._stop: asyncio.Future[Outcome] | None = None
@@ -221,7 +252,7 @@ class _BodyStop(Stopping):
 
     def _end_program(self) -> None:
         """End the user program, too (RC-420 manual 14, UES)."""
-        if _under_way(self._end):
+        if _under_way(self._end) or self._is_free_of_programs():
             return
         immediately = self.mode == "immediate"
         with suppress(GatewayError):
@@ -260,27 +291,52 @@ class _BodyStop(Stopping):
             self._why = f"Nobody knows whether the motor of {self.body.address} stands still: {reason}"
         else:
             self._answers = True
+        self._refuted = self._why is not None
         self.tell()
         return self._why is None
+
+    def has_had_no_turn(self) -> bool:
+        """Whether others on its line have their proofs first, for as long as the wire needs for all."""
+        self._most = max(self._most, len(self._company_of(self.body)))
+        needed_s = self._most * wire_s(self.body.line, PROOF_BYTES, PROOF_EXCHANGES)
+        in_time = asyncio.get_running_loop().time() - self._began_at < max(CONFIRM_WITHIN_S, needed_s)
+        return in_time and self._answers and not self._refuted and self.report.state == "acknowledged"
+
+    def _is_free_of_programs(self) -> bool:
+        """Whether no program can run: on a line of few bodies each is asked nevertheless."""
+        return self.body.runs_no_program() and not is_prompt(self.body.line)
+
+    async def _ask(self, command: RorzeCommand[R]) -> R:
+        """Ask it in one frame with those that are stopped with it."""
+        return await self._sweep.ask_one(self.body, self._company_of(self.body), command, Lane.PROOF)
 
     async def _why_not_still(self) -> str | None:
         if await self._runs_pulses():
             return "The motor has not come to rest."
         if await self._runs_program():
             return "A user program runs that could move the motor again."
-        position, _ = await self.body.ask(GetPosition(), lane=Lane.PROOF)
+        position = await self._position()
         if await self._runs_pulses():
             return "The motor has not come to rest."
-        self.report.position = position.pulses
+        self.report.position = position
         return None
 
+    async def _position(self) -> int:
+        """Where it stands; on a line of many, one that has rested since it last told is not asked again."""
+        if (rest := self.body.rest) is not None and not is_prompt(self.body.line):
+            return rest.position
+        company = [it for it in self._company_of(self.body) if it.rest is None]
+        return (await self._sweep.ask_one(self.body, company, GetPosition(), Lane.PROOF)).pulses
+
     async def _runs_pulses(self) -> bool:
-        status, _ = await self.body.ask(GetControllerStatus(bit=0), lane=Lane.PROOF)
+        status = await self._ask(GetControllerStatus(bit=0))
         return bool(status.on)
 
     async def _runs_program(self) -> bool:
+        if self._is_free_of_programs():
+            return False
         try:
-            program, _ = await self.body.ask(GetProgramStatus(), lane=Lane.PROOF)
+            program = await self._ask(GetProgramStatus())
         except ControllerRefused as refusal:
             if refusal.error_code not in (None, UNKNOWN_CODE):
                 raise

@@ -1,5 +1,7 @@
 """Lines over HTTP: what state they are in, who is there, and what was said on them."""
 
+import asyncio
+
 from gateway.config import Config
 from gateway.plant import Plant
 from tests.api.bodies.test_moves import refused
@@ -70,13 +72,66 @@ async def test_a_trace_asked_for_oddly_is_422(stand: Stand) -> None:
         assert (await stand.get(f"/lines/arm/trace?{query}")).status_code == 422
 
 
+@on_stand()
+async def test_all_positions_of_a_line_are_read_together(stand: Stand) -> None:
+    await stand.send("01", "set-position", position=1500)
+    told = (await stand.get("/lines/arm/positions")).json()
+    assert [(it["body_id"], it["pulses"], it["value"]) for it in told["positions"]] == [
+        ("arm.00", 0, None),
+        ("arm.01", 1500, 1.5),
+        ("arm.3F", 0, None),
+    ]
+    assert all(it["read_at"] and it["age_ms"] < 1000 for it in told["positions"])
+    assert told["unanswered"] == []
+
+
+@on_stand()
+async def test_who_does_not_answer_a_sweep_is_told_as_such(stand: Stand) -> None:
+    stand.port.machine.switch_body(1, on=False, now=0.0)
+    told = (await stand.get("/lines/arm/statuses")).json()
+    assert [(it["body_id"], it["moving"]) for it in told["statuses"]] == [
+        ("arm.00", False),
+        ("arm.3F", False),
+    ]
+    assert [it["body_id"] for it in told["unanswered"]] == ["arm.01"]
+    assert told["unanswered"][0]["detail"]
+
+
+@on_stand()
+async def test_a_line_tells_who_takes_up_its_time(stand: Stand) -> None:
+    stand.port.machine.switch_body(1, on=False, now=0.0)
+    await stand.get("/bodies/01/position")
+    await asyncio.sleep(5.0)
+    load = (await stand.get("/lines/arm")).json()["load"]
+    assert {"clients", "fences", "probes"} <= load.keys()
+    assert all(0 <= percent <= 100 for percent in load.values())
+    assert (
+        'motion_gateway_line_busy_seconds_total{kind="clients",line="arm"}'
+        in (await stand.get("/metrics")).text
+    )
+
+
+@on_stand({"arm": BODIES, "rail": [{"id": "10"}]})
+async def test_bodies_are_listed_as_they_are_now_where_that_is_wanted(stand: Stand) -> None:
+    await stand.send("01", "set-position", position=1500)
+    assert (await stand.get("/bodies?fresh=1")).status_code == 200
+    listed = (await stand.get("/bodies?fresh=true")).json()["bodies"]
+    assert [(it["body_id"], it["position"]) for it in listed][1] == ("arm.01", 1500)
+    assert (await stand.get("/bodies?fresh=perhaps")).status_code == 422
+
+
+@in_cell()
+async def test_the_line_of_a_robot_has_no_bodies_to_sweep(cell: Cell) -> None:
+    assert (await cell.get("/lines/cell/positions")).status_code == 422
+
+
 @in_cell()
 async def test_the_line_of_a_robot_says_whose_it_is(cell: Cell) -> None:
     (line,) = (await cell.get("/lines")).json()["lines"]
     assert line == (await cell.get("/lines/cell")).json()
     assert (line["line_id"], line["protocol"], line["state"]) == ("cell", "fics", "ready")
     assert (line["robot_id"], line["mode"], line["online"]) == ("r1", 3, True)
-    assert line["waiting"] == {"stop": 0, "proof": 0, "command": 0, "again": 0, "read": 0}
+    assert line["waiting"] == {"stop": 0, "proof": 0, "command": 0, "again": 0, "read": 0, "background": 0}
     assert line["counters"]["frames_sent"] > 0
 
 

@@ -5,8 +5,8 @@ import pytest
 from benchmarks.trace_calls import CallTrace, first_move
 from tests.api.robots.cell import Cell, in_cell
 
-ABOVE_THE_LINE = 290
-IN_ALL = 900
+ABOVE_THE_LINE = 330
+IN_ALL = 1050
 
 
 @pytest.mark.parametrize("mode", [2, 3])

@@ -354,3 +354,22 @@ def shown(default: object) -> str:
         return f"`{json.dumps(default)}`"
     text = f'"{default}"' if isinstance(default, str) else str(default).lower()
     return f"`{text}`"
+
+
+@pytest.mark.parametrize(
+    ("bodies", "sweep_groups", "what"),
+    [
+        (2, '["90"]', "the first and the last"),
+        (2, '["9E", "90"]', "the first and the last"),
+        (2, '["80", "90"]', "must leave out 80"),
+        (18, '["90", "90"]', "at least 2 numbers"),
+    ],
+)
+def test_sweeps_have_numbers_of_their_own(bodies: int, sweep_groups: str, what: str) -> None:
+    tables = ", ".join(f'{{id = "{number:02X}"}}' for number in range(bodies))
+    told = complaint(
+        '[[lines]]\nid = "main"\naddress = "tcp://127.0.0.1:4001"\n'
+        f'bodies = [{tables}]\ngroups = [{{id = "80", members = ["00", "01"]}}]\n'
+        f"sweep_groups = {sweep_groups}\n"
+    )
+    assert what in told

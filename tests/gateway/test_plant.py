@@ -17,9 +17,9 @@ from gateway.core.errors import (
 )
 from gateway.core.move_record import Move
 from gateway.rorze.bodies import MotorState
-from gateway.rorze.body_watch import HEALTH_POLL_S
 from gateway.rorze.config import Units
 from gateway.rorze.errors import refused as refusal_of
+from gateway.rorze.pace import HEALTH_POLL_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.moves import MoveClockwise

@@ -44,6 +44,7 @@ class Said:
         self.frame = f"{text}\r".encode()
         self.timeout_s = TIMEOUT_S
         self.origin = current()
+        self.lane = Lane.READ
         self.outcome: GatewayError | None = None
 
     def settle(self, outcome: GatewayError, /) -> None:
@@ -66,6 +67,9 @@ class Speech:
         """What was written when, and until when its answer is waited for."""
         self.passed: list[tuple[float, float | None]] = []
         """When deadlines were looked at, and until when a reply that has begun may go on."""
+
+    def awaits_replies(self) -> bool:
+        return bool(self.deadline())
 
     def revoke(self, why: Overtaking) -> None:
         self.revoked.append(why)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from gateway.core.errors import Expired, NoReply, QueueFull
 from gateway.core.lanes import QUEUE_LIMIT, STOPS, Lane
-from gateway.core.scheduler import Scheduler
+from gateway.core.scheduler import TURN_S, Scheduler
 from gateway.rorze.exchange import RorzeExchange
 from protocols.rorze.moves import MoveTo
 from protocols.rorze.notation import PositionReference
@@ -31,7 +31,7 @@ def taken(scheduler: Scheduler[RorzeExchange]) -> list[RorzeExchange]:
     return out
 
 
-def test_stops_go_first_then_their_proofs_then_commands_then_stops_of_the_dead_then_reads() -> None:
+def test_stops_go_first_then_proofs_then_commands_then_stops_of_the_dead_then_reads_then_the_rest() -> None:
     scheduler = Scheduler[RorzeExchange]()
     in_order = [
         exchange(StopImmediately(), 3),
@@ -39,12 +39,13 @@ def test_stops_go_first_then_their_proofs_then_commands_then_stops_of_the_dead_t
         move(2),
         exchange(StopImmediately(), 4, Lane.AGAIN),
         exchange(GetPosition(), 1),
+        exchange(GetPosition(), 1, Lane.BACKGROUND),
     ]
     for one in reversed(in_order):
         scheduler.submit(one)
-    assert [scheduler.waiting(lane) for lane in ALL] == [1, 1, 1, 1, 1]
+    assert [scheduler.waiting(lane) for lane in ALL] == [1] * len(ALL)
     assert taken(scheduler) == in_order
-    assert [scheduler.waiting(lane) for lane in ALL] == [0, 0, 0, 0, 0]
+    assert [scheduler.waiting(lane) for lane in ALL] == [0] * len(ALL)
 
 
 @pytest.mark.parametrize(("lane", "is_stop"), [(lane, lane in STOPS) for lane in Lane])
@@ -247,3 +248,16 @@ async def test_what_was_written_once_and_is_too_late_for_the_repetition_has_had_
     scheduler.put_back(read)
     scheduler.expire(5.0)
     assert future.result() is read.doubt
+
+
+@virtual
+async def test_the_background_has_a_turn_after_half_a_second_of_clients_reads() -> None:
+    loop, scheduler = asyncio.get_running_loop(), Scheduler[RorzeExchange]()
+    background = scheduler.submit(exchange(GetPosition(), 9, Lane.BACKGROUND))
+    kept = [waiting(background, loop)]
+    for step in range(40):
+        client = scheduler.submit(exchange(GetPosition(), step))
+        kept.append(waiting(client, loop))
+        if scheduler.next_wanted(now := step * 0.03) is background:
+            break
+    assert now == pytest.approx(TURN_S, abs=0.03)

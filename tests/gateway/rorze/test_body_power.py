@@ -7,7 +7,7 @@ import pytest
 
 from gateway.core.errors import BodyBusy, PowerCycled
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.body_watch import MARK_POLL_S
+from gateway.rorze.pace import MARK_POLL_S
 from gateway.rorze.power import PROOF_HOLDS_S
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.interpolation import StartInterpolation

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gateway.rorze.body_watch import HEALTH_POLL_S, IDLE_POLL_S, MARK_POLL_S, idle_poll_s
+from gateway.rorze.pace import HEALTH_POLL_S, MARK_POLL_S, is_prompt
 from protocols.rorze.position import GetPosition
 from simulator.faults import Direction
 from tests.gateway.rorze.test_body_power import brown_out, now
@@ -75,21 +75,19 @@ def line_of(bodies: int, baud: int | None, offline: int = 0) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("bodies", "baud", "interval_s"),
+    ("bodies", "baud", "prompt"),
     [
-        (8, 9600, IDLE_POLL_S),
-        (16, 9600, 1.16),
-        (120, 9600, HEALTH_POLL_S),
-        (120, 115_200, 1.825),
-        (8, None, IDLE_POLL_S),
-        (120, None, HEALTH_POLL_S),
+        (8, 9600, True),
+        (9, 9600, False),
+        (39, 115_200, True),
+        (40, 115_200, False),
+        (8, None, True),
+        (120, None, False),
     ],
 )
-def test_a_line_is_asked_as_often_as_it_has_the_time(
-    bodies: int, baud: int | None, interval_s: float
-) -> None:
-    assert idle_poll_s(line_of(bodies, baud)) == pytest.approx(interval_s)
-    assert idle_poll_s(line_of(bodies, baud, offline=bodies)) == IDLE_POLL_S
+def test_a_line_of_few_bodies_is_asked_promptly(bodies: int, baud: int | None, prompt: bool) -> None:
+    assert is_prompt(line_of(bodies, baud)) is prompt
+    assert is_prompt(line_of(bodies, baud, offline=bodies))
 
 
 @in_virtual_time

@@ -20,7 +20,7 @@ MOVE = MoveClockwise(distance=500)
 
 
 def test_lanes_are_in_the_order_of_urgency() -> None:
-    assert sorted(Lane) == [Lane.STOP, Lane.PROOF, Lane.COMMAND, Lane.AGAIN, Lane.READ]
+    assert sorted(Lane) == [Lane.STOP, Lane.PROOF, Lane.COMMAND, Lane.AGAIN, Lane.READ, Lane.BACKGROUND]
 
 
 def test_an_answer_is_credited_with_the_time_it_came() -> None:

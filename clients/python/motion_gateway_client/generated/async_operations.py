@@ -36,6 +36,7 @@ from motion_gateway_client.generated.types import (
     PlannedMove,
     PlannedRobotMove,
     Position,
+    Positions,
     PositionTable,
     PositionUpload,
     Posture,
@@ -67,6 +68,7 @@ from motion_gateway_client.generated.types import (
     SpeedDecrease,
     SpeedIncrease,
     SpeedSetting,
+    Statuses,
     StopRequest,
     StopResult,
     Ticket,
@@ -137,9 +139,19 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def list_bodies(self) -> BodyList:
-        """List all bodies; nothing is sent."""
-        answer: BodyList = await self.call("GET", filled("/bodies"))
+    async def read_positions(self, line_id: str) -> Positions:
+        """Ask all bodies of a line where they stand (6PD), in the fewest frames."""
+        answer: Positions = await self.call("GET", filled("/lines/{line_id}/positions", line_id=line_id))
+        return answer
+
+    async def read_statuses(self, line_id: str) -> Statuses:
+        """Ask all bodies of a line for their status (9CD), in the fewest frames."""
+        answer: Statuses = await self.call("GET", filled("/lines/{line_id}/statuses", line_id=line_id))
+        return answer
+
+    async def list_bodies(self, *, fresh: bool | None = None) -> BodyList:
+        """List all bodies as they were last seen; with `fresh`, they are asked for status and position first."""
+        answer: BodyList = await self.call("GET", filled("/bodies"), query={"fresh": fresh})
         return answer
 
     async def get_body(self, body_id: str) -> BodyInfo:
@@ -421,7 +433,7 @@ class AsyncOperations(Protocol):
         wait: float | None = None,
         idempotency_key: str | None = None,
     ) -> ProgramUpload:
-        """Upload a user program (UCS, UWS), read it back and compare it.
+        """Upload a user program (UCS, UWS), read it back and compare it; its source alone may come as text/plain.
 
         It is assembled first: what is wrong with it is told by line and column, and nothing is sent. Refused
         while the motor moves or a program runs. A stop breaks it off; `stored` says what the body holds then.

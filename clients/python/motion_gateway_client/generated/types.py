@@ -1059,6 +1059,8 @@ class LineInfo(TypedDict):
     """Why the line is `down` or `silent`, and what to check; null while it is neither."""
     waiting: dict[str, int]
     """Requests waiting in each lane."""
+    load: dict[str, float]
+    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
     """What has happened on the line since the start."""
     protocol: Literal["rorze"]
@@ -1252,6 +1254,18 @@ class ModeChange(TypedDict):
     """3; or 2, in which most commands are silent."""
 
 
+class MotorStatus(TypedDict):
+    """The controller status of a body."""
+
+    body_id: str
+    moving: bool
+    status: StatusBits
+    read_at: str
+    """When the controller's answer came."""
+    age_ms: float
+    """How old the answer was when it was passed on."""
+
+
 class Move(TypedDict):
     """One move of one body."""
 
@@ -1400,6 +1414,14 @@ class PositionUpload(TypedDict):
     """Positions to be stored; others stay as they are."""
 
     positions: list[PositionEntry]
+
+
+class Positions(TypedDict):
+    """Where all motors of a line stand."""
+
+    line_id: str
+    positions: list[Position]
+    unanswered: list[Unanswered]
 
 
 class Posture(TypedDict):
@@ -1814,6 +1836,8 @@ class RobotLineInfo(TypedDict):
     """Why the line is `down` or `silent`, and what to check; null while it is neither."""
     waiting: dict[str, int]
     """Requests waiting in each lane."""
+    load: dict[str, float]
+    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
     """What has happened on the line since the start."""
     protocol: Literal["fics"]
@@ -2440,6 +2464,14 @@ class StatusChange(TypedDict):
     status: list[str]
 
 
+class Statuses(TypedDict):
+    """The controller status of all bodies of a line."""
+
+    line_id: str
+    statuses: list[MotorStatus]
+    unanswered: list[Unanswered]
+
+
 class StopRefusal(TypedDict):
     """How far a stop has come that the robot has refused."""
 
@@ -2552,6 +2584,14 @@ class TraceRecord(TypedDict):
     """Who had it sent: an interface and a client's address, or `gateway: fence`."""
     request_id: NotRequired[str | None]
     """The X-Request-Id of the request behind it."""
+
+
+class Unanswered(TypedDict):
+    """A body that did not answer."""
+
+    body_id: str
+    detail: str
+    """Why."""
 
 
 class UnitChange(TypedDict):

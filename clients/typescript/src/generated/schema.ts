@@ -68,6 +68,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/lines/{line_id}/positions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Positions
+         * @description Ask all bodies of a line where they stand (6PD), in the fewest frames.
+         */
+        get: operations["readPositions"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/statuses": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Statuses
+         * @description Ask all bodies of a line for their status (9CD), in the fewest frames.
+         */
+        get: operations["readStatuses"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/bodies": {
         parameters: {
             query?: never;
@@ -77,7 +117,7 @@ export interface paths {
         };
         /**
          * List Bodies
-         * @description List all bodies; nothing is sent.
+         * @description List all bodies as they were last seen; with `fresh`, they are asked for status and position first.
          */
         get: operations["listBodies"];
         put?: never;
@@ -582,7 +622,7 @@ export interface paths {
         get: operations["readProgram"];
         /**
          * Upload Program
-         * @description Upload a user program (UCS, UWS), read it back and compare it.
+         * @description Upload a user program (UCS, UWS), read it back and compare it; its source alone may come as text/plain.
          *
          *     It is assembled first: what is wrong with it is told by line and column, and nothing is sent. Refused
          *     while the motor moves or a program runs. A stop breaks it off; `stored` says what the body holds then.
@@ -3698,6 +3738,13 @@ export interface components {
                 [key: string]: number;
             };
             /**
+             * Load
+             * @description Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up.
+             */
+            load: {
+                [key: string]: number;
+            };
+            /**
              * Counters
              * @description What has happened on the line since the start.
              */
@@ -4149,6 +4196,28 @@ export interface components {
             mode: 2 | 3;
         };
         /**
+         * MotorStatus
+         * @description The controller status of a body.
+         */
+        MotorStatus: {
+            /** Body Id */
+            body_id: string;
+            /** Moving */
+            moving: boolean;
+            status: components["schemas"]["StatusBits"];
+            /**
+             * Read At
+             * Format: date-time
+             * @description When the controller's answer came.
+             */
+            read_at: string;
+            /**
+             * Age Ms
+             * @description How old the answer was when it was passed on.
+             */
+            age_ms: number;
+        };
+        /**
          * Move
          * @description One move of one body.
          */
@@ -4472,6 +4541,18 @@ export interface components {
         PositionUpload: {
             /** Positions */
             positions: components["schemas"]["PositionEntry"][];
+        };
+        /**
+         * Positions
+         * @description Where all motors of a line stand.
+         */
+        Positions: {
+            /** Line Id */
+            line_id: string;
+            /** Positions */
+            positions: components["schemas"]["Position"][];
+            /** Unanswered */
+            unanswered: components["schemas"]["Unanswered"][];
         };
         /**
          * Posture
@@ -5497,6 +5578,13 @@ export interface components {
              * @description Requests waiting in each lane.
              */
             waiting: {
+                [key: string]: number;
+            };
+            /**
+             * Load
+             * @description Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up.
+             */
+            load: {
                 [key: string]: number;
             };
             /**
@@ -7141,6 +7229,18 @@ export interface components {
             status: string[];
         };
         /**
+         * Statuses
+         * @description The controller status of all bodies of a line.
+         */
+        Statuses: {
+            /** Line Id */
+            line_id: string;
+            /** Statuses */
+            statuses: components["schemas"]["MotorStatus"][];
+            /** Unanswered */
+            unanswered: components["schemas"]["Unanswered"][];
+        };
+        /**
          * StopRefusal
          * @description How far a stop has come that the robot has refused.
          */
@@ -7372,6 +7472,19 @@ export interface components {
              * @description The X-Request-Id of the request behind it.
              */
             request_id?: string | null;
+        };
+        /**
+         * Unanswered
+         * @description A body that did not answer.
+         */
+        Unanswered: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Detail
+             * @description Why.
+             */
+            detail: string;
         };
         /**
          * UnitChange
@@ -7866,9 +7979,94 @@ export interface operations {
             };
         };
     };
-    listBodies: {
+    readPositions: {
         parameters: {
             query?: never;
+            header?: never;
+            path: {
+                /** @description The line's id. */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Positions"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readStatuses: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The line's id. */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Statuses"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listBodies: {
+        parameters: {
+            query?: {
+                /** @description Ask each body for its status and position first. */
+                fresh?: boolean;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -9045,7 +9243,6 @@ export interface operations {
                      */
                     flash?: boolean;
                 };
-                "text/plain": string;
             };
         };
         responses: {

@@ -1,0 +1,106 @@
+"""How much of a line's time the gateway takes for itself, and how often it can ask for that."""
+
+from math import inf
+
+from gateway.core.lanes import Lane
+from gateway.rorze.line import Line
+
+HEALTH_POLL_S = 5.0
+"""A body without a move is asked for its status and position this often, where the line has the time."""
+IDLE_POLL_S = 0.6
+"""One that was not heard for so long is asked for its status, where the line has the time."""
+MARK_POLL_S = 30.0
+"""The mark of its power is looked at this often, where the line has the time."""
+PROMPT_SHARE = 0.3
+"""Share of the time of a line of few bodies, whose loss of power is told within two seconds."""
+PRESENCE, LOOKS, MARKS = 0.45, 0.3, 0.2
+"""How the share of health is divided among presence, looks, and marks; the rest is for what is asked anew."""
+STATUS_BYTES, LOOK_BYTES, MARK_BYTES = 18, 43, 30
+"""Of 9CD, of 9CD and 6PD, and of 9VD, with their replies."""
+GROUP_BYTES, MEMBER_BYTES = 16, 8
+"""Of 9CD or URD to a group and its reply, and for each member in it, at most."""
+TURNAROUND_S = 0.003
+"""From a question to its reply, besides the bytes: an assumption."""
+SLOWEST_BYTE_S = 10 / 9600
+"""A port that does not tell its speed, such as a terminal server, may lead to a line of 9600 baud."""
+FOLLOW_SHARE = 0.7
+"""Share of the line's time for looks at moving bodies."""
+END_SEEN_S = 1.0
+"""Where these looks would be further apart, moving bodies are asked for their status only."""
+CROWD_POLL_S = 0.8
+CROWD_SHARE = 0.9
+"""Then they are asked this often, or as often as a share of the line's time allows: clients go first."""
+
+
+def wire_s(line: Line, wire_bytes: int, exchanges: int = 1) -> float:
+    """How long so many bytes, of questions and replies, take on a line."""
+    return wire_bytes * (line.transport.byte_time_s or SLOWEST_BYTE_S) + exchanges * TURNAROUND_S
+
+
+def is_prompt(line: Line) -> bool:
+    """Whether few enough bodies are there to tell within two seconds that one has lost its power.
+
+    At 9600 baud these are 8 bodies; they take more than the share of health for it.
+    """
+    bodies = len(line.bodies) - len(line.offline)
+    return bodies * wire_s(line, STATUS_BYTES) <= PROMPT_SHARE * IDLE_POLL_S
+
+
+def background_of(line: Line) -> Lane:
+    """The lane of what the gateway asks for itself: on a line of few bodies it takes turns with clients."""
+    return Lane.READ if is_prompt(line) else Lane.BACKGROUND
+
+
+class Pace:
+    """Moments for questions that together take no more than a share of a line's time."""
+
+    def __init__(self, share: float) -> None:
+        self._share = share
+        self._free_at = -inf
+
+    def next(self, soonest: float, takes_s: float) -> float:
+        """Keep the next free moment, from `soonest` on, for a question that takes so long."""
+        at = max(soonest, self._free_at)
+        self._free_at = at + takes_s / self._share
+        return at
+
+
+class Health:
+    """When the bodies of a line are asked how they are."""
+
+    def __init__(self, line: Line, share: float) -> None:
+        self.line = line
+        self._presence, self._groups = Pace(PRESENCE * share), Pace(PRESENCE * share)
+        self._looks, self._marks = Pace(LOOKS * share), Pace(MARKS * share)
+
+    def next_status(self, now: float) -> float:
+        """When to ask a body that no group covers whether it is there."""
+        return self._presence.next(now + IDLE_POLL_S, wire_s(self.line, STATUS_BYTES))
+
+    def next_of_group(self, now: float, members: int) -> float:
+        """When to ask a group of so many whether they are there."""
+        return self._groups.next(now + IDLE_POLL_S, wire_s(self.line, GROUP_BYTES + members * MEMBER_BYTES))
+
+    def next_look(self, now: float) -> float:
+        """When to look at a body's status and position."""
+        if is_prompt(self.line):
+            return now + HEALTH_POLL_S
+        return self._looks.next(now + HEALTH_POLL_S, wire_s(self.line, LOOK_BYTES, 2))
+
+    def next_mark(self, now: float) -> float:
+        """When to look at the mark of a body's power."""
+        if is_prompt(self.line):
+            return now + MARK_POLL_S
+        return self._marks.next(now + MARK_POLL_S, wire_s(self.line, MARK_BYTES))
+
+
+def follow_s(line: Line) -> float:
+    """How far apart the questions to a body that has a move are, at the least."""
+    if not is_crowded(line):
+        return line.followed * wire_s(line, LOOK_BYTES, 2) / FOLLOW_SHARE
+    return max(CROWD_POLL_S, line.followed * wire_s(line, STATUS_BYTES) / CROWD_SHARE)
+
+
+def is_crowded(line: Line) -> bool:
+    """Whether too many move to ask each for its position, too, and see its end in time."""
+    return line.followed * wire_s(line, LOOK_BYTES, 2) > FOLLOW_SHARE * END_SEEN_S

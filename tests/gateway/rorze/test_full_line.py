@@ -1,0 +1,102 @@
+"""A full line: what the gateway takes of it for itself, and how soon people and motors are served."""
+
+import asyncio
+import re
+from statistics import quantiles
+
+import pytest
+
+from gateway.core.move_record import Move
+from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.position import GetPosition
+from tests.gateway.rorze.full_line import FULL, SWEEP_GROUPS, busy_s, full_line, teach
+from tests.gateway.rorze.test_body_power import now
+from tests.plants import Rig, in_virtual_time, start
+
+IDLE_SHARE = 0.1
+GET_WITHIN_S = 0.25
+END_TOLD_WITHIN_S = 1.5
+STOPPED_WITHIN_S = 5.0
+MOVERS = [f"{4 * number:02X}" for number in range(30)]
+
+
+@pytest.mark.parametrize("options", [SWEEP_GROUPS, ""])
+@in_virtual_time
+async def test_an_idle_gateway_takes_a_tenth_of_the_line(options: str) -> None:
+    async with full_line(options) as it:
+        await asyncio.sleep(30.0)
+        for _ in range(12):
+            began_at = now()
+            await asyncio.sleep(10.0)
+            assert busy_s(it, began_at) <= IDLE_SHARE * 10.0
+            load = it.plant.line("line1").load_percent()
+            assert load.keys() == {"health"}
+            assert load["health"] == pytest.approx(10 * busy_s(it, began_at), abs=2.0)
+
+
+@in_virtual_time
+async def test_bodies_that_rest_are_read_at_once_and_ends_are_told_while_30_motors_move() -> None:
+    async with full_line() as it:
+        it.wire.deaf_to = re.compile(rb">&7D[^\r]*\r")
+        await teach(it, MOVERS)
+        moves = [
+            await start(it, MoveClockwise(distance=50_000 + 4_000 * n), mover)
+            for n, mover in enumerate(MOVERS)
+        ]
+        over = asyncio.gather(*(told_at(it, move) for move in moves))
+        took_s: list[float] = []
+        while not over.done():
+            asked_at = now()
+            await it.body(f"{(4 * len(took_s) + 1) % 120:02X}").ask(GetPosition())
+            took_s.append(now() - asked_at)
+            await asyncio.sleep(0.1)
+        assert quantiles(took_s, n=100)[98] < GET_WITHIN_S
+        late_s = [at - ended_at(it, move) for at, move in zip(await over, moves, strict=True)]
+        assert all(move.status == "succeeded" for move in moves)
+        assert 0 <= min(late_s) <= max(late_s) <= END_TOLD_WITHIN_S
+
+
+async def told_at(rig: Rig, move: Move) -> float:
+    await rig.plant.moves.wait(move.id, 120.0)
+    return now()
+
+
+def ended_at(rig: Rig, move: Move) -> float:
+    return rig.truth.of("pulses_stop", int(move.body_id[-2:], 16))[-1].at
+
+
+@in_virtual_time
+async def test_a_stop_of_all_is_confirmed_within_5_s_and_nobody_is_alarmed() -> None:
+    async with full_line() as it:
+        await asyncio.sleep(60.0)  # where no program runs is known
+        await teach(it, MOVERS)
+        for mover in MOVERS:
+            await start(it, MoveClockwise(distance=500_000), mover)
+        asked_at, sent = now(), len(it.wire.sent)
+        reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert now() - asked_at <= STOPPED_WITHIN_S
+        assert {report.state for report in reports} == {"confirmed"}
+        assert all(report.position is not None for report in reports)
+        assert it.types("body.stop.unconfirmed") == []
+        frames = it.wire.frames(sent)
+        assert frames[:120] == [f"&{number:02X}5IS" for number in FULL]
+        assert not any(frame[3:6] in ("URD", "UES") for frame in frames)
+
+
+@in_virtual_time
+async def test_without_groups_a_stop_of_all_takes_longer_and_alarms_nobody() -> None:
+    async with full_line("") as it:
+        reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert {report.state for report in reports} == {"confirmed"}
+        assert it.types("body.stop.unconfirmed") == []
+
+
+@in_virtual_time
+async def test_a_silent_body_is_told_after_two_seconds_however_many_are_stopped() -> None:
+    async with full_line() as it:
+        it.machine.switch_body(7, on=False, now=now())
+        asked_at = now()
+        stopping = it.plant.stops.stop(it.plant.bodies(), "immediate")
+        await anext(it.plant.events.subscribe(types=["body.stop.unconfirmed"]))
+        assert now() - asked_at < 2.5
+        assert [it.body_id for it in await stopping if it.state != "confirmed"] == ["line1.07"]
