@@ -90,8 +90,10 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         """What the link master answered to XID."""
         self.set_ups = 0
         self.own_groups: dict[int, int] = {}
-        """Groups for sweeps, each with the set-up by which the link master knows it; 0 is none. They are defined
-        with a port that is new, and behind everything else when only the link master was set up again."""
+        """Groups for sweeps, each with the set-up by which the link master knows it; 0 is none.
+
+        They are defined with a port that is new, and behind everybody when the link master is set up again.
+        """
         self.followed = 0
         """How many of its bodies have a move that is not over."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
