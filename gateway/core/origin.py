@@ -12,6 +12,8 @@ class Origin:
 
     caller: str
     request_id: str | None = None
+    key: str | None = None
+    """The Idempotency-Key that the request came with, within its scope."""
 
 
 GATEWAY = Origin("gateway")

@@ -28,12 +28,13 @@ def intent(
     caller: str,
     request_id: str | None = None,
     move_id: str | None = None,
+    key: str | None = None,
 ) -> Write:
     """Something with an effect is about to be written to a line."""
     return Write(
-        "INSERT INTO intents (id, at, target, command, effect, frame, caller, request_id, move_id) "
-        "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-        (intent_id, at, target, command, effect, frame, caller, request_id, move_id),
+        "INSERT INTO intents (id, at, target, command, effect, frame, caller, request_id, move_id, key) "
+        "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        (intent_id, at, target, command, effect, frame, caller, request_id, move_id, key),
     )
 
 
