@@ -15,11 +15,13 @@ import httpx
 import typer
 import uvloop
 
-from app.journal import journal
+from app.journal import default_directory, journal
 from app.server import CannotListen
 from app.server import serve as run_server
 from gateway.config import Config, ConfigError, load
 from gateway.core.errors import Ambiguous, GarbledReply, NoReply
+from gateway.core.journal.disk import InUse
+from gateway.core.journal.schema import TooNew
 from gateway.core.move_record import MoveStatus
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.row import RorzeCommand
@@ -64,22 +66,31 @@ def serve(
     config: Annotated[Path | None, typer.Option(help="The configuration file (TOML).")] = None,
     demo: Annotated[bool, typer.Option(help="Serve a built-in simulated line and robot.")] = False,
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="Listen on this port instead.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Keep the journal in this directory.")] = None,
 ) -> None:
     """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM)."""
     if (config is None) == (not demo):
         _fail("Say either --config FILE or --demo.", EXIT_USAGE)
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
-        serving = run_server(_on_port(load(config), port)) if config else _serve_demo(port)
+        serving = (
+            run_server(_on_port(load(config), port), data or default_directory())
+            if config
+            else _serve_demo(port, data)
+        )
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
     except ConfigError as error:
         _fail(str(error), EXIT_CONFIG)
     except CannotListen as error:
         _fail(str(error), EXIT_NOT_SENT)
+    except InUse as error:
+        _fail(f"The journal is in use: {error}. No line was opened.", EXIT_NOT_SENT)
+    except TooNew as error:
+        _fail(f"The journal is of a later version: {error}. No line was opened.", EXIT_NOT_SENT)
 
 
-async def _serve_demo(port: int | None) -> None:
+async def _serve_demo(port: int | None, data: Path | None) -> None:
     """Serve a simulated line and a simulated robot that run in this very process."""
     from simulator.cli import start_demo_line, start_demo_robot
 
@@ -88,7 +99,8 @@ async def _serve_demo(port: int | None) -> None:
         async with AsyncExitStack() as stack:
             stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path).aclose)
             stack.push_async_callback(start_demo_robot(robot_path).aclose)
-            await run_server(_on_port(_demo_config(line_path, robot_path), port))
+            config = _on_port(_demo_config(line_path, robot_path), port)
+            await run_server(config, data or Path(folder) / "data")
 
 
 def _demo_config(line_path: Path, robot_path: Path) -> Config:

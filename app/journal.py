@@ -1,6 +1,7 @@
 """The command line's part for journals: looked over, written out, copied, made smaller."""
 
 import json
+import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,6 +21,14 @@ journal = typer.Typer(
 )
 
 Data = Annotated[Path, typer.Option("--data", help="The gateway's data directory.")]
+
+
+def default_directory() -> Path:
+    """Where a gateway keeps its journal if nothing else is said."""
+    if os.geteuid() == 0:
+        return Path("/var/lib/motion-gateway")
+    state = os.environ.get("XDG_STATE_HOME")
+    return (Path(state) if state else Path.home() / ".local" / "state") / "motion-gateway"
 
 
 @journal.command()

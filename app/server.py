@@ -9,11 +9,13 @@ import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from ipaddress import ip_address
+from pathlib import Path
 
 import uvicorn
 
 from app.descriptors import connections_possible
 from gateway.config import Config, Server
+from gateway.core.journal.opening import open_journal
 from gateway.plant import Plant
 
 log = logging.getLogger(__name__)
@@ -28,15 +30,16 @@ class CannotListen(OSError):
     """The HTTP port cannot be had; the message says which and why."""
 
 
-async def serve(config: Config) -> None:
+async def serve(config: Config, data: Path) -> None:
     """Serve until SIGINT, SIGTERM or SIGHUP. What `on_exit` leaves moving runs on in the controllers.
 
     :raises CannotListen: no line was opened.
+    :raises InUse, TooNew: the journal in `data` belongs to another gateway; no line was opened.
     """
     from api.app import create_app, make_documents
 
     with _listener(config.server) as listener:
-        plant = Plant(config)
+        plant = Plant(config, journal=open_journal(data))
         app = create_app(plant)
         make_documents(app)
         server = _Server(_uvicorn_config(app, config.server))

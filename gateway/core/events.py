@@ -235,8 +235,8 @@ class Page:
 class EventHub:
     """Numbers events, keeps the newest and hands them out. Not for use from other threads.
 
-    An epoch is one life of the gateway: after a restart numbers begin anew, and cursors of the old epoch are
-    answered with a gap.
+    Without a journal an epoch is one life of the gateway: after a restart numbers begin anew, and cursors of
+    the old epoch are answered with a gap. With one, numbers go on, and so do cursors.
     """
 
     def __init__(
@@ -254,7 +254,20 @@ class EventHub:
         self._ring: list[tuple[str, str, str]] = []
         """Type, subject and text: tuples of texts are nothing to the garbage collector, which would hold the
         loop for 100 ms to look through so many objects (decision 9)."""
+        self._ring_begins_after = 0
+        """Number of the event before the one in the first place of the ring."""
+        self._earlier: Mapping[str, int] = {}
+        """Epochs that were before, each with the number of its last event."""
         self._idle: list[Subscription] = []
+        self.on_published: Callable[[Event], object] = lambda _: None
+
+    def resume(
+        self, epoch: str, earlier: Mapping[str, int], last: int, events: Iterable[tuple[str, str, str]]
+    ) -> None:
+        """Go on after the last event of an earlier life; `events` are the newest up to that."""
+        self.epoch, self._earlier, self.last = epoch, earlier, last
+        self._ring = list(events)[-self._capacity :]
+        self._ring_begins_after = last - len(self._ring)
 
     @property
     def first(self) -> int:
@@ -273,8 +286,9 @@ class EventHub:
         if len(self._ring) < self._capacity:
             self._ring.append(record)
         else:
-            self._ring[self.last % self._capacity] = record
+            self._ring[self._place_of(self.last + 1)] = record
         self.last += 1
+        self.on_published(event)
         if self._idle:
             self._idle = [subscription for subscription in self._idle if not subscription.offer(event)]
         return event
@@ -318,7 +332,10 @@ class EventHub:
 
     def event(self, number: int) -> Event:
         """Give a retained event, from `first` to `last`."""
-        return Event(self.epoch, number, *self._ring[(number - 1) % self._capacity])
+        return Event(self.epoch, number, *self._ring[self._place_of(number)])
+
+    def _place_of(self, number: int) -> int:
+        return (number - 1 - self._ring_begins_after) % self._capacity
 
     def gap_before(self, number: int, requested: str) -> Event:
         """Make the event that stands for those between a requested cursor and an event number."""
@@ -364,6 +381,8 @@ class EventHub:
         epoch, number = match[1], int(match[2])
         if epoch == self.epoch and number <= self.last:
             return Subscription(self, number, wanted, None)
+        if epoch in self._earlier:  # it may have seen more of it than the journal has
+            return Subscription(self, min(number, self._earlier[epoch]), wanted, None)
         return Subscription(self, self.first - 1, wanted, after)
 
 

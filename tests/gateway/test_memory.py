@@ -1,0 +1,287 @@
+"""A plant over restarts: what it has told and moved is there again, and nothing is sent a second time."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from gateway.config import parse
+from gateway.core.errors import NotSent
+from gateway.core.journal import files
+from gateway.core.journal.disk import DiskFailed
+from gateway.core.journal.journal import Journal, JournalUnavailable
+from gateway.core.journal.opening import Opened, open_journal
+from gateway.core.journal.writes import Value, Write
+from gateway.core.move_record import Move, MoveStatus
+from protocols.rorze.moves import MoveClockwise, MoveTo
+from protocols.rorze.speeds import SetMaximumSpeed
+from simulator.rorze.line import build_line
+from tests.plants import Wire, configuration, in_virtual_time
+from tests.tested_plant import TestedPlant
+
+SHORT = MoveClockwise(distance=500)
+DISK_S = 0.005
+LONG = MoveClockwise(distance=20_000)
+
+
+class Immediate(Journal):
+    """A journal without a thread: virtual time waits for none."""
+
+    def start(self) -> None:
+        return
+
+    def note(self, *entries: Write) -> None:
+        with suppress(DiskFailed):
+            self.disk.commit(entries, durable=False)
+
+    async def write(self, *entries: Write) -> None:
+        self.require()
+        self.disk.commit(entries, durable=True)
+        await asyncio.sleep(DISK_S)
+
+    async def rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:
+        return self.disk.rows(sql, values)
+
+
+@dataclass
+class World:
+    """A line that stays as it is while gateways come and go."""
+
+    folder: Path
+    wire: Wire = field(default_factory=lambda: Wire(build_line([0x00, 0x3F], 0.0, seed=1)))
+    lives: int = 0
+
+    @asynccontextmanager
+    async def gateway(self) -> AsyncIterator[TestedPlant]:
+        """One life, with what the last one has left."""
+        self.lives += 1
+        opened = open_journal(self.folder)
+        journal = Immediate(opened.journal.disk, trouble=opened.journal.trouble)
+        config = parse(configuration(bodies=(0x00, 0x3F), groups={}), "test.toml")
+        plant = TestedPlant(
+            config,
+            open_transport=lambda _: self.wire,
+            rng=Random(self.lives),
+            journal=Opened(journal, *opened[1:]),
+        )
+        await plant.start()
+        try:
+            yield plant
+        finally:
+            await plant.close()
+
+    def crash(self) -> None:
+        """From here on the present life writes nothing that the next one can find."""
+        copy = self.folder.with_name(f"{self.folder.name}+")
+        copy.mkdir()
+        files.backup(self.folder, copy / "journal.db")
+        self.folder = copy
+
+    def sent(self, code: str) -> list[str]:
+        return [frame for frame in self.wire.frames() if frame[3:6] == code]
+
+    def rows(self, table: str) -> list[dict[str, Any]]:
+        return [row for row in files.export(self.folder) if row["table"] == table]
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> World:
+    return World(tmp_path / "data")
+
+
+async def moved(plant: TestedPlant, command: Any = SHORT, address: str = "3F") -> Move:
+    [move] = await plant.moves.start(plant.body(address), command)
+    return move
+
+
+async def over(plant: TestedPlant, move_id: str) -> Move:
+    return await plant.moves.wait(move_id, 60.0)
+
+
+async def ready(plant: TestedPlant) -> None:
+    while plant.line("line1").state != "ready":  # noqa: ASYNC110
+        await asyncio.sleep(0.1)
+
+
+@in_virtual_time
+async def test_moves_are_there_again(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        first = await over(plant, (await moved(plant)).id)
+    async with world.gateway() as plant:
+        assert plant.moves.get(first.id) == first
+        assert plant.moves.of(plant.body("3F")) == [first]
+        assert not any(it == "gateway.crashed" for it in _types(plant))
+
+
+@in_virtual_time
+async def test_cursors_go_on_without_a_gap(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        cursor = plant.events.cursor
+        move = await over(plant, (await moved(plant)).id)
+        last = plant.events.last
+    async with world.gateway() as plant:
+        page = await plant.events.since(cursor)
+        assert [it.number for it in page.events] == list(range(int(cursor[9:]) + 1, plant.events.last + 1))
+        assert page.events[0].data["id"] == move.id
+        assert plant.events.last > last
+        assert {it.epoch for it in page.events} == {cursor[:8]}
+
+
+@in_virtual_time
+async def test_a_cursor_from_before_a_crash_goes_on_where_the_journal_does(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        cursor = plant.events.cursor
+        known = plant.events.last
+        world.crash()
+        await moved(plant)
+        seen = plant.events.cursor
+    async with world.gateway() as plant:
+        assert plant.events.epoch != seen[:8]
+        for old in (cursor, seen):
+            page = await plant.events.since(old)
+            assert page.events[0].type == "gateway.crashed"
+            assert page.events[0].number == known + 1
+
+
+@in_virtual_time
+async def test_a_move_goes_on_in_its_own_record_after_a_crash(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        move = await moved(plant, LONG)
+        await asyncio.sleep(0.3)
+        world.crash()
+    async with world.gateway() as plant:
+        [crash] = [it for it in _events(plant) if it.type == "gateway.crashed"]
+        assert crash.data["moves"] == [move.id]
+        assert plant.body("3F").move is plant.moves.get(move.id)
+        end = await over(plant, move.id)
+        assert (end.status, end.position, end.end_cause) == (MoveStatus.SUCCEEDED, 20_000, "normal")
+        assert any("restarted" in sentence for sentence in end.evidence)
+        assert [it["final"] for it in world.rows("moves")] == [1]
+    assert len(world.sent("1+M")) == 1
+
+
+@in_virtual_time
+async def test_a_move_that_ended_while_nobody_looked_is_resolved_by_where_it_stands(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        move = await moved(plant, LONG)
+        world.crash()
+    await asyncio.sleep(60.0)
+    async with world.gateway() as plant:
+        end = await over(plant, move.id)
+        assert (end.status, end.position) == (MoveStatus.SUCCEEDED, 20_000)
+    assert len(world.sent("1+M")) == 1
+
+
+@in_virtual_time
+async def test_a_move_that_was_never_written_is_cancelled(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        asking = asyncio.create_task(moved(plant))
+        await asyncio.sleep(0)
+        world.crash()
+        await asking
+    before = len(world.wire.frames())
+    async with world.gateway() as plant:
+        [move] = plant.moves.of(plant.body("3F"))
+        assert move.status is MoveStatus.CANCELLED
+        assert move.error is not None
+        assert move.error.moved == "no"
+        await ready(plant)
+        await asyncio.sleep(5.0)
+    assert not [it for it in world.wire.frames()[before:] if it[3:6] == "1+M"]
+
+
+@in_virtual_time
+async def test_an_intent_without_a_frame_proves_itself_not_executed(world: World) -> None:
+    """The gateway is killed between the intent and the first byte."""
+    async with world.gateway() as plant:
+        await ready(plant)
+        await over(plant, (await moved(plant)).id)
+        asking = asyncio.create_task(moved(plant))
+        while len(world.rows("intents")) < 2:  # noqa: ASYNC110
+            await asyncio.sleep(DISK_S / 5)
+        world.crash()
+        plant.line("line1").gate.stop(0x3F)
+        with pytest.raises(NotSent):
+            await asking
+    async with world.gateway() as plant:
+        [move, _] = plant.moves.of(plant.body("3F"))
+        end = await over(plant, move.id)
+        assert (end.status, end.end_cause) == (MoveStatus.FAILED, "not_executed")
+    assert len(world.sent("1+M")) == 1
+    assert all(row["ended_at"] for row in world.rows("intents"))
+
+
+@in_virtual_time
+async def test_where_nothing_proves_anything_the_move_is_unknown(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        move = await moved(plant, LONG)
+        await asyncio.sleep(0.3)
+        world.crash()
+        await plant.stops.stop([plant.body("3F")], "immediate")
+    async with world.gateway() as plant:
+        end = await over(plant, move.id)
+        assert end.status is MoveStatus.UNKNOWN
+        assert "proves nothing" in end.evidence[-1]
+
+
+@in_virtual_time
+async def test_a_setting_under_way_is_ended_as_unknown(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        asking = asyncio.create_task(plant.body("3F").ask(SetMaximumSpeed(speed=1000)))
+        while not world.rows("intents"):  # noqa: ASYNC110
+            await asyncio.sleep(DISK_S / 5)
+        world.crash()
+        await asking
+    async with world.gateway():
+        [row] = world.rows("intents")
+        assert (row["outcome"], row["command"]) == ("unknown", SetMaximumSpeed.name())
+
+
+@in_virtual_time
+async def test_without_a_directory_reads_and_stops_go_on(world: World) -> None:
+    world.folder.write_text("in the way")
+    async with world.gateway() as plant:
+        assert "gateway.journal.trouble" in _types(plant)
+        await ready(plant)
+        assert await plant.body("3F").look()
+        [stopped] = await plant.stops.stop([plant.body("3F")], "immediate")
+        assert stopped.state == "confirmed"
+        with pytest.raises(JournalUnavailable):
+            await moved(plant, MoveTo(position=500))
+    assert world.sent("1AM") == []
+
+
+@in_virtual_time
+async def test_a_broken_journal_is_set_aside_and_that_is_told(world: World) -> None:
+    world.folder.mkdir()
+    (world.folder / "journal.db").write_bytes(b"no journal" * 1000)
+    async with world.gateway() as plant:
+        [told] = [it for it in _events(plant) if it.type == "gateway.journal.set_aside"]
+        assert _beginning(told.data["file"]) == b"no journal"
+        await ready(plant)
+        assert (await over(plant, (await moved(plant)).id)).status is MoveStatus.SUCCEEDED
+
+
+def _beginning(file: str) -> bytes:
+    return Path(file).read_bytes()[:10]
+
+
+def _events(plant: TestedPlant) -> list[Any]:
+    return [plant.events.event(number) for number in range(plant.events.first, plant.events.last + 1)]
+
+
+def _types(plant: TestedPlant) -> list[str]:
+    return [event.type for event in _events(plant)]
