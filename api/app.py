@@ -9,12 +9,14 @@ from api import catalogue, command_routes, health, lines, stops, streams
 from api.bodies import groups, info, moves, text_commands
 from api.common import problems, request_ids
 from api.common.access import Access
+from api.common.repeats import REPLAYED, Repeats
 from api.common.routes import PageRoute, unguarded
 from api.common.security import SameSite
 from api.common.version import VERSION
 from api.front import documents
 from api.robots import routes as robots
 from gateway.core.rights import Right
+from gateway.operations.keys import Keys
 from gateway.plant import Plant
 
 DESCRIPTION = """\
@@ -32,7 +34,10 @@ class Application(FastAPI):
 
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
-        return request_ids.RequestIds(super().build_middleware_stack())
+        stack, plant = super().build_middleware_stack(), self.state.plant
+        if plant.journal is not None:
+            stack = Repeats(stack, Keys(plant, plant.journal))
+        return request_ids.RequestIds(stack)
 
 
 def create_app(plant: Plant) -> FastAPI:
@@ -73,7 +78,7 @@ def create_app(plant: Plant) -> FastAPI:
             allow_origins=server.allowed_origins,
             allow_methods=["*"],
             allow_headers=["*"],
-            expose_headers=[request_ids.HEADER],
+            expose_headers=[request_ids.HEADER, REPLAYED],
         )
     app.add_middleware(SameSite, allowed_hosts=server.allowed_hosts, allowed_origins=server.allowed_origins)
     return app

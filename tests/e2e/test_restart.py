@@ -6,13 +6,8 @@ from pathlib import Path
 import pytest
 
 from tests.e2e.processes import (
-    Gateway,
-    MOTION_GATEWAY,
     SimulatedLine,
-    run,
     simulated_line,
-    until,
-    write_config,
 )
 
 LONG = 90_000
