@@ -53,7 +53,7 @@ class LeftOpen(NamedTuple):
     """The gateway has ended before it answered, and this was begun."""
 
     moves: Sequence[MoveRecord]
-    """None of them where the request was for something else than moves: nobody knows what has become of it."""
+    """None where it was for something else: nobody knows what has become of that."""
 
 
 class Keys:
