@@ -14,7 +14,10 @@ from gateway.core.journal.disk import DiskFailed
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import Opened, open_journal
 from gateway.core.journal.writes import Value, Write
+from simulator.fics.layout import Layout
+from simulator.fics.line import build_line as build_robot
 from simulator.rorze.line import build_line
+from tests.fics_plants import SCARA, Cable
 from tests.plants import Wire, configuration
 from tests.tested_plant import TestedPlant
 
@@ -46,7 +49,9 @@ class World:
     """A line that stays as it is while gateways come and go."""
 
     folder: Path
-    wire: Wire = field(default_factory=lambda: Wire(build_line([0x00, 0x3F], 0.0, seed=1)))
+    wire: Wire | Cable = field(default_factory=lambda: Wire(build_line([0x00, 0x3F], 0.0, seed=1)))
+    text: str = configuration(bodies=(0x00, 0x3F), groups={})
+    """The configuration."""
     lives: int = 0
 
     @asynccontextmanager
@@ -55,9 +60,8 @@ class World:
         self.lives += 1
         opened = open_journal(self.folder)
         journal = Immediate(opened.journal.disk, trouble=opened.journal.trouble)
-        config = parse(configuration(bodies=(0x00, 0x3F), groups={}), "test.toml")
         plant = TestedPlant(
-            config,
+            parse(self.text, "test.toml"),
             open_transport=lambda _: self.wire,
             rng=Random(self.lives),
             journal=Opened(journal, *opened[1:]),
@@ -67,6 +71,15 @@ class World:
             yield plant
         finally:
             await plant.close()
+
+    @classmethod
+    def of_robot(cls, folder: Path, mode: int) -> "World":
+        """A robot with one unit."""
+        text = (
+            f'[[lines]]\nid = "cell"\naddress = "tcp://127.0.0.1:1"\nprotocol = "fics"\nmode = {mode}\n'
+            f'robot = {{id = "r1", units = [{SCARA}]}}\n'
+        )
+        return cls(folder, Cable(build_robot(Layout(units=1))), text)
 
     def crash(self) -> None:
         """From here on the present life writes nothing that the next one can find."""

@@ -12,6 +12,7 @@ from gateway.core.errors import Ambiguous, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import Move, MoveStatus
+from gateway.core.origin import Origin, acting
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
@@ -33,6 +34,8 @@ from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
 from transports.base import Transport
 
+RESTART = Origin("gateway: restart")
+"""Whoever wanted a move without an end may not be there any more: it is stopped."""
 BODY = Place("/bodies/{body_id}", Move)
 LINE = Place("/lines/{line_id}")
 GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True)
@@ -237,7 +240,13 @@ class Rorze(Family):
         self.moves.log.remember(own)
         for move in own:
             if not move.status.final:
-                self.moves.take_over(self._bodies[move.body_id], move, begun=move.id in begun)
+                self._take_over(self._bodies[move.body_id], move, begun=move.id in begun)
+
+    def _take_over(self, body: Body, move: Move, *, begun: bool) -> None:
+        self.moves.take_over(body, move, begun=begun)
+        if move.kind == "continuous" and not move.status.final:
+            with acting(RESTART):
+                self.stops.stop([body], "decelerate")
 
     # life
 

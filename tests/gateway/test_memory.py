@@ -9,6 +9,10 @@ import pytest
 from gateway.core.errors import NotSent
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.move_record import Move, MoveStatus
+from gateway.fics.move_record import RobotMove
+from protocols.fics.homing import HomeRobot
+from protocols.fics.moves import MoveAbsolute
+from protocols.fics.row import FicsCommand
 from protocols.rorze.moves import MoveClockwise, MoveTo
 from protocols.rorze.speeds import SetMaximumSpeed
 from tests.plants import in_virtual_time
@@ -167,6 +171,19 @@ async def test_where_nothing_proves_anything_the_move_is_unknown(world: World) -
 
 
 @in_virtual_time
+async def test_a_move_without_an_end_is_stopped(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        move = await moved(plant, MoveClockwise(distance="endless"))
+        world.crash()
+        monkeypatch.setattr(plant.rorze, "end_motion", _leave_all)  # killed, it would end nothing
+    async with world.gateway() as plant:
+        end = await over(plant, move.id)
+        assert (end.status, end.end_cause) == (MoveStatus.STOPPED, "stop_command")
+    assert len(world.sent("1+M")) == 1
+
+
+@in_virtual_time
 async def test_a_setting_under_way_is_ended_as_unknown(world: World) -> None:
     async with world.gateway() as plant:
         await ready(plant)
@@ -205,6 +222,11 @@ async def test_a_broken_journal_is_set_aside_and_that_is_told(world: World) -> N
         assert (await over(plant, (await moved(plant)).id)).status is MoveStatus.SUCCEEDED
 
 
+def _leave_all(*, everything: bool) -> list[asyncio.Task[Any]]:
+    assert not everything
+    return []
+
+
 def _beginning(file: str) -> bytes:
     return Path(file).read_bytes()[:10]
 
@@ -215,3 +237,30 @@ def _events(plant: TestedPlant) -> list[Any]:
 
 def _types(plant: TestedPlant) -> list[str]:
     return [event.type for event in _events(plant)]
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_move_of_a_robot_goes_on_in_its_own_record(mode: int, tmp_path: Path) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        world = World.of_robot(tmp_path / "data", mode)
+        async with world.gateway() as plant:
+            await asyncio.sleep(1.0)
+            await _made(plant, HomeRobot())
+            move = await _begun(plant, MoveAbsolute(coordinates=[None, None, 20.0]))
+            world.crash()
+        async with world.gateway() as plant:
+            end = await plant.robot_moves.wait(move.id, 600.0)
+            assert (end.status, end.end_cause) == (MoveStatus.SUCCEEDED, "normal")
+            assert any("restarted" in sentence for sentence in end.evidence)
+        assert len([it for it in world.wire.frames() if it.startswith("LMA")]) == 1
+
+    story()
+
+
+async def _begun(plant: TestedPlant, command: FicsCommand[Any]) -> RobotMove:
+    return await plant.robot_moves.start(plant.robot("r1"), 1, command)
+
+
+async def _made(plant: TestedPlant, command: FicsCommand[Any]) -> RobotMove:
+    return await plant.robot_moves.wait((await _begun(plant, command)).id, 600.0)
