@@ -1,6 +1,8 @@
 """Acceleration patterns over HTTP: their speed sets, their changes of speed, and the curves they make."""
 
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import pytest
 
@@ -19,11 +21,11 @@ SLOW_AT_THE_SENSOR = [
 """RC-420 manual 13.3.7."""
 
 
-async def teach(stand: Stand, changes: object = ()) -> dict[str, object]:
+async def teach(stand: Stand, changes: Sequence[object] = ()) -> dict[str, Any]:
     """Set the pattern of RC-420 manual 13.3.4."""
     await stand.client.put("/bodies/01/speed-sets/12", json=UP)
     await stand.client.put("/bodies/01/speed-sets/13", json=DOWN)
-    wanted = {"acceleration_set": 12, "deceleration_set": 13, "changes": list(changes)}  # type: ignore[call-overload]
+    wanted = {"acceleration_set": 12, "deceleration_set": 13, "changes": list(changes)}
     answer = await stand.client.put(PATTERN, json=wanted)
     assert answer.status_code == 200, answer.text
     return dict(answer.json())
@@ -52,7 +54,7 @@ async def test_a_pattern_that_was_never_set_says_so(stand: Stand) -> None:
 @on_stand()
 async def test_changes_of_speed_are_told_with_where_they_begin_and_end(stand: Stand) -> None:
     told = await teach(stand, SLOW_AT_THE_SENSOR)
-    first, second = told["changes"]  # type: ignore[misc]
+    first, second = told["changes"]
     assert (first["point"], first["end"], first["speed_pps"]) == (0, 78_000, 10_000)
     assert first["begin"] < 78_000
     assert second["begin"] == 80_000
@@ -70,7 +72,7 @@ async def test_what_is_so_already_is_not_sent_again(stand: Stand) -> None:
     await teach(stand, SLOW_AT_THE_SENSOR)
     before = len(set_by(stand.frames()))
     told = await teach(stand, SLOW_AT_THE_SENSOR)
-    assert {step["outcome"] for step in told["steps"]} == {"unchanged"}  # type: ignore[attr-defined]
+    assert {step["outcome"] for step in told["steps"]} == {"unchanged"}
     moved = [SLOW_AT_THE_SENSOR[0], {"point": 1, "begin": 81_000, "speed_pps": 50_000}]
     await stand.client.patch(PATTERN, json={"changes": moved})
     assert set_by(stand.frames())[before:] == ["SESA[17],1,F81000,S50000"]

@@ -59,12 +59,10 @@ def test_what_may_change_settings_unseen_ends_all_knowledge(
 
 @pytest.mark.parametrize("certain", [True, False])
 def test_saving_without_a_reply_or_an_uncertain_loss_of_power_leaves_it_open(certain: bool) -> None:
-    for note in (
-        lambda it: it.note_power_on(certain=certain),
-        lambda it: it.note_done(SaveSettings(), certain=certain),
-    ):
-        flash = saved()
-        note(flash)
+    switched_on, saving = saved(), saved()
+    switched_on.note_power_on(certain=certain)
+    saving.note_done(SaveSettings(), certain=certain)
+    for flash in (switched_on, saving):
         assert flash.known is certain
         assert flash.held(QUESTION) is None
 
