@@ -5,12 +5,14 @@ from typing import Literal
 from gateway.core.errors import InvalidRequest
 from gateway.operations.caller import for_caller
 from gateway.plant import Plant
-from gateway.rorze import curves, patterns, speed_sets
+from gateway.rorze import curves, patterns, settings, speed_sets
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import Expectation
 from gateway.rorze.curves import SpeedCurve
 from gateway.rorze.family import Rorze
 from gateway.rorze.patterns import ChangedPattern, Pattern, PatternChange, PatternValues
+from gateway.rorze.settings import BodySettings, ChangedSettings
+from gateway.rorze.settings_document import SettingsChange
 from gateway.rorze.speed_sets import ChangedSpeedSet, SpeedSet, SpeedSetChange, SpeedSetValues
 from gateway.rorze.units import Unit, to_pulses
 
@@ -80,6 +82,20 @@ async def curve(
     """Work out the speed curve of a move; errors as of `curves.curve_of`."""
     body = _body(plant, body_id)
     return await curves.curve_of(body, number, to_pulses(distance, unit, body.scale), speed, points)
+
+
+@for_caller
+async def read_settings(plant: Plant, body_id: str) -> BodySettings:
+    """Read all settings; errors as of `settings.read_settings`."""
+    return await settings.read_settings(_body(plant, body_id))
+
+
+@for_caller
+async def change_settings(
+    plant: Plant, body_id: str, wanted: SettingsChange, expects: Expectation | None, *, flash: bool
+) -> ChangedSettings:
+    """Change settings; errors as of `settings.change_settings`."""
+    return await settings.change_settings(_body(plant, body_id), wanted, expects, flash=flash)
 
 
 def _body(plant: Plant, body_id: str) -> Body:

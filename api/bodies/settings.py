@@ -1,0 +1,43 @@
+"""All settings of a body over HTTP, as one document."""
+
+from fastapi import Request, Response
+
+from api.bodies.speed_sets import Flash
+from api.common.etags import DECLARED_HEADER, expected_by, tagged
+from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
+from gateway.core.rights import Right
+from gateway.operations import body_settings
+from gateway.rorze.settings import BodySettings, ChangedSettings
+from gateway.rorze.settings_document import SettingsChange
+
+router = new_router("body settings")
+
+
+@router.get("/bodies/{body_id}/settings", Right.VIEW, response_model=BodySettings)
+async def read_body_settings(request: Request, body_id: BodyId) -> Response:
+    """Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
+
+    Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
+    """
+    return tagged(await body_settings.read_settings(plant_of(request), origin_of(request), body_id))
+
+
+@router.patch(
+    "/bodies/{body_id}/settings",
+    Right.SETUP,
+    response_model=ChangedSettings,
+    openapi_extra=DECLARED_HEADER,
+)
+async def change_body_settings(
+    request: Request, body_id: BodyId, change: SettingsChange, *, flash: Flash = False
+) -> Response:
+    """Set those of the named settings that differ, one by one, and read each back; refused while it moves.
+
+    Null ends soft limits, error outputs and what interrupts do. With `If-Match` all settings are read before,
+    and nothing is sent where they are otherwise than they were.
+    """
+    plant, expects = plant_of(request), expected_by(request)
+    changed = await body_settings.change_settings(
+        plant, origin_of(request), body_id, change, expects, flash=flash
+    )
+    return json_response(changed)
