@@ -1,9 +1,9 @@
 """Bodies over HTTP: what they are, where they stand, in which state, and the speed of a running move."""
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
@@ -29,9 +29,11 @@ from gateway.rorze.bodies import PULSES_RUNNING, Body
 from gateway.rorze.family import Rorze
 from gateway.rorze.move_requests import Length
 from gateway.rorze.power import Homed
+from protocols.rorze.encoder import ClearEncoderStallError, GetEncoderStallError
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
+from protocols.rorze.stall_sensor import ClearStallSensorError, GetStallSensorError, StallError
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
     END_CAUSE_BITS,
@@ -41,8 +43,14 @@ from protocols.rorze.status import (
     names_of,
 )
 from protocols.rorze.stops import Accelerate, ChangeSpeed, Decelerate
+from protocols.table import Ack
 
+StallFinder = Literal["stall_sensor", "encoder"]
 WHERE = GetPosition()
+STALL_FINDERS: Final[Sequence[tuple[StallFinder, RorzeCommand[StallError], type[RorzeCommand[Ack]]]]] = (
+    ("stall_sensor", GetStallSensorError(), ClearStallSensorError),
+    ("encoder", GetEncoderStallError(), ClearEncoderStallError),
+)
 Fresh = Annotated[bool, Query(description="Ask each body for its status and position first.")]
 
 router = new_router("bodies")
@@ -153,6 +161,13 @@ class SensorBits(BaseModel):
     ems: bool
 
 
+class StallFound(BaseModel):
+    """A STALL error that stands: moves are refused until it is cleared or the axis homed."""
+
+    finder: StallFinder = Field(description="By QRD, or by PRD.")
+    reset: str = Field(description="The route that clears it: POST, with {}.")
+
+
 class BodyStatus(BaseModel):
     """The state of a controller."""
 
@@ -160,6 +175,7 @@ class BodyStatus(BaseModel):
     moving: bool
     status: StatusBits
     sensors: SensorBits
+    stalls: list[StallFound] = Field(description="Which finder has raised a STALL error that stands.")
     end_causes: list[str] = Field(
         description="Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; "
         "empty after a normal end, and while the motor moves."
@@ -225,21 +241,35 @@ async def set_position(request: Request, body_id: BodyId, position: Length) -> R
 
 @reads.get("/bodies/{body_id}/status", Right.VIEW, response_model=BodyStatus)
 async def read_status(request: Request, body_id: BodyId) -> Response:
-    """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD)."""
+    """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
+
+    Where a STALL error stands it is asked who has found it (QRD, PRD).
+    """
     (status, first), (cause, _), (sensors, _) = await asyncio.gather(
         *(_ask(request, body_id, it) for it in (GetControllerStatus(), GetEndCause(), GetSensors()))
     )
+    address, flags = _body(request, body_id).address, _flags(status.bits or 0, CONTROLLER_STATUS_BITS)
+    stalls = await _stalls(request, address) if flags["stall_error"] else []
     return json_response(
         BodyStatus(
-            body_id=_body(request, body_id).address,
+            body_id=address,
             moving=bool((status.bits or 0) & PULSES_RUNNING),
-            status=StatusBits(**_flags(status.bits or 0, CONTROLLER_STATUS_BITS)),
+            status=StatusBits(**flags),
             sensors=SensorBits(**_flags(sensors.bits or 0, SENSOR_BITS)),
+            stalls=stalls,
             end_causes=names_of(cause.bits, END_CAUSE_BITS),
             read_at=utc_of(first),
             age_ms=age_ms_of(first),
         )
     )
+
+
+async def _stalls(request: Request, address: str) -> list[StallFound]:
+    return [
+        StallFound(finder=finder, reset=f"/bodies/{address}/commands/{clears.name()}")
+        for finder, question, clears in STALL_FINDERS
+        if (await _ask(request, address, question))[0].stalled
+    ]
 
 
 @router.post("/bodies/{body_id}/speed", Right.OPERATE, response_model=SpeedAccepted)

@@ -7,8 +7,8 @@ from api.common.etags import DECLARED_HEADER, expected_by, tagged
 from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
 from gateway.core.rights import Right
 from gateway.operations import body_settings
-from gateway.rorze.settings import BodySettings, ChangedSettings
-from gateway.rorze.settings_document import SettingsChange
+from gateway.rorze.settings import BodySettings, ChangedSettings, Homing
+from gateway.rorze.settings_document import HomingChange, SettingsChange
 
 router = new_router("body settings")
 
@@ -36,8 +36,30 @@ async def change_body_settings(
     Null ends soft limits, error outputs and what interrupts do. With `If-Match` all settings are read before,
     and nothing is sent where they are otherwise than they were.
     """
+    return await _change(request, body_id, change, flash=flash)
+
+
+@router.get("/bodies/{body_id}/homing", Right.VIEW, response_model=Homing)
+async def read_homing(request: Request, body_id: BodyId) -> Response:
+    """Ask a body how it searches its origin, and how far its last search went (0PD)."""
+    return tagged(await body_settings.read_homing(plant_of(request), origin_of(request), body_id))
+
+
+@router.patch(
+    "/bodies/{body_id}/homing", Right.SETUP, response_model=ChangedSettings, openapi_extra=DECLARED_HEADER
+)
+async def change_homing(
+    request: Request, body_id: BodyId, change: HomingChange, *, flash: Flash = False
+) -> Response:
+    """Set what differs of the set-up of homing, and read it back; refused while the motor moves."""
+    return await _change(request, body_id, change, flash=flash)
+
+
+async def _change(
+    request: Request, body_id: str, change: SettingsChange | HomingChange, *, flash: bool
+) -> Response:
     plant, expects = plant_of(request), expected_by(request)
-    changed = await body_settings.change_settings(
-        plant, origin_of(request), body_id, change, expects, flash=flash
+    caller = origin_of(request)
+    return json_response(
+        await body_settings.change_settings(plant, caller, body_id, change, expects, flash=flash)
     )
-    return json_response(changed)

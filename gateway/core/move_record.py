@@ -99,6 +99,10 @@ class Move(MoveRecord):
         default=None, description="In pulses, where it can be known beforehand."
     )
     position: int | None = Field(default=None, description="In pulses, as last read.")
+    homing_distance: int | None = Field(
+        default=None,
+        description="Of a homing that ended well: pulses from its end back to its start (0PD).",
+    )
     completion: Literal["frame", "polling"] | None = Field(
         default=None, description="Whether the end was announced by the link master or found by polling."
     )

@@ -11,8 +11,8 @@ from gateway.rorze.changes import Expectation
 from gateway.rorze.curves import SpeedCurve
 from gateway.rorze.family import Rorze
 from gateway.rorze.patterns import ChangedPattern, Pattern, PatternChange, PatternValues
-from gateway.rorze.settings import BodySettings, ChangedSettings
-from gateway.rorze.settings_document import SettingsChange
+from gateway.rorze.settings import BodySettings, ChangedSettings, Homing
+from gateway.rorze.settings_document import HomingChange, SettingsChange
 from gateway.rorze.speed_sets import ChangedSpeedSet, SpeedSet, SpeedSetChange, SpeedSetValues
 from gateway.rorze.units import Unit, to_pulses
 
@@ -91,8 +91,19 @@ async def read_settings(plant: Plant, body_id: str) -> BodySettings:
 
 
 @for_caller
+async def read_homing(plant: Plant, body_id: str) -> Homing:
+    """Read the set-up of homing; errors as of `settings.read_homing`."""
+    return await settings.read_homing(_body(plant, body_id))
+
+
+@for_caller
 async def change_settings(
-    plant: Plant, body_id: str, wanted: SettingsChange, expects: Expectation | None, *, flash: bool
+    plant: Plant,
+    body_id: str,
+    wanted: SettingsChange | HomingChange,
+    expects: Expectation | None,
+    *,
+    flash: bool,
 ) -> ChangedSettings:
     """Change settings; errors as of `settings.change_settings`."""
     return await settings.change_settings(_body(plant, body_id), wanted, expects, flash=flash)

@@ -24,7 +24,7 @@ from gateway.rorze.plans import target_of
 from gateway.rorze.power import POWER_ON_POSITION, needs_place
 from gateway.rorze.readings import believed, errs
 from protocols.rorze.modes import GetOperatingMode
-from protocols.rorze.origin import OriginSearch
+from protocols.rorze.origin import CentreStallDog, GetHomingDistance, OriginSearch
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import END_CAUSE_BITS, GetControllerStatus, GetEndCause, names_of
 from protocols.table import Reply
@@ -321,8 +321,18 @@ class Case:
         if kept is None:
             return Verdict(MoveStatus.UNKNOWN, error=_perhaps_without_power(body, move))
         if move.kind == "home":
-            body.power.found_origin()
+            await self._homed()
         return Verdict(MoveStatus.SUCCEEDED, "normal")
+
+    async def _homed(self) -> None:
+        """An origin search, or the centring of a stall dog, has ended well: ask how far it went (0PD)."""
+        if self.move.command != CentreStallDog.code:  # which finds the nearest dog, wherever that is
+            self.body.power.found_origin()
+        with suppress(GatewayError):
+            told, _ = await believed(
+                self.body.line, lambda: self.body.ask(GetHomingDistance(), lane=Lane.PROOF), _same_reply
+            )
+            self.move.homing_distance = told.pulses
 
     def given_up(self, error: GatewayError | None = None) -> Verdict:
         """The verdict on a move whose end nobody could see: what was heard of it last is evidence."""

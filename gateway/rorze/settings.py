@@ -10,9 +10,17 @@ from pydantic import BaseModel, Field, JsonValue
 from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Expectation, Item, Wanted, as_expected, change, read
-from gateway.rorze.settings_document import SPEEDS, Settings, SettingsChange
+from gateway.rorze.power import Homed
+from gateway.rorze.settings_document import (
+    SPEEDS,
+    HomingChange,
+    HomingSettings,
+    Settings,
+    SettingsChange,
+)
 from gateway.rorze.settings_table import SETTINGS, Key, Setting
 from gateway.rorze.units import Per, Scaled
+from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.row import MODE_NAMES
 from protocols.rorze.status import GetInformation
 
@@ -51,6 +59,26 @@ class BodySettings(BaseModel):
     about: dict[str, AboutSetting] = Field(description="Units, ranges, and values of the factory, by name.")
 
 
+class LastHoming(BaseModel):
+    """What became of the last search."""
+
+    homed: Homed
+    distance: int = Field(description="Pulses from its end back to its start (0PD); 0 after power-on.")
+    in_unit: Scaled | None
+
+
+class Homing(BaseModel):
+    """How a body searches its origin."""
+
+    body_id: str
+    settings: HomingSettings = Field(description="In RAM; the speeds are those of the standard set.")
+    in_unit: dict[str, Scaled] = Field(
+        description="Those in pulses, in the body's unit, by their names; empty without a scale."
+    )
+    overrun: int = Field(description="Pulses to overrun the sensor: the offset times the factor.")
+    last: LastHoming
+
+
 class ChangedSettings(BaseModel):
     """Settings after a change, as they were read back."""
 
@@ -80,10 +108,30 @@ async def read_settings(body: Body) -> BodySettings:
     )
 
 
+async def read_homing(body: Body) -> Homing:
+    """Ask a body how it searches its origin, and how far its last search went.
+
+    :raises GatewayError: it was not read.
+    """
+    values, _ = await _read(body, {name: SETTINGS[name] for name in HomingSettings.model_fields})
+    distance, _ = await body.ask(GetHomingDistance())
+    return Homing(
+        body_id=body.address,
+        settings=HomingSettings.model_validate(_known(values)),
+        in_unit=dict(_scaled(body, values)),
+        overrun=values["origin_offset"] * values["overrun_factor"],
+        last=LastHoming(
+            homed=body.power.homed, distance=distance.pulses, in_unit=Scaled.of(distance.pulses, body.scale)
+        ),
+    )
+
+
 async def change_settings(
-    body: Body, wanted: SettingsChange, expects: Expectation | None, *, flash: bool
+    body: Body, wanted: SettingsChange | HomingChange, expects: Expectation | None, *, flash: bool
 ) -> ChangedSettings:
     """Set those of the named settings that differ, and read each back; errors as of `changes.change`.
+
+    What `expects` is shown are all settings, or the set-up of homing.
 
     :raises InvalidRequest: none is named, or one cannot be set in the operating mode; nothing was sent.
     :raises BodyBusy: the motor moves; nothing was sent.
@@ -94,7 +142,8 @@ async def change_settings(
     await _require_mode(body, named)
     if body.move is not None or (await body.where_it_rests()).runs:
         raise BodyBusy(f"{body.address} moves; no setting was changed.", "Wait for standstill.")
-    told = await as_expected(body, lambda: read_settings(body), expects)
+    document = read_settings if isinstance(wanted, SettingsChange) else read_homing
+    told = await as_expected(body, lambda: document(body), expects)
     steps = await change(body, list(_wanted(named)), flash=flash, told=told)
     found, _ = await _read(body, {name: it for name, it in SETTINGS.items() if name in named})
     return ChangedSettings(body_id=body.address, settings=_document(found), steps=steps)
@@ -172,10 +221,13 @@ def _nested(values: Mapping[Key, Any]) -> Any:
     return nested
 
 
+def _known(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values without speeds that were never set, which are told as 0."""
+    return {name: it for name, it in values.items() if name not in SPEEDS or name in SHARES or it}
+
+
 def _document(values: Mapping[str, Any]) -> Settings:
-    """Put values together; a speed that was never set is told as 0."""
-    unset = {name: None for name in SPEEDS if name not in SHARES and values.get(name) == 0}
-    return Settings.model_validate({**values, **unset})
+    return Settings.model_validate(_known(values))
 
 
 def _in_flash(body: Body) -> Settings:

@@ -57,23 +57,8 @@ class InterruptPulse(RequestModel):
     duration_ms: Annotated[int, Field(ge=1, le=30_000), WHOLE]
 
 
-class Settings(RequestModel):
-    """Settings by name; null is one that is not set, or not known."""
-
-    operating_mode: ModeName | None = Field(
-        default=None,
-        description="EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1).",
-    )
-    pulse_format: Literal["pulse_direction", "cw_ccw"] | None = Field(default=None, description="EDS.")
-    soft_limits: Stretch | None = Field(
-        default=None, description="EPS: moves that would end outside are refused; null where there are none."
-    )
-
-    start_speed_pps: StartSpeed | None = None
-    maximum_speed_pps: MaximumSpeed | None = None
-    acceleration_pps_s: Acceleration | None = None
-    rising_percent: Rising | None = None
-    falling_percent: Falling | None = None
+class HomingSettings(RequestModel):
+    """What origin searches and the centring of stall dogs go by (RC-420 manual 13.5, 13.6.2)."""
 
     origin_offset: Annotated[int, Field(ge=1, le=65_535), WHOLE] | None = Field(
         default=None, description="0SS: pulses from the CW edge of the origin sensor to the origin."
@@ -83,6 +68,28 @@ class Settings(RequestModel):
     )
     homing_retries: Annotated[int, Field(ge=0, le=9), WHOLE] | None = Field(
         default=None, description="0RS: how often a failed origin search is tried again."
+    )
+    stall_sensor_interval: Annotated[int, Field(ge=100, le=65_535), WHOLE] | None = Field(
+        default=None, description="QIS: period of the stall dogs in pulses, from ON edge to ON edge."
+    )
+    stall_sensor_detection: bool | None = Field(default=None, description="QSS.")
+    start_speed_pps: StartSpeed | None = None
+    maximum_speed_pps: MaximumSpeed | None = None
+    acceleration_pps_s: Acceleration | None = None
+    rising_percent: Rising | None = None
+    falling_percent: Falling | None = None
+
+
+class Settings(HomingSettings):
+    """Settings by name; null is one that is not set, or not known."""
+
+    operating_mode: ModeName | None = Field(
+        default=None,
+        description="EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1).",
+    )
+    pulse_format: Literal["pulse_direction", "cw_ccw"] | None = Field(default=None, description="EDS.")
+    soft_limits: Stretch | None = Field(
+        default=None, description="EPS: moves that would end outside are refused; null where there are none."
     )
 
     encoder_multiplier: Literal["double", "quadruple"] | None = Field(
@@ -109,10 +116,6 @@ class Settings(RequestModel):
         default=None,
         description="PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only.",
     )
-    stall_sensor_interval: Annotated[int, Field(ge=100, le=65_535), WHOLE] | None = Field(
-        default=None, description="QIS: period of the stall dogs in pulses, from ON edge to ON edge."
-    )
-    stall_sensor_detection: bool | None = Field(default=None, description="QSS.")
 
     input_logic: dict[Input, Contact] | None = Field(default=None, description="DIS.")
     sensor_logic: dict[Sensor | Literal["clear_output"], Contact] | None = Field(
@@ -178,6 +181,15 @@ SPEEDS: Final = {
     "falling_percent",
 }
 """Those of the standard set."""
+
+
+class HomingChange(HomingSettings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
+    """What of the set-up of homing shall change; the rest stays as it is."""
+
+    @model_validator(mode="after")
+    def _speeds_go_together(self) -> Self:
+        require_together(self.model_dump(include=SPEEDS))
+        return self
 
 
 class SettingsChange(Settings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
