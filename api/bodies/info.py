@@ -25,7 +25,7 @@ from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
 from gateway.operations.commands import ask
-from gateway.rorze.bodies import PULSES_RUNNING, Body
+from gateway.rorze.bodies import PULSES_RUNNING, Body, CountedIn, counted_in
 from gateway.rorze.family import Rorze
 from gateway.rorze.move_requests import Length
 from gateway.rorze.power import Homed
@@ -97,7 +97,10 @@ class Position(BaseModel):
     """Where a motor stands."""
 
     body_id: str
-    pulses: int
+    pulses: int = Field(description="Or encoder counts: see `counted_in`.")
+    counted_in: CountedIn | None = Field(
+        description="encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known."
+    )
     value: float | None = Field(description="The same in `unit`; null without a scale.")
     unit: str | None
     read_at: datetime = Field(description="When the controller's answer came.")
@@ -227,7 +230,8 @@ class SpeedAccepted(BaseModel):
 
 @reads.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
 async def read_position(request: Request, body_id: BodyId) -> Response:
-    """Ask the controller where the motor stands (6PD)."""
+    """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
+    await bodies.know_mode(plant_of(request), origin_of(request), body_id)
     reply, at = await _ask(request, body_id, WHERE)
     return json_response(_position(_body(request, body_id), reply.pulses, at))
 
@@ -338,6 +342,7 @@ def _position(body: Body, pulses: int, at: float) -> Position:
     return Position(
         body_id=body.address,
         pulses=pulses,
+        counted_in=None if body.mode is None else counted_in(body.mode),
         value=scale.value(pulses) if scale else None,
         unit=scale.unit if scale else None,
         read_at=utc_of(at),

@@ -1,6 +1,6 @@
 """The settings of a body as one document: read, compared, and set where they differ (RC-420 manual 18)."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from functools import cache
 from operator import itemgetter
 from typing import Any, Final
@@ -8,20 +8,13 @@ from typing import Any, Final
 from pydantic import BaseModel, Field, JsonValue
 
 from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest
+from gateway.core.records import RequestModel
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Expectation, Item, Wanted, as_expected, change, read
-from gateway.rorze.power import Homed
-from gateway.rorze.settings_document import (
-    SPEEDS,
-    HomingChange,
-    HomingSettings,
-    Settings,
-    SettingsChange,
-)
+from gateway.rorze.settings_document import SPEEDS, Settings
 from gateway.rorze.settings_table import SETTINGS, Key, Setting
 from gateway.rorze.units import Per, Scaled
-from protocols.rorze.origin import GetHomingDistance
-from protocols.rorze.row import MODE_NAMES
+from protocols.rorze.row import MODE_NAMES, ModeName
 from protocols.rorze.status import GetInformation
 
 MODE: Final = "operating_mode"
@@ -29,6 +22,8 @@ SHARES: Final = ("rising_percent", "falling_percent")
 _DIGITS: Final = {name: digit for digit, name in MODE_NAMES.items()}
 MOVING: Final = "0x50"
 """How what is told at standstill only is refused (RC-420 manual 21)."""
+Document = Callable[[Body], Awaitable[BaseModel]]
+"""What reads a document of which settings are a part."""
 _PER: Final[Mapping[str | None, Per]] = {"pulse": "", "pps": "/s", "pps/s": "/s2"}
 
 
@@ -59,26 +54,6 @@ class BodySettings(BaseModel):
     about: dict[str, AboutSetting] = Field(description="Units, ranges, and values of the factory, by name.")
 
 
-class LastHoming(BaseModel):
-    """What became of the last search."""
-
-    homed: Homed
-    distance: int = Field(description="Pulses from its end back to its start (0PD); 0 after power-on.")
-    in_unit: Scaled | None
-
-
-class Homing(BaseModel):
-    """How a body searches its origin."""
-
-    body_id: str
-    settings: HomingSettings = Field(description="In RAM; the speeds are those of the standard set.")
-    in_unit: dict[str, Scaled] = Field(
-        description="Those in pulses, in the body's unit, by their names; empty without a scale."
-    )
-    overrun: int = Field(description="Pulses to overrun the sensor: the offset times the factor.")
-    last: LastHoming
-
-
 class ChangedSettings(BaseModel):
     """Settings after a change, as they were read back."""
 
@@ -94,44 +69,27 @@ async def read_settings(body: Body) -> BodySettings:
     """
     version = (await body.ask(GetInformation()))[0].text
     mode = await read(body, SETTINGS[MODE].item)
-    there = {name: it for name, it in SETTINGS.items() if _DIGITS[mode] in it.modes}
-    values, unavailable = await _read(body, there)
-    unavailable |= {name: _only_in(it) for name, it in SETTINGS.items() if name not in there}
+    unavailable = unavailable_in(mode, SETTINGS)
+    values, moving = await read_values(
+        body, {name: it for name, it in SETTINGS.items() if name not in unavailable}
+    )
     return BodySettings(
         body_id=body.address,
         version=version,
         settings=_document(values),
-        in_unit=dict(_scaled(body, values)),
-        unavailable=unavailable,
+        in_unit=dict(scaled(body, values)),
+        unavailable=unavailable | moving,
         flash=_in_flash(body) if body.flash.known else None,
         about=about(),
     )
 
 
-async def read_homing(body: Body) -> Homing:
-    """Ask a body how it searches its origin, and how far its last search went.
-
-    :raises GatewayError: it was not read.
-    """
-    values, _ = await _read(body, {name: SETTINGS[name] for name in HomingSettings.model_fields})
-    distance, _ = await body.ask(GetHomingDistance())
-    return Homing(
-        body_id=body.address,
-        settings=HomingSettings.model_validate(_known(values)),
-        in_unit=dict(_scaled(body, values)),
-        overrun=values["origin_offset"] * values["overrun_factor"],
-        last=LastHoming(
-            homed=body.power.homed, distance=distance.pulses, in_unit=Scaled.of(distance.pulses, body.scale)
-        ),
-    )
-
-
 async def change_settings(
-    body: Body, wanted: SettingsChange | HomingChange, expects: Expectation | None, *, flash: bool
+    body: Body, wanted: RequestModel, document: Document, expects: Expectation | None, *, flash: bool
 ) -> ChangedSettings:
     """Set those of the named settings that differ, and read each back; errors as of `changes.change`.
 
-    What `expects` is shown are all settings, or the set-up of homing.
+    `document` reads what `expects` is shown.
 
     :raises InvalidRequest: none is named, or one cannot be set in the operating mode; nothing was sent.
     :raises BodyBusy: the motor moves; nothing was sent.
@@ -142,10 +100,9 @@ async def change_settings(
     await _require_mode(body, named)
     if body.move is not None or (await body.where_it_rests()).runs:
         raise BodyBusy(f"{body.address} moves; no setting was changed.", "Wait for standstill.")
-    document = read_settings if isinstance(wanted, SettingsChange) else read_homing
     told = await as_expected(body, lambda: document(body), expects)
     steps = await change(body, list(_wanted(named)), flash=flash, told=told)
-    found, _ = await _read(body, {name: it for name, it in SETTINGS.items() if name in named})
+    found, _ = await read_values(body, {name: it for name, it in SETTINGS.items() if name in named})
     return ChangedSettings(body_id=body.address, settings=_document(found), steps=steps)
 
 
@@ -169,12 +126,17 @@ def _about(setting: Setting, schema: Mapping[str, Any]) -> AboutSetting:
     )
 
 
+def unavailable_in(mode: ModeName, settings: Mapping[str, Setting]) -> dict[str, str]:
+    """Name the settings that an operating mode does not have, and say why."""
+    return {name: _only_in(it) for name, it in settings.items() if _DIGITS[mode] not in it.modes}
+
+
 def _only_in(setting: Setting) -> str:
     names = " or ".join(MODE_NAMES[digit] for digit in setting.modes)
     return f"Only in the operating mode {names}."
 
 
-async def _read(body: Body, settings: Mapping[str, Setting]) -> tuple[dict[str, Any], dict[str, str]]:
+async def read_values(body: Body, settings: Mapping[str, Setting]) -> tuple[dict[str, Any], dict[str, str]]:
     """Ask a body for settings: their values, and why some cannot be read.
 
     The first members of all come first, then the second ones: one fence serves a round of different
@@ -221,13 +183,13 @@ def _nested(values: Mapping[Key, Any]) -> Any:
     return nested
 
 
-def _known(values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values without speeds that were never set, which are told as 0."""
+def known(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the values without speeds that were never set, which are told as 0."""
     return {name: it for name, it in values.items() if name not in SPEEDS or name in SHARES or it}
 
 
 def _document(values: Mapping[str, Any]) -> Settings:
-    return Settings.model_validate(_known(values))
+    return Settings.model_validate(known(values))
 
 
 def _in_flash(body: Body) -> Settings:
@@ -244,13 +206,14 @@ def _held(body: Body, setting: Setting) -> Any:
     return _nested({key: item.value_in(reply) for key, (item, reply) in held.items()})
 
 
-def _scaled(body: Body, values: Mapping[str, Any]) -> Iterator[tuple[str, Scaled]]:
+def scaled(body: Body, values: Mapping[str, Any]) -> Iterator[tuple[str, Scaled]]:
+    """Give those in pulses, in the body's unit, by their names."""
     for name, value in values.items():
         if (per := _PER.get(SETTINGS[name].unit)) is None:
             continue
         for path, pulses in _numbers(name, value):
-            if (scaled := Scaled.of(pulses, body.scale, per)) is not None:
-                yield path, scaled
+            if (converted := Scaled.of(pulses, body.scale, per)) is not None:
+                yield path, converted
 
 
 def _numbers(path: str, value: Any) -> Iterator[tuple[str, float]]:

@@ -80,17 +80,8 @@ class HomingSettings(RequestModel):
     falling_percent: Falling | None = None
 
 
-class Settings(HomingSettings):
-    """Settings by name; null is one that is not set, or not known."""
-
-    operating_mode: ModeName | None = Field(
-        default=None,
-        description="EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1).",
-    )
-    pulse_format: Literal["pulse_direction", "cw_ccw"] | None = Field(default=None, description="EDS.")
-    soft_limits: Stretch | None = Field(
-        default=None, description="EPS: moves that would end outside are refused; null where there are none."
-    )
+class EncoderSettings(RequestModel):
+    """How the encoder is counted, watched and adjusted to (RC-420 manual 13.7)."""
 
     encoder_multiplier: Literal["double", "quadruple"] | None = Field(
         default=None, description="PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."
@@ -115,6 +106,19 @@ class Settings(HomingSettings):
     adjustment_delay_ms: Annotated[int, Field(ge=0, le=9_990, multiple_of=10), WHOLE] | None = Field(
         default=None,
         description="PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only.",
+    )
+
+
+class Settings(EncoderSettings, HomingSettings):
+    """Settings by name; null is one that is not set, or not known."""
+
+    operating_mode: ModeName | None = Field(
+        default=None,
+        description="EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1).",
+    )
+    pulse_format: Literal["pulse_direction", "cw_ccw"] | None = Field(default=None, description="EDS.")
+    soft_limits: Stretch | None = Field(
+        default=None, description="EPS: moves that would end outside are refused; null where there are none."
     )
 
     input_logic: dict[Input, Contact] | None = Field(default=None, description="DIS.")
@@ -190,6 +194,10 @@ class HomingChange(HomingSettings, json_schema_extra=example(origin_offset=20, h
     def _speeds_go_together(self) -> Self:
         require_together(self.model_dump(include=SPEEDS))
         return self
+
+
+class EncoderChange(EncoderSettings, json_schema_extra=example(encoder_stall_threshold=128)):
+    """What of the set-up of the encoder shall change; the rest stays as it is."""
 
 
 class SettingsChange(Settings, json_schema_extra=example(origin_offset=20, homing_retries=1)):

@@ -58,6 +58,9 @@ GET       /bodies/{body_id}/memories                     view     body
 PUT       /bodies/{body_id}/memories/{name}              operate  body
 GET       /bodies/{body_id}/settings                     view     body
 PATCH     /bodies/{body_id}/settings                     setup    body
+GET       /bodies/{body_id}/encoder                      view     body
+PATCH     /bodies/{body_id}/encoder                      setup    body
+PUT       /bodies/{body_id}/encoder/resolution           setup    body
 GET       /bodies/{body_id}/homing                       view     body
 PATCH     /bodies/{body_id}/homing                       setup    body
 GET       /bodies/{body_id}/speed-sets                   view     body
