@@ -92,7 +92,7 @@ class Move(MoveRecord):
     end_cause: str | None = Field(
         default=None,
         description="normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the "
-        "controller says; not_executed or position_mismatch as the gateway found.",
+        "controller says; not_executed, position_mismatch or not_in_position as the gateway found.",
     )
     start_position: int | None = Field(default=None, description="In pulses, before the move.")
     target_position: int | None = Field(

@@ -78,6 +78,8 @@ class Body:
     scale: Scale | None = None
     position_tolerance: int = 0
     """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
+    in_position: bool = False
+    """In servo mode a move has succeeded when INP is on."""
     poll_interval_s: float = 0.2
     """While it has a move, its state is asked for this often."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
@@ -185,14 +187,14 @@ class Body:
             await self._weigh(state, lane, answer.at)
         return state
 
-    async def counts_in(self) -> CountedIn:
-        """What its positions and amounts are counted in; asked where that is not known (EAD).
+    async def know_mode(self) -> ModeName:
+        """Its operating mode, which is asked for where it is not known (EAD).
 
         :raises GatewayError: it did not tell.
         """
         if self.mode is None:
-            await self.ask(GetOperatingMode())
-        return counted_in(self.mode)
+            return (await self.ask(GetOperatingMode()))[0].mode
+        return self.mode
 
     async def where_it_rests(self) -> MotorState:
         """Give the state it was seen at rest in a moment ago; otherwise look: it may run.
