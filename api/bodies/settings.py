@@ -10,7 +10,7 @@ from gateway.operations import body_settings
 from gateway.rorze.encoders import Encoder, Resolution, ResolutionRequest
 from gateway.rorze.homing import Homing
 from gateway.rorze.settings import BodySettings, ChangedSettings
-from gateway.rorze.settings_document import EncoderChange, HomingChange, SettingsChange
+from gateway.rorze.settings_document import BodySettingsChange, EncoderChange, HomingChange
 
 router = new_router("body settings")
 
@@ -31,7 +31,7 @@ async def read_body_settings(request: Request, body_id: BodyId) -> Response:
     openapi_extra=DECLARED_HEADER,
 )
 async def change_body_settings(
-    request: Request, body_id: BodyId, change: SettingsChange, *, flash: Flash = False
+    request: Request, body_id: BodyId, change: BodySettingsChange, *, flash: Flash = False
 ) -> Response:
     """Set those of the named settings that differ, one by one, and read each back; refused while it moves.
 
@@ -91,7 +91,7 @@ async def set_encoder_resolution(
 
 
 async def _change(
-    request: Request, body_id: str, change: SettingsChange | HomingChange | EncoderChange, *, flash: bool
+    request: Request, body_id: str, change: BodySettingsChange | HomingChange | EncoderChange, *, flash: bool
 ) -> Response:
     plant, expects = plant_of(request), expected_by(request)
     caller = origin_of(request)

@@ -16,12 +16,12 @@ from gateway.rorze.family import Rorze
 from gateway.rorze.homing import Homing
 from gateway.rorze.patterns import ChangedPattern, Pattern, PatternChange, PatternValues
 from gateway.rorze.settings import BodySettings, ChangedSettings, Document
-from gateway.rorze.settings_document import EncoderChange, HomingChange, SettingsChange
+from gateway.rorze.settings_document import BodySettingsChange, EncoderChange, HomingChange
 from gateway.rorze.speed_sets import ChangedSpeedSet, SpeedSet, SpeedSetChange, SpeedSetValues
 from gateway.rorze.units import Unit, to_pulses
 
 DOCUMENTS: Final[Mapping[type[RequestModel], Document]] = {
-    SettingsChange: settings.read_settings,
+    BodySettingsChange: settings.read_settings,
     HomingChange: homing.read_homing,
     EncoderChange: encoders.read_encoder,
 }
@@ -125,7 +125,7 @@ async def read_homing(plant: Plant, body_id: str) -> Homing:
 async def change_settings(
     plant: Plant,
     body_id: str,
-    wanted: SettingsChange | HomingChange | EncoderChange,
+    wanted: BodySettingsChange | HomingChange | EncoderChange,
     expects: Expectation | None,
     *,
     flash: bool,

@@ -42,7 +42,7 @@ class Stretch(RequestModel):
         return self
 
 
-class ErrorOutput(RequestModel):
+class ErrorOutputSetting(RequestModel):
     """The output that reports an error."""
 
     output: Annotated[int, Field(ge=0, le=15), WHOLE]
@@ -131,7 +131,7 @@ class Settings(EncoderSettings, HomingSettings):
     outputs: dict[Output, bool] | None = Field(
         default=None, description="COS: general outputs; FIS keeps them as they are then."
     )
-    error_outputs: dict[ErrorCause, ErrorOutput | None] | None = Field(
+    error_outputs: dict[ErrorCause, ErrorOutputSetting | None] | None = Field(
         default=None, description="CES: the output that reports an error; each needs one of its own."
     )
     interrupt_edges: dict[Port, Edge] | None = Field(
@@ -200,7 +200,7 @@ class EncoderChange(EncoderSettings, json_schema_extra=example(encoder_stall_thr
     """What of the set-up of the encoder shall change; the rest stays as it is."""
 
 
-class SettingsChange(Settings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
+class BodySettingsChange(Settings, json_schema_extra=example(origin_offset=20, homing_retries=1)):
     """Settings to change; the others stay as they are.
 
     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
