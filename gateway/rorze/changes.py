@@ -6,14 +6,21 @@ from typing import Any, Final, Literal, NamedTuple
 
 from pydantic import BaseModel, Field, JsonValue, ValidationError
 
-from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest, NoReply, Outdated
+from gateway.core.errors import (
+    CommandGarbled,
+    ControllerRefused,
+    GatewayError,
+    InvalidRequest,
+    NoReply,
+    Outdated,
+)
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import PartlyDone, TakenOtherwise
 from gateway.rorze.readings import believed
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply
+from protocols.table import Ack, Reply, Retry
 from protocols.wording import expectation
 
 Query = RorzeCommand[Any]
@@ -21,7 +28,7 @@ Setter = RorzeCommand[Ack]
 Expectation = Callable[[BaseModel], None]
 """Refuses a present state that its sender does not know."""
 TRIES: Final = 2
-"""A setting whose acknowledgement was lost and that was not done is sent once more: it is absolute."""
+"""A setting that was not done, or whose command arrived garbled, is sent once more: it is absolute."""
 
 
 class Codec(NamedTuple):
@@ -162,19 +169,19 @@ def _agree(found: Any, wanted: Any) -> bool:
 
 async def _set(body: Body, item: Item, value: Any, command: Setter) -> None:
     """Set a value, and see that it is kept."""
-    for left in reversed(range(TRIES)):
-        lost: NoReply | None = None
+    failed: GatewayError | None = None
+    for _ in range(TRIES if command.retry is Retry.SETTING else 1):
+        failed = None
         try:
             await body.ask(command)
-        except NoReply as error:
-            lost = error
+        except (NoReply, CommandGarbled) as error:
+            failed = error
         if _agree(found := await read(body, item), value):
             return
-        if lost is None or not left:
-            raise lost or TakenOtherwise(
-                f"{body.address} took {_text(command)}, and tells {found!r} afterwards.",
-                "Read it again; a user program or another host may have set it meanwhile.",
-            )
+    raise failed or TakenOtherwise(
+        f"{body.address} took {_text(command)}, and tells {found!r} afterwards.",
+        "Read it again; a user program or another host may have set it meanwhile.",
+    )
 
 
 def _broken_off(
