@@ -231,7 +231,8 @@ class SpeedAccepted(BaseModel):
 @reads.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
 async def read_position(request: Request, body_id: BodyId) -> Response:
     """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
-    await bodies.know_mode(plant_of(request), origin_of(request), body_id)
+    if _body(request, body_id).mode is None:
+        await bodies.know_mode(plant_of(request), origin_of(request), body_id)
     reply, at = await _ask(request, body_id, WHERE)
     return json_response(_position(_body(request, body_id), reply.pulses, at))
 

@@ -89,6 +89,8 @@ class Body:
     mark: Mark = field(init=False)
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
+    changing: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held while its settings are being changed."""
     look_due: asyncio.Event = field(default_factory=asyncio.Event)
     """Its state is to be read now, not at the next poll."""
     rest: MotorState | None = None

@@ -1,6 +1,7 @@
 """What a body keeps and takes by pairs of commands: read as values, and changed where it differs."""
 
-from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, NamedTuple
 
@@ -112,9 +113,11 @@ async def read(body: Body, item: Item) -> Any:
 async def change(
     body: Body, wanted: Sequence[Wanted], *, flash: bool = False, told: int | None = None
 ) -> list[ChangeStep]:
-    """Set what differs, in order, and read each back, undivided; then write flash memory if asked for (FIS).
+    """Set what differs, in order, and read each back; then write flash memory if asked for (FIS).
 
-    `told` is how much the body had been told when it was as the sender expects, where that matters.
+    Each value is set and read back undivided; between two values others may ask, but no other change comes
+    between. A stop of the body ends it. `told` is how much the body had been told when it was as the sender
+    expects, where that matters.
 
     :raises InvalidRequest: one cannot be set; nothing was sent.
     :raises Outdated: it was told something since; nothing was sent.
@@ -123,18 +126,30 @@ async def change(
     """
     commands = [item.command(value) for item, value in wanted]
     steps: list[ChangeStep] = []
-    async with body.line.undivided([body.number]):
+    async with body.changing:
         if told is not None and body.told != told:
             raise Outdated
+        epoch = body.line.gate.epoch(body.number)
         try:
             for (item, value), command in zip(wanted, commands, strict=True):
-                steps.append(await _step(body, item, value, command))
+                steps.append(await _step(body, item, value, command, epoch))
             if flash:
-                await body.ask(SaveSettings())
+                async with _undivided(body, epoch):
+                    await body.ask(SaveSettings())
         except GatewayError as error:
             left = [_text(it) for it in commands[len(steps) :]] + ["FIS"] * flash
             raise _broken_off(body, steps, left, error) from error
     return steps
+
+
+@asynccontextmanager
+async def _undivided(body: Body, epoch: int) -> AsyncIterator[None]:
+    """Hold a body's lock for one value, unless a stop has come since the change began."""
+    gate = body.line.gate
+    async with body.line.undivided([body.number]):
+        if gate.epoch(body.number) != epoch:
+            raise gate.overtaken(body.number)
+        yield
 
 
 async def as_expected(
@@ -152,11 +167,12 @@ async def as_expected(
     return told
 
 
-async def _step(body: Body, item: Item, value: Any, command: Setter) -> ChangeStep:
+async def _step(body: Body, item: Item, value: Any, command: Setter, epoch: int) -> ChangeStep:
     before = await read(body, item)
     if _agree(before, value):
         return ChangeStep(name=item.name, command=_text(command), outcome="unchanged", before=before)
-    await _set(body, item, value, command)
+    async with _undivided(body, epoch):
+        await _set(body, item, value, command)
     return ChangeStep(name=item.name, command=_text(command), outcome="changed", before=before)
 
 

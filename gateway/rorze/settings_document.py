@@ -32,14 +32,8 @@ Pulses = Annotated[PulsesOnWire, WHOLE]
 class Stretch(RequestModel):
     """Positions from the lower to the upper, in pulses."""
 
-    lower: Pulses
+    lower: Pulses = Field(description="Below `upper`.")
     upper: Pulses
-
-    @model_validator(mode="after")
-    def _is_not_empty(self) -> Self:
-        if self.lower >= self.upper:
-            raise ValueError("lower must be less than upper")
-        return self
 
 
 class ErrorOutputSetting(RequestModel):

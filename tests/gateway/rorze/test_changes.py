@@ -6,11 +6,16 @@ from typing import Final
 
 import pytest
 
+from gateway.rorze.errors import PartlyDone
+from gateway.rorze.settings import change_settings, read_settings
+from gateway.rorze.settings_document import BodySettingsChange
+from protocols.rorze.position import GetPosition
 from simulator.faults import Direction, Fault, Switch
 from tests.api.bodies.test_homing import axis_of
 from tests.api.bodies.test_info import brown_out
 from tests.api.bodies.test_speed_sets import set_by
 from tests.api.stand import Stand, on_stand
+from tests.plants import in_virtual_time, rig
 
 STANDARD = "/bodies/3F/speed-sets/30"
 WANTED = {"start_speed_pps": 100, "maximum_speed_pps": 20_000, "acceleration_pps_s": 50_000}
@@ -127,3 +132,28 @@ async def test_what_clears_something_else_is_never_sent_twice(stand: Stand) -> N
     problem = (await change).json()
     assert problem["type"].endswith(":no-reply")
     assert set_by(stand.frames()) == ["CPS8,2"]
+
+
+ALL_INPUTS: Final = {f"d{number}": "normally_closed" for number in range(10)}
+MANY: Final = {"input_logic": ALL_INPUTS, "noise_filters": {f"d{number}": 7 for number in range(8)}}
+
+
+@in_virtual_time
+async def test_beside_a_long_change_at_9600_baud_reads_and_a_stop_get_through() -> None:
+    async with rig(baud=9600) as it:
+        body, loop = it.body(), asyncio.get_running_loop()
+        wanted = BodySettingsChange.model_validate(MANY)
+        change = asyncio.create_task(change_settings(body, wanted, read_settings, None, flash=False))
+        waits: list[float] = []
+        while len(waits) < 20:
+            asked_at = loop.time()
+            await body.ask(GetPosition())
+            waits.append(loop.time() - asked_at)
+        assert not change.done()
+        assert max(waits) < 0.25
+        stopped_at = loop.time()
+        await it.plant.stops.stop([body], "immediate")
+        sent = next(frame for frame in it.wire.sent if frame.at >= stopped_at and "5IS" in frame.frame)
+        assert sent.at - stopped_at < 0.05
+        with pytest.raises(PartlyDone, match="DIS0,1"):
+            await change
