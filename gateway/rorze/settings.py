@@ -241,15 +241,17 @@ def _wanted(named: Mapping[str, Any]) -> Iterator[Wanted]:
     for name, setting in SETTINGS.items():
         if name in named:
             for key, item in setting.items.items():
-                yield from _wanted_of(item, named[name], key)
+                yield from _wanted_of(setting, item, named[name], key)
 
 
-def _wanted_of(item: Item, value: Any, key: str | None) -> Iterator[Wanted]:
-    """What is wanted of one item, if it is named; what is null is a setting that shall not be."""
+def _wanted_of(setting: Setting, item: Item, value: Any, key: Key) -> Iterator[Wanted]:
+    """What is wanted of one item, if it is named; null is a value only of what need not be set at all."""
     for part in key.split(".") if key else ():
         if value is None:
-            raise InvalidRequest(f"{item.name.partition('.')[0]}: null is no value of it; nothing was sent.")
+            break
         if part not in value:
             return
         value = value[part]
+    if value is None and setting.default is not None:
+        raise InvalidRequest(f"{setting.name}: null is no value of it; nothing was sent.")
     yield item, value

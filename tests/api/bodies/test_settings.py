@@ -147,9 +147,9 @@ async def test_null_ends_what_can_be_ended(stand: Stand) -> None:
         stand,
         {"soft_limits": {"lower": -5, "upper": 5}, "error_outputs": {"any": {"output": 1, "on": False}}},
     )
-    ended = await patch(stand, {"soft_limits": None, "error_outputs": {"any": None}})
+    ended = await patch(stand, {"soft_limits": None, "error_outputs": None})
     assert ended["settings"]["soft_limits"] is None
-    assert ended["settings"]["error_outputs"]["any"] is None
+    assert set(ended["settings"]["error_outputs"].values()) == {None}
     assert set_by(stand.frames())[-2:] == ["EPS", "CESA"]
 
 
@@ -177,6 +177,22 @@ def test_what_cannot_be_set_is_refused_before_anything_is_sent(wrong: dict[str, 
         answer = await stand.client.patch(PATH, json={"homing_retries": 1, **wrong} if wrong else {})
         assert (answer.status_code, answer.json()["moved"]) == (422, "no"), answer.text
         assert set_by(stand.frames()) == []
+
+    story()
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_null_is_refused_where_a_setting_has_always_a_value(name: str) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        mode = {"1": "encoder", "2": "servo"}.get(SETTINGS[name].modes, "stepping")
+        if name != "operating_mode":
+            await patch(stand, {"operating_mode": mode})
+        before = set_by(stand.frames())
+        answer = await stand.client.patch(PATH, json={name: None})
+        nullable = SETTINGS[name].default is None
+        assert (answer.status_code, answer.json().get("moved", "no")) == (200 if nullable else 422, "no")
+        assert set_by(stand.frames()) == before
 
     story()
 
