@@ -126,6 +126,7 @@ async def change(
     """
     commands = [item.command(value) for item, value in wanted]
     steps: list[ChangeStep] = []
+    saved = False
     async with body.changing:
         if told is not None and body.told != told:
             raise Outdated
@@ -136,9 +137,13 @@ async def change(
             if flash:
                 async with _undivided(body, epoch):
                     await body.ask(SaveSettings())
+                saved = True
         except GatewayError as error:
             left = [_text(it) for it in commands[len(steps) :]] + ["FIS"] * flash
             raise _broken_off(body, steps, left, error) from error
+        finally:
+            if saved or _done(steps):
+                body.on_news("body.settings.changed", {"commands": _done(steps), "saved": saved})
     return steps
 
 
@@ -200,10 +205,14 @@ async def _set(body: Body, item: Item, value: Any, command: Setter) -> None:
     )
 
 
+def _done(steps: Iterable[ChangeStep]) -> list[str]:
+    return [step.command for step in steps if step.outcome == "changed"]
+
+
 def _broken_off(
     body: Body, steps: Iterable[ChangeStep], left: Sequence[str], cause: GatewayError
 ) -> GatewayError:
-    done = [step.command for step in steps if step.outcome == "changed"]
+    done = _done(steps)
     return PartlyDone(body.address, done, left, cause) if done else cause
 
 
