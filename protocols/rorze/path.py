@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
-from math import ceil, pi, tan
+from math import ceil, floor, pi, tan
 from typing import NamedTuple
 
 from protocols.rorze.scara import Pose, Robot, within_half_turn
@@ -251,11 +251,27 @@ class Path:
             knots += _refined(at, first, at(piece.last), piece.offset, LEAST_HALVINGS)
         return knots
 
+    def pulses(self) -> tuple[int, ...]:
+        """By how many pulses each axis has turned at the end, halves up.
+
+        :raises OutOfReach: a place on the path is none for the arm.
+        """
+        end = self._start
+        for piece in self._pieces:
+            for along in (piece.first, piece.last):
+                end = self._pose(piece, along)
+                self._robot.angles(end)
+        ends, starts = (self._robot.counted(self._robot.angles(pose)) for pose in (end, self._start))
+        return tuple(floor(there - here + 0.5) for there, here in zip(ends, starts, strict=True))
+
     def _knot(self, axis: int, piece: _Piece, along: float) -> Knot:
+        pose = self._pose(piece, along)
+        return Knot(piece.offset + along, self._pulses(pose, axis) - self._pulses(self._start, axis))
+
+    def _pose(self, piece: _Piece, along: float) -> Pose:
         lead, heading = piece.polar(along)
         share = (piece.offset + along) / self.length
-        pose = Pose(lead - self._robot.ahead, heading, self._start.finger + self._turn * share)
-        return Knot(piece.offset + along, self._pulses(pose, axis) - self._pulses(self._start, axis))
+        return Pose(lead - self._robot.ahead, heading, self._start.finger + self._turn * share)
 
     def _pulses(self, pose: Pose, axis: int) -> float:
         return self._robot.counted(self._robot.angles(pose))[axis]
