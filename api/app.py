@@ -17,6 +17,7 @@ from api.common.security import SameSite
 from api.common.version import VERSION
 from api.front import documents
 from api.robots import routes as robots
+from api.scaras import routes as scaras
 from gateway.access.credentials import Credentials
 from gateway.core.rights import Right
 from gateway.plant import Plant
@@ -84,6 +85,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     problems.install(app)
     modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system)
     routers = [info.reads, *(module.router for module in modules), programs.router, memories.router]
+    routers += scaras.routers()
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []
         routers += command_routes.routers(type(family))

@@ -17,6 +17,7 @@ from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.origin import POLL, acting
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
+from gateway.rorze.family import Rorze
 from gateway.wind_down import SUBJECT, WindDown
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
@@ -55,6 +56,8 @@ class Plant:
             self._ports[line.id] = built = self.families[line.protocol].add(line, port)
             built.admission = self.admission
             built.recorder = self.recorders[built.id]
+        for scara in config.scaras:
+            self.family(Rorze).add_scara(scara)
 
     def _open_port(self, line: tables.Line, open_transport: Callable[[str], Transport]) -> Transport:
         file = (

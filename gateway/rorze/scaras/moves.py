@@ -1,0 +1,471 @@
+"""The moves of SCARA robots: one frame starts all axes, and when one fails all stop (RC-420 manual 13.10)."""
+
+import asyncio
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Any, Final
+
+from gateway.core.errors import (
+    BodyBusy,
+    ControllerRefused,
+    GatewayError,
+    InvalidRequest,
+    MoveFailed,
+    ShuttingDown,
+)
+from gateway.core.lanes import Lane
+from gateway.core.move_log import MoveLog, new_id
+from gateway.core.move_record import Move, MoveError, MoveStatus
+from gateway.core.origin import working
+from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
+from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
+from gateway.rorze.moves import Moves
+from gateway.rorze.scaras import geometry, paths
+from gateway.rorze.scaras.record import Coordinates, PlannedScaraMove, ScaraAxisMove, ScaraMove
+from gateway.rorze.scaras.requests import Course, Here, Manoeuvre, ScaraMoveRequest
+from gateway.rorze.scaras.scara import Scara
+from gateway.rorze.stops import Stops
+from protocols.rorze.interpolation import SetStartPosition, TurnFinger
+from protocols.rorze.link import MoveEnded
+from protocols.rorze.path import PathFault
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.scara import OutOfReach
+from protocols.rorze.status import ControllerStatus, GetControllerStatus
+
+WATCH_S: Final = 0.1
+"""While a robot moves, all its controllers are asked at once so long after their last answer."""
+
+_WORST_FIRST: Final = (
+    MoveStatus.LOST,
+    MoveStatus.UNKNOWN,
+    MoveStatus.FAILED,
+    MoveStatus.REJECTED,
+    MoveStatus.CANCELLED,
+    MoveStatus.STOPPED,
+)
+"""An axis that ended so decides how the robot's move did."""
+_OF_THE_ROBOT: Final = {MoveStatus.REJECTED: MoveStatus.FAILED, MoveStatus.CANCELLED: MoveStatus.FAILED}
+"""What an axis did not do, others did."""
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A move that was worked out from where the robot stands."""
+
+    here: Here
+    manoeuvre: Manoeuvre
+    course: Course
+
+    @property
+    def target(self) -> tuple[int, ...]:
+        """Where the axes should come to."""
+        return tuple(
+            start + turned for start, turned in zip(self.here.pulses, self.course.turned, strict=True)
+        )
+
+    def commands(self) -> list[RorzeCommand[Any]]:
+        """All that is sent before the motion: the positions (HPS) first."""
+        told = [SetStartPosition(axis=axis, position=it) for axis, it in enumerate(self.here.pulses)]
+        return [*told, *self.manoeuvre.preparation]
+
+
+@dataclass(eq=False)
+class _Run:
+    """A move under way."""
+
+    scara: Scara
+    move: ScaraMove
+    request: ScaraMoveRequest
+    moves: dict[Body, Move] = field(default_factory=dict)
+    """Those of the bodies, once they are begun."""
+    begun: bool = False
+    """Whether the controllers have accepted or refused it."""
+    stopping: "asyncio.Task[Any] | None" = None
+
+    @property
+    def under_way(self) -> bool:
+        """Whether an axis may still move."""
+        return any(not move.status.final for move in self.moves.values())
+
+
+class ScaraMoves:
+    """All moves of all SCARA robots: starts them, watches over them, remembers them."""
+
+    def __init__(self, moves: Moves, stops: Stops, publish: Callable[[str, ScaraMove], str]) -> None:
+        self._moves, self._stops, self._publish = moves, stops, publish
+        self.log = MoveLog[ScaraMove]()
+        self._runs: dict[Body, _Run] = {}
+        """Of the members of robots that move."""
+        self._tasks: set[asyncio.Task[Any]] = set()
+
+    async def start(self, scara: Scara, request: ScaraMoveRequest, start_within_s: float = 5.0) -> ScaraMove:
+        """Prepare a move and start it, undivided, and give it when the controllers have accepted it.
+
+        :raises InvalidRequest: the arm does not come there, or no path leads there; nothing moved.
+        :raises BodyBusy: the robot or one of its bodies moves; nothing was sent.
+        :raises GeometryDiffers: a controller calculates otherwise than the gateway; nothing moved.
+        :raises PowerCycled: a body has lost its power; nothing moved.
+        :raises ControllerRefused: a controller has refused the preparation or the start; nothing moved.
+        :raises NotSent: it was not prepared, or not started; nothing moved.
+        """
+        scara.line.admission.require()
+        self._require_idle(scara)
+        now = datetime.now(UTC)
+        move = ScaraMove(
+            id=new_id(now),
+            body_id=scara.id,
+            scara_id=scara.id,
+            kind=request.kind,
+            command="",
+            frame="",
+            created_at=now,
+        )
+        run = _Run(scara, move, request)
+        scara.move = move
+        self.log.add(move)
+        move.event_cursor = self._publish("queued", move)
+        return await asyncio.shield(self._task(self._begin(run, start_within_s), f"move {move.id}"))
+
+    async def plan(self, scara: Scara, request: ScaraMoveRequest) -> PlannedScaraMove:
+        """Work out a move; only reads are sent.
+
+        :raises InvalidRequest: the arm does not come there, or no path leads there.
+        :raises GatewayError: the robot did not tell where it stands.
+        """
+        plan = await self._plan(scara, request)
+        motion = plan.manoeuvre.motion
+        sent = [
+            *(scara.line.frame_of(scara.group.number, command) for command in plan.commands()),
+            scara.line.frame_of(_target_of(scara, plan).number, motion),
+        ]
+        return PlannedScaraMove(
+            scara_id=scara.id,
+            frames=sent,
+            start=Coordinates.of(plan.here.place),
+            target=Coordinates.of(scara.robot.place(plan.target)),
+            start_positions=list(plan.here.pulses),
+            target_positions=list(plan.target),
+            length_um=plan.course.length_um,
+        )
+
+    async def begun(self) -> None:
+        """Wait until every move that was asked for has been taken or refused."""
+        beginning = [task for task in self._tasks if task.get_name().startswith("move")]
+        if beginning:
+            await asyncio.wait(beginning)
+
+    def let_go(self) -> None:
+        """Give those who wait for moves what is known now."""
+        self.log.let_go()
+
+    async def close(self) -> None:
+        """Stop watching, once the lines are closed; the motors keep doing what they do."""
+        tasks = list(self._tasks)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    # what bodies tell
+
+    def advanced(self, body: Body, move: Move) -> None:
+        """The move of a body has changed its status."""
+        run = self._runs.get(body)
+        if run is not None:
+            run.moves[body] = move
+            self._look_after(run)
+
+    def announced(self, body: Body, frame: MoveEnded) -> None:
+        """A move has ended: where the frame names a cause, the others need not wait until it is proved."""
+        if frame.cause:
+            self._failed(body, f"the link master has announced its end with cause {frame.cause:02X}")
+
+    def fell_silent(self, body: Body) -> None:
+        """A body does not answer any more."""
+        self._failed(body, "it does not answer")
+
+    def _failed(self, body: Body, why: str) -> None:
+        run = self._runs.get(body)
+        if run is not None and run.begun and run.under_way:
+            self._stop_all(run, body, why)
+
+    # before it starts
+
+    def _require_idle(self, scara: Scara) -> None:
+        scara.group.require_in_force()
+        if scara.move is not None:
+            raise BodyBusy(
+                f"{scara.id} still has the move {scara.move.id}; nothing was sent.", "Wait for it or stop it."
+            )
+        for body in scara.members:
+            if body.move is not None:
+                raise BodyBusy(
+                    f"{body.address} of {scara.id} still has the move {body.move.id}; nothing was sent.",
+                    "Wait for it or stop it.",
+                )
+
+    async def _begin(self, run: _Run, start_within_s: float) -> ScaraMove:
+        scara, move = run.scara, run.move
+        try:
+            expires_at = asyncio.get_running_loop().time() + start_within_s
+            async with scara.line.undivided([scara.group.number], expires_at):
+                plan = await self._prepare(run)
+                await self._set_off(run, plan)
+        except GatewayError as error:
+            refused = isinstance(error, ControllerRefused)
+            self._end(run, MoveStatus.REJECTED if refused else MoveStatus.CANCELLED, error)
+            raise
+        except asyncio.CancelledError:
+            self._end(run, MoveStatus.CANCELLED, ShuttingDown())
+            raise
+        return move
+
+    async def _prepare(self, run: _Run) -> _Plan:
+        """Tell the controllers where they stand, and what to do; see that they agree (13.10.7, 2 and 3)."""
+        scara, move = run.scara, run.move
+        plan = await self._plan(scara, run.request, Lane.PROOF)
+        motion = plan.manoeuvre.motion
+        _require_power(scara, motion)
+        move.command = motion.code
+        move.frame = scara.line.frame_of(_target_of(scara, plan).number, motion)
+        move.start, move.target = (
+            Coordinates.of(plan.here.place),
+            Coordinates.of(scara.robot.place(plan.target)),
+        )
+        move.axes = [
+            ScaraAxisMove(
+                axis=axis, body_id=body.address, start_position=start, target_position=target, position=start
+            )
+            for axis, (body, start, target) in enumerate(
+                zip(scara.members, plan.here.pulses, plan.target, strict=True)
+            )
+        ]
+        told = plan.commands()
+        for command in told[: scara.robot.axes]:
+            await self._tell(run, command)
+        try:
+            await geometry.require_agreement(scara, plan.here.pulses)
+        except GatewayError:  # who has lost its power has forgotten its geometry
+            for body in scara.members:
+                await body.mark.stands(Lane.PROOF)
+            _require_power(scara, motion)
+            raise
+        for command in told[scara.robot.axes :]:
+            await self._tell(run, command)
+        return plan
+
+    async def _tell(self, run: _Run, command: RorzeCommand[Any]) -> None:
+        """Send all controllers a part of the preparation."""
+        scara = run.scara
+        run.move.preparation.append(scara.line.frame_of(scara.group.number, command))
+        await scara.ask(command)
+
+    async def _set_off(self, run: _Run, plan: _Plan) -> None:
+        """Start it by one frame, where every axis still stands where the plan begins."""
+        scara, target = run.scara, _target_of(run.scara, plan)
+        movers = [target] if isinstance(target, Body) else scara.members
+        course = {
+            body: Stretch(start, end, scara.tolerance_pulses)
+            for body, start, end in zip(scara.members, plan.here.pulses, plan.target, strict=True)
+            if body in movers
+        }
+        self._runs |= dict.fromkeys(movers, run)
+        await self._moves.start(target, plan.manoeuvre.motion, course=course)
+        run.begun = True
+        self._advance(run, MoveStatus.SENT)
+        acknowledged = [body for body, move in run.moves.items() if move.acknowledged_at]
+        run.move.acknowledged_at = datetime.now(UTC) if acknowledged else None
+        for body, move in run.moves.items():
+            if acknowledged and not move.acknowledged_at and not move.status.final:
+                self._failed(body, "it has not answered the start, and others have")
+        self._task(self._watch(run), f"watch of {run.move.id}")
+        self._look_after(run)
+
+    async def _plan(self, scara: Scara, request: ScaraMoveRequest, lane: Lane | None = None) -> _Plan:
+        """Work out where a move leads from where the robot stands now."""
+        pulses, _ = await scara.stand(lane)
+        stored = request.stored_path
+        points = {} if stored is None else await paths.read(scara, stored, lane)
+        robot = scara.robot
+        try:
+            pose = robot.pose(pulses)
+            here = Here(pulses, pose, robot.place(pulses), points, scara.own_path)
+            manoeuvre = request.manoeuvre(here)
+            return _Plan(here, manoeuvre, manoeuvre.course(robot, pose))
+        except (OutOfReach, PathFault) as error:
+            raise InvalidRequest(
+                f"{scara.id} cannot do that: {error} Nothing was moved.",
+                "See its coordinates and its geometry.",
+            ) from None
+
+    # while it runs
+
+    async def _watch(self, run: _Run) -> None:
+        """Ask all controllers at once how they are, until all have ended or one is in trouble."""
+        errors = {body: (body.status_bits or 0) & MOTION_ERRORS for body in run.moves}
+        _be_watched(errors, True)
+        try:
+            with working("followers"):
+                while run.under_way and run.stopping is None:
+                    await self._see(run, errors)
+                    await asyncio.sleep(WATCH_S)
+        finally:
+            _be_watched(errors, False)
+
+    async def _see(self, run: _Run, errors: Mapping[Body, int]) -> None:
+        """Have who rests looked at; stop all where one is missing twice, or has an error it did not have."""
+        seen = await _statuses(run.scara.group)
+        missing = [body for body in errors if seen and body not in seen]
+        if missing:
+            again = await _statuses(run.scara.group)
+            missing = [body for body in missing if again and body not in again]
+        for body in missing:
+            self._failed(body, "it does not answer, and others do")
+        for body, before in errors.items():
+            bits = seen.get(body, PULSES_RUNNING)
+            if not bits & PULSES_RUNNING:
+                body.end_due.set()
+            if bits & MOTION_ERRORS & ~before:
+                self._failed(body, "it reports an error")
+
+    def _look_after(self, run: _Run) -> None:
+        """See what has become of the axes."""
+        if not run.begun or run.move.status.final:
+            return
+        moves = run.moves.values()
+        self._note_axes(run)
+        if not run.under_way:
+            self._finish(run)
+            return
+        for body, move in run.moves.items():
+            if move.status.final and move.status is not MoveStatus.SUCCEEDED:
+                self._stop_all(run, body, f"its move is {move.status}")
+                return
+        if run.move.status is MoveStatus.SENT and any(it.status is MoveStatus.MOVING for it in moves):
+            self._advance(run, MoveStatus.MOVING)
+
+    def _stop_all(self, run: _Run, body: Body, why: str) -> None:
+        """Stop every axis, once."""
+        if run.stopping is not None:
+            return
+        axis = run.scara.members.index(body)
+        run.move.evidence.append(
+            f"All axes were stopped at the first sign, from {body.address}, axis {axis}: {why}."
+        )
+        run.stopping = self._stops.stop(run.scara.members, run.scara.on_fault)
+        self._keep(run.stopping)
+
+    # the end
+
+    def _finish(self, run: _Run) -> None:
+        """All axes have ended: the worst of them tells how the robot's move did."""
+        worst = min(run.moves.values(), key=lambda move: _badness(move.status)).status
+        if worst is MoveStatus.SUCCEEDED:
+            run.move.end_cause = "normal"
+            self._end(run, worst)
+        elif worst is MoveStatus.STOPPED:
+            run.move.end_cause = "stop_command"
+            self._end(run, worst)
+        else:
+            failed = {body: move for body, move in run.moves.items() if _failed(move)}
+            run.move.failed_axes = sorted(run.scara.members.index(body) for body in failed)
+            run.move.end_cause = "+".join(dict.fromkeys(_cause(move) for move in failed.values()))
+            self._end(run, _OF_THE_ROBOT.get(worst, worst), _failure(run, failed))
+
+    def _note_axes(self, run: _Run) -> None:
+        """Write into the record what is known of its axes."""
+        for body, axis in zip(run.scara.members, run.move.axes, strict=True):
+            move = run.moves.get(body)
+            if move is not None:
+                axis.move_id, axis.status, axis.end_cause = move.id, move.status, move.end_cause
+                axis.position = axis.position if move.position is None else move.position
+
+    def _end(self, run: _Run, status: MoveStatus, error: GatewayError | None = None) -> None:
+        scara, move = run.scara, run.move
+        if move.axes:
+            self._note_axes(run)
+            if status in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED, MoveStatus.FAILED):
+                move.coordinates = Coordinates.of(scara.robot.place([axis.position for axis in move.axes]))
+        for body in scara.members:
+            if self._runs.get(body) is run:
+                del self._runs[body]
+        scara.move = None
+        self._advance(run, status, error)
+
+    def _advance(self, run: _Run, status: MoveStatus, error: GatewayError | None = None) -> None:
+        """The only place where a move changes its status."""
+        move = run.move
+        move.status = status
+        if error is not None:
+            move.error = MoveError.of(error)
+        if status is MoveStatus.SENT:
+            move.sent_at = datetime.now(UTC)
+        if status.final:
+            move.ended_at = datetime.now(UTC)
+            self.log.end(move)
+        self._publish("started" if status is MoveStatus.MOVING else status, move)
+
+    def _task(self, work: Any, name: str) -> "asyncio.Task[Any]":
+        return self._keep(asyncio.create_task(work, name=name))
+
+    def _keep(self, task: "asyncio.Task[Any]") -> "asyncio.Task[Any]":
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+
+def _target_of(scara: Scara, plan: _Plan) -> Body | Group:
+    """Whom the motion is sent to: HFM moves the finger's axis alone (13.10.9), all else all."""
+    return scara.members[-1] if isinstance(plan.manoeuvre.motion, TurnFinger) else scara.group
+
+
+def _require_power(scara: Scara, motion: RorzeCommand[Any]) -> None:
+    """Refuse to move a robot of which a body has lost its power.
+
+    :raises PowerCycled: one has.
+    """
+    for body in scara.members:
+        refusal = body.power.refusal(body.address, motion)
+        if refusal is not None:
+            raise refusal
+
+
+def _be_watched(bodies: Iterable[Body], watched: bool) -> None:
+    for body in bodies:
+        body.watched = watched
+
+
+async def _statuses(group: Group) -> dict[Body, int]:
+    """The status of those who answer; of nobody where the frame was lost: that proves nothing."""
+    try:
+        results = await group.ask(GetControllerStatus(), lane=Lane.PROOF)
+    except GatewayError:
+        return {}
+    return {
+        body: result.bits or 0 for body, result in results.items() if isinstance(result, ControllerStatus)
+    }
+
+
+def _badness(status: MoveStatus) -> int:
+    return _WORST_FIRST.index(status) if status in _WORST_FIRST else len(_WORST_FIRST)
+
+
+def _failed(move: Move) -> bool:
+    return move.status not in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED)
+
+
+def _cause(move: Move) -> str:
+    return move.end_cause or str(move.status)
+
+
+def _failure(run: _Run, failed: Mapping[Body, Move]) -> MoveFailed:
+    """Say which axes have failed, and why."""
+    told = [
+        f"Axis {run.scara.members.index(body)}: {move.error.detail if move.error else _cause(move)}"
+        for body, move in failed.items()
+    ]
+    stopped = ", and all its axes were stopped" if run.stopping else ""
+    return MoveFailed(
+        f"The move of {run.scara.id} failed{stopped}. {' '.join(told)}",
+        "Remove the cause, see where the finger is, and bring it back by moves of single axes or by homing.",
+    )
