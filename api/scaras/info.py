@@ -15,7 +15,7 @@ from gateway.core.rights import Right
 from gateway.operations import scaras
 from gateway.rorze.family import Rorze
 from gateway.rorze.scaras.geometry import Geometry, Held, wanted
-from gateway.rorze.scaras.record import Coordinates
+from gateway.rorze.scaras.record import ScaraPlace
 from gateway.rorze.scaras.requests import Angle, Distance
 from gateway.rorze.scaras.scara import Scara
 from protocols.rorze.scara import Place
@@ -55,7 +55,7 @@ class ScaraList(BaseModel):
     scaras: list[ScaraInfo]
 
 
-class ScaraCoordinates(Coordinates):
+class ScaraCoordinates(ScaraPlace):
     """Where the finger of a robot is now."""
 
     scara_id: str
@@ -66,7 +66,7 @@ class ScaraCoordinates(Coordinates):
     age_ms: float
 
 
-class Pulses(RequestModel, json_schema_extra=example(pulses=[-10149, -10000, -16666])):
+class AxisPulses(RequestModel, json_schema_extra=example(pulses=[-10149, -10000, -16666])):
     """Positions of all axes."""
 
     pulses: list[Annotated[int, Field(gt=-1_000_000_000, lt=1_000_000_000)]] = Field(
@@ -74,7 +74,7 @@ class Pulses(RequestModel, json_schema_extra=example(pulses=[-10149, -10000, -16
     )
 
 
-class Wanted(
+class WantedPlace(
     RequestModel,
     json_schema_extra=example(
         x={"value": 0, "unit": "mm"}, y={"value": 115, "unit": "mm"}, angle={"value": 90, "unit": "deg"}
@@ -94,7 +94,7 @@ class Wanted(
         return Place(self.x.thousandths, self.y.thousandths, angle)
 
 
-class Kinematics(Coordinates):
+class Kinematics(ScaraPlace):
     """Positions of the axes, and where the finger is then."""
 
     scara_id: str
@@ -142,7 +142,7 @@ async def read_scara_coordinates(request: Request, scara_id: ScaraId) -> Respons
     """Ask all axes in one frame where they stand (6PD), and calculate where the finger ends."""
     scara = _scara(request, scara_id)
     pulses, at = await scaras.stand(plant_of(request), origin_of(request), scara_id)
-    place = Coordinates.of(scaras.forward(plant_of(request), scara_id, pulses))
+    place = ScaraPlace.of(scaras.forward(plant_of(request), scara_id, pulses))
     return json_response(
         ScaraCoordinates(
             scara_id=scara.id,
@@ -159,13 +159,13 @@ async def read_scara_coordinates(request: Request, scara_id: ScaraId) -> Respons
 
 
 @router.post("/scaras/{scara_id}/kinematics/forward", Right.VIEW, response_model=Kinematics)
-async def calculate_coordinates(request: Request, scara_id: ScaraId, axes: Pulses) -> Response:
+async def calculate_coordinates(request: Request, scara_id: ScaraId, axes: AxisPulses) -> Response:
     """Calculate where the finger ends at positions of the axes; nothing is sent."""
     return _kinematics(request, scara_id, axes.pulses)
 
 
 @router.post("/scaras/{scara_id}/kinematics/inverse", Right.VIEW, response_model=Kinematics)
-async def calculate_positions(request: Request, scara_id: ScaraId, wanted: Wanted) -> Response:
+async def calculate_positions(request: Request, scara_id: ScaraId, wanted: WantedPlace) -> Response:
     """Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
 
     The place in the answer is that of the whole pulses. Nothing is sent; 422 where the arm does not come.
@@ -230,7 +230,7 @@ def _power_cycled(scara: Scara) -> bool:
 
 
 def _kinematics(request: Request, scara_id: str, pulses: list[int] | tuple[int, ...]) -> Response:
-    place = Coordinates.of(scaras.forward(plant_of(request), scara_id, pulses))
+    place = ScaraPlace.of(scaras.forward(plant_of(request), scara_id, pulses))
     return json_response(
         Kinematics(
             scara_id=_scara(request, scara_id).id,

@@ -33,7 +33,7 @@ TYPES: Final[dict[int, RobotType]] = {2: "two_axes_belt_linked", 3: "three_axes"
 WHOLE_TURN_MDEG: Final = 360_000
 
 
-class Length(Record):
+class LinkLength(Record):
     """A length of the mechanics."""
 
     value: int
@@ -44,8 +44,8 @@ class Geometry(Record):
     """A robot's mechanics."""
 
     type: RobotType
-    arm: Length
-    finger: Length
+    arm: LinkLength
+    finger: LinkLength
     pulses_per_turn: list[float]
 
     @classmethod
@@ -53,8 +53,8 @@ class Geometry(Record):
         """What the configuration has."""
         return cls(
             type=TYPES[robot.axes],
-            arm=Length(value=robot.link),
-            finger=Length(value=robot.finger),
+            arm=LinkLength(value=robot.link),
+            finger=LinkLength(value=robot.finger),
             pulses_per_turn=list(robot.pulses_per_turn),
         )
 
@@ -90,8 +90,8 @@ async def read(scara: Scara) -> list[Held]:
             axis.axis,
             Geometry(
                 type=kind.robot,
-                arm=Length(value=arm.length),
-                finger=Length(value=finger.length),
+                arm=LinkLength(value=arm.length),
+                finger=LinkLength(value=finger.length),
                 pulses_per_turn=[it.pulses for it in pulses],
             ),
         )

@@ -22,7 +22,7 @@ from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
 from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
 from gateway.rorze.moves import Moves
 from gateway.rorze.scaras import geometry, paths
-from gateway.rorze.scaras.record import Coordinates, PlannedScaraMove, ScaraAxisMove, ScaraMove
+from gateway.rorze.scaras.record import PlannedScaraMove, ScaraAxisMove, ScaraMove, ScaraPlace
 from gateway.rorze.scaras.requests import Course, Here, Manoeuvre, ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
 from gateway.rorze.stops import Stops
@@ -142,8 +142,8 @@ class ScaraMoves:
         return PlannedScaraMove(
             scara_id=scara.id,
             frames=sent,
-            start=Coordinates.of(plan.here.place),
-            target=Coordinates.of(scara.robot.place(plan.target)),
+            start=ScaraPlace.of(plan.here.place),
+            target=ScaraPlace.of(scara.robot.place(plan.target)),
             start_positions=list(plan.here.pulses),
             target_positions=list(plan.target),
             length_um=plan.course.length_um,
@@ -229,8 +229,8 @@ class ScaraMoves:
         move.command = motion.code
         move.frame = scara.line.frame_of(_target_of(scara, plan).number, motion)
         move.start, move.target = (
-            Coordinates.of(plan.here.place),
-            Coordinates.of(scara.robot.place(plan.target)),
+            ScaraPlace.of(plan.here.place),
+            ScaraPlace.of(scara.robot.place(plan.target)),
         )
         move.axes = [
             ScaraAxisMove(
@@ -385,7 +385,7 @@ class ScaraMoves:
         if move.axes:
             self._note_axes(run)
             if status in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED, MoveStatus.FAILED):
-                move.coordinates = Coordinates.of(scara.robot.place([axis.position for axis in move.axes]))
+                move.coordinates = ScaraPlace.of(scara.robot.place([axis.position for axis in move.axes]))
         for body in scara.members:
             if self._runs.get(body) is run:
                 del self._runs[body]

@@ -25,7 +25,7 @@ class Millidegrees(Record):
     unit: Literal["mdeg"] = "mdeg"
 
 
-class Coordinates(Record):
+class ScaraPlace(Record):
     """Where the finger ends, and where it points (RC-420 manual 13.10.8)."""
 
     x: Micrometres
@@ -33,7 +33,7 @@ class Coordinates(Record):
     angle: Millidegrees = Field(description="Between finger and X axis, above -180 and up to 180 degrees.")
 
     @classmethod
-    def of(cls, place: Place) -> "Coordinates":
+    def of(cls, place: Place) -> "ScaraPlace":
         """A place, to the nanometre."""
         angle = 180_000 - (180_000 - place.direction) % 360_000
         return cls(
@@ -70,9 +70,9 @@ class ScaraMove(MoveRecord):
         "ccw_limit as a controller says; not_executed, position_mismatch, lost, unknown as the gateway does.",
     )
     failed_axes: list[int] = Field(default_factory=list, description="The axes that made it fail.")
-    start: Coordinates | None = Field(default=None, description="Where the finger ended before.")
-    target: Coordinates | None = Field(default=None, description="Where it should come to.")
-    coordinates: Coordinates | None = Field(
+    start: ScaraPlace | None = Field(default=None, description="Where the finger ended before.")
+    target: ScaraPlace | None = Field(default=None, description="Where it should come to.")
+    coordinates: ScaraPlace | None = Field(
         default=None, description="Where it ends by the positions last read; null while one is not known."
     )
     axes: list[ScaraAxisMove] = Field(default_factory=list, description="In the order of the axes.")
@@ -83,8 +83,8 @@ class PlannedScaraMove(Record):
 
     scara_id: str
     frames: list[str] = Field(description="The exact frames that would be sent, CR as \\r.")
-    start: Coordinates
-    target: Coordinates
+    start: ScaraPlace
+    target: ScaraPlace
     start_positions: list[int] = Field(description="In pulses, in the order of the axes.")
     target_positions: list[int] = Field(description="In pulses, as the gateway calculates them.")
     length_um: float | None = Field(
