@@ -10,8 +10,8 @@ from gateway.core.errors import (
     BodyBusy,
     ControllerRefused,
     GatewayError,
-    InvalidRequest,
     MoveFailed,
+    NoReply,
     ShuttingDown,
 )
 from gateway.core.lanes import Lane
@@ -21,20 +21,19 @@ from gateway.core.origin import working
 from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
 from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
 from gateway.rorze.moves import Moves
-from gateway.rorze.scaras import geometry, paths
+from gateway.rorze.scaras.preparation import Plan, prepare, work_out
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraAxisMove, ScaraMove, ScaraPlace
-from gateway.rorze.scaras.requests import Course, Here, Manoeuvre, ScaraMoveRequest
+from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
 from gateway.rorze.stops import Stops
-from protocols.rorze.interpolation import SetStartPosition, TurnFinger
 from protocols.rorze.link import MoveEnded
-from protocols.rorze.path import PathFault
-from protocols.rorze.row import RorzeCommand
-from protocols.rorze.scara import OutOfReach
 from protocols.rorze.status import ControllerStatus, GetControllerStatus
 
 WATCH_S: Final = 0.1
 """While a robot moves, all its controllers are asked at once so long after their last answer."""
+
+ATTEMPTS: Final = 3
+"""A preparation without a reply is made anew, so often in all."""
 
 _WORST_FIRST: Final = (
     MoveStatus.LOST,
@@ -47,27 +46,6 @@ _WORST_FIRST: Final = (
 """An axis that ended so decides how the robot's move did."""
 _OF_THE_ROBOT: Final = {MoveStatus.REJECTED: MoveStatus.FAILED, MoveStatus.CANCELLED: MoveStatus.FAILED}
 """What an axis did not do, others did."""
-
-
-@dataclass(frozen=True)
-class _Plan:
-    """A move that was worked out from where the robot stands."""
-
-    here: Here
-    manoeuvre: Manoeuvre
-    course: Course
-
-    @property
-    def target(self) -> tuple[int, ...]:
-        """Where the axes should come to."""
-        return tuple(
-            start + turned for start, turned in zip(self.here.pulses, self.course.turned, strict=True)
-        )
-
-    def commands(self) -> list[RorzeCommand[Any]]:
-        """All that is sent before the motion: the positions (HPS) first."""
-        told = [SetStartPosition(axis=axis, position=it) for axis, it in enumerate(self.here.pulses)]
-        return [*told, *self.manoeuvre.preparation]
 
 
 @dataclass(eq=False)
@@ -104,6 +82,7 @@ class ScaraMoves:
 
         :raises InvalidRequest: the arm does not come there, or no path leads there; nothing moved.
         :raises BodyBusy: the robot or one of its bodies moves; nothing was sent.
+        :raises PathsDiffer: the controllers hold different paths; nothing moved.
         :raises GeometryDiffers: a controller calculates otherwise than the gateway; nothing moved.
         :raises PowerCycled: a body has lost its power; nothing moved.
         :raises ControllerRefused: a controller has refused the preparation or the start; nothing moved.
@@ -133,21 +112,7 @@ class ScaraMoves:
         :raises InvalidRequest: the arm does not come there, or no path leads there.
         :raises GatewayError: the robot did not tell where it stands.
         """
-        plan = await self._plan(scara, request)
-        motion = plan.manoeuvre.motion
-        sent = [
-            *(scara.line.frame_of(scara.group.number, command) for command in plan.commands()),
-            scara.line.frame_of(_target_of(scara, plan).number, motion),
-        ]
-        return PlannedScaraMove(
-            scara_id=scara.id,
-            frames=sent,
-            start=ScaraPlace.of(plan.here.place),
-            target=ScaraPlace.of(scara.robot.place(plan.target)),
-            start_positions=list(plan.here.pulses),
-            target_positions=list(plan.target),
-            length_um=plan.course.length_um,
-        )
+        return (await work_out(scara, request)).told()
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""
@@ -205,12 +170,11 @@ class ScaraMoves:
                 )
 
     async def _begin(self, run: _Run, start_within_s: float) -> ScaraMove:
-        scara, move = run.scara, run.move
+        scara = run.scara
         try:
             expires_at = asyncio.get_running_loop().time() + start_within_s
             async with scara.line.undivided([scara.group.number], expires_at):
-                plan = await self._prepare(run)
-                await self._set_off(run, plan)
+                await self._set_off(run, await self._prepare(run), expires_at)
         except GatewayError as error:
             refused = isinstance(error, ControllerRefused)
             self._end(run, MoveStatus.REJECTED if refused else MoveStatus.CANCELLED, error)
@@ -218,59 +182,33 @@ class ScaraMoves:
         except asyncio.CancelledError:
             self._end(run, MoveStatus.CANCELLED, ShuttingDown())
             raise
-        return move
+        return run.move
 
-    async def _prepare(self, run: _Run) -> _Plan:
-        """Tell the controllers where they stand, and what to do; see that they agree (13.10.7, 2 and 3)."""
-        scara, move = run.scara, run.move
-        plan = await self._plan(scara, run.request, Lane.PROOF)
-        motion = plan.manoeuvre.motion
-        _require_power(scara, motion)
-        move.command = motion.code
-        move.frame = scara.line.frame_of(_target_of(scara, plan).number, motion)
-        move.start, move.target = (
-            ScaraPlace.of(plan.here.place),
-            ScaraPlace.of(scara.robot.place(plan.target)),
-        )
-        move.axes = [
-            ScaraAxisMove(
-                axis=axis, body_id=body.address, start_position=start, target_position=target, position=start
-            )
-            for axis, (body, start, target) in enumerate(
-                zip(scara.members, plan.here.pulses, plan.target, strict=True)
-            )
-        ]
-        told = plan.commands()
-        for command in told[: scara.robot.axes]:
-            await self._tell(run, command)
-        try:
-            await geometry.require_agreement(scara, plan.here.pulses)
-        except GatewayError:  # who has lost its power has forgotten its geometry
-            for body in scara.members:
-                await body.mark.stands(Lane.PROOF)
-            _require_power(scara, motion)
-            raise
-        for command in told[scara.robot.axes :]:
-            await self._tell(run, command)
+    async def _prepare(self, run: _Run) -> Plan:
+        """Work the move out and prepare it, anew where a reply was lost: nothing moves by that."""
+        for left in reversed(range(ATTEMPTS)):
+            try:
+                plan = await work_out(run.scara, run.request, Lane.PROOF)
+                _note_plan(run.move, plan)
+                await prepare(plan, run.move.preparation.append)
+            except NoReply:
+                if not left:
+                    raise
+            else:
+                break
         return plan
 
-    async def _tell(self, run: _Run, command: RorzeCommand[Any]) -> None:
-        """Send all controllers a part of the preparation."""
-        scara = run.scara
-        run.move.preparation.append(scara.line.frame_of(scara.group.number, command))
-        await scara.ask(command)
-
-    async def _set_off(self, run: _Run, plan: _Plan) -> None:
+    async def _set_off(self, run: _Run, plan: Plan, expires_at: float) -> None:
         """Start it by one frame, where every axis still stands where the plan begins."""
-        scara, target = run.scara, _target_of(run.scara, plan)
-        movers = [target] if isinstance(target, Body) else scara.members
+        scara = run.scara
         course = {
             body: Stretch(start, end, scara.tolerance_pulses)
             for body, start, end in zip(scara.members, plan.here.pulses, plan.target, strict=True)
-            if body in movers
+            if body in plan.movers
         }
-        self._runs |= dict.fromkeys(movers, run)
-        await self._moves.start(target, plan.manoeuvre.motion, course=course)
+        self._runs |= dict.fromkeys(plan.movers, run)
+        left_s = expires_at - asyncio.get_running_loop().time()
+        await self._moves.start(plan.addressee, plan.manoeuvre.motion, left_s, course)
         run.begun = True
         self._advance(run, MoveStatus.SENT)
         acknowledged = [body for body, move in run.moves.items() if move.acknowledged_at]
@@ -280,23 +218,6 @@ class ScaraMoves:
                 self._failed(body, "it has not answered the start, and others have")
         self._task(self._watch(run), f"watch of {run.move.id}")
         self._look_after(run)
-
-    async def _plan(self, scara: Scara, request: ScaraMoveRequest, lane: Lane | None = None) -> _Plan:
-        """Work out where a move leads from where the robot stands now."""
-        pulses, _ = await scara.stand(lane)
-        stored = request.stored_path
-        points = {} if stored is None else await paths.read(scara, stored, lane)
-        robot = scara.robot
-        try:
-            pose = robot.pose(pulses)
-            here = Here(pulses, pose, robot.place(pulses), points, scara.own_path)
-            manoeuvre = request.manoeuvre(here)
-            return _Plan(here, manoeuvre, manoeuvre.course(robot, pose))
-        except (OutOfReach, PathFault) as error:
-            raise InvalidRequest(
-                f"{scara.id} cannot do that: {error} Nothing was moved.",
-                "See its coordinates and its geometry.",
-            ) from None
 
     # while it runs
 
@@ -414,20 +335,19 @@ class ScaraMoves:
         return task
 
 
-def _target_of(scara: Scara, plan: _Plan) -> Body | Group:
-    """Whom the motion is sent to: HFM moves the finger's axis alone (13.10.9), all else all."""
-    return scara.members[-1] if isinstance(plan.manoeuvre.motion, TurnFinger) else scara.group
-
-
-def _require_power(scara: Scara, motion: RorzeCommand[Any]) -> None:
-    """Refuse to move a robot of which a body has lost its power.
-
-    :raises PowerCycled: one has.
-    """
-    for body in scara.members:
-        refusal = body.power.refusal(body.address, motion)
-        if refusal is not None:
-            raise refusal
+def _note_plan(move: ScaraMove, plan: Plan) -> None:
+    """Write into the record what is about to be prepared."""
+    scara = plan.scara
+    move.command, move.frame = plan.manoeuvre.motion.code, plan.frame
+    move.start, move.target = ScaraPlace.of(plan.here.place), ScaraPlace.of(scara.robot.place(plan.target))
+    stretches = zip(scara.members, plan.here.pulses, plan.target, strict=True)
+    move.axes = [
+        ScaraAxisMove(
+            axis=axis, body_id=body.address, start_position=start, target_position=target, position=start
+        )
+        for axis, (body, start, target) in enumerate(stretches)
+    ]
+    move.preparation.clear()
 
 
 def _be_watched(bodies: Iterable[Body], watched: bool) -> None:

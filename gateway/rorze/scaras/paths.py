@@ -36,6 +36,25 @@ async def read(scara: Scara, path: int, lane: Lane | None = None) -> Mapping[int
     return points
 
 
+async def require_stored(scara: Scara, command: SetPathPoint) -> None:
+    """See that all controllers hold a point that was just set: one garbled digit leads the arm elsewhere.
+
+    :raises PathsDiffer: one holds something else.
+    :raises GatewayError: one did not tell.
+    """
+    if command.point is None:
+        return
+    question = GetPathPoint(path=command.path, point=command.point)
+    wanted = (command.x, command.y, command.radius, command.place)
+    for body, point in zip(scara.members, await scara.ask(question, lane=Lane.PROOF), strict=True):
+        if (point.x, point.y, point.radius, point.place) != wanted:
+            raise PathsDiffer(
+                f"{body.address} holds another point {command.point} of path {command.path} than was sent; "
+                "nothing was moved.",
+                "Try again; if that does not help, check the line.",
+            )
+
+
 async def write(scara: Scara, path: int, points: Sequence[PathPoint]) -> Mapping[int, PathPoint]:
     """Put a path in the place of another, into RAM, and read it back.
 

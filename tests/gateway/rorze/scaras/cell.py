@@ -70,6 +70,14 @@ class Cell:
     def numbers(self) -> list[int]:
         return [body.number for body in self.scara.members]
 
+    async def teach(self) -> None:
+        """Give the controllers their speeds and their geometry."""
+        now = asyncio.get_running_loop().time()
+        for number in self.numbers:
+            for text in (*SPEEDS, *TURNING, *SLOW):
+                assert self.rig.axis(number).execute(text, now).payload == "", text
+        await geometry.write(self.scara, flash=False)
+
     async def put(self, *pulses: int) -> None:
         """Call the present positions so."""
         for body, position in zip(self.scara.members, pulses, strict=True):
@@ -155,16 +163,15 @@ async def cell(
     extra: str = "",
     baud: int | None = None,
     settings: LinkSettings | None = None,
+    seed: int = 0,
 ) -> AsyncIterator[Cell]:
     """A robot that knows its geometry and its speeds, and stands where it is told."""
     bodies = (0x02, 0x03, 0x04, 0x3F)[: 4 if table is SCARA else 3]
-    async with rig(bodies=bodies, groups={}, more=table + extra, baud=baud, settings=settings) as running:
+    async with rig(
+        bodies=bodies, groups={}, more=table + extra, baud=baud, settings=settings, seed=seed
+    ) as running:
         scara = running.plant.rorze.scara("wafer")
-        now = asyncio.get_running_loop().time()
-        for body in scara.members:
-            for text in (*SPEEDS, *TURNING, *SLOW):
-                assert running.axis(body.number).execute(text, now).payload == "", text
         cell = Cell(running, scara)
-        await geometry.write(scara, flash=False)
+        await cell.teach()
         await cell.put(*start[: scara.robot.axes])
         yield cell

@@ -1,0 +1,131 @@
+"""What goes before a move of a SCARA robot: work it out, tell the controllers, see that they agree."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.lanes import Lane
+from gateway.rorze.bodies import Body, Group
+from gateway.rorze.scaras import geometry, paths
+from gateway.rorze.scaras.record import PlannedScaraMove, ScaraPlace
+from gateway.rorze.scaras.requests import Course, Here, Manoeuvre, ScaraMoveRequest
+from gateway.rorze.scaras.scara import Scara
+from protocols.rorze.interpolation import SetPathPoint, SetStartPosition, TurnFinger
+from protocols.rorze.path import PathFault
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.scara import OutOfReach
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A move that was worked out from where the robot stands."""
+
+    scara: Scara
+    here: Here
+    manoeuvre: Manoeuvre
+    course: Course
+
+    @property
+    def target(self) -> tuple[int, ...]:
+        """Where the axes should come to."""
+        return tuple(
+            start + turned for start, turned in zip(self.here.pulses, self.course.turned, strict=True)
+        )
+
+    @property
+    def addressee(self) -> Body | Group:
+        """Whom the motion is sent to: HFM moves the finger's axis alone (13.10.9), all else all."""
+        return self.scara.members[-1] if isinstance(self.manoeuvre.motion, TurnFinger) else self.scara.group
+
+    @property
+    def movers(self) -> list[Body]:
+        """The bodies that it moves."""
+        target = self.addressee
+        return target.members if isinstance(target, Group) else [target]
+
+    @property
+    def frame(self) -> str:
+        """The frame that starts it."""
+        return self.scara.line.frame_of(self.addressee.number, self.manoeuvre.motion)
+
+    def positions(self) -> list[SetStartPosition]:
+        """What tells the controllers where all axes stand (HPS)."""
+        return [SetStartPosition(axis=axis, position=it) for axis, it in enumerate(self.here.pulses)]
+
+    def told(self) -> PlannedScaraMove:
+        """As clients are told who only ask."""
+        line, number = self.scara.line, self.scara.group.number
+        before = (*self.positions(), *self.manoeuvre.preparation)
+        return PlannedScaraMove(
+            scara_id=self.scara.id,
+            frames=[*(line.frame_of(number, command) for command in before), self.frame],
+            start=ScaraPlace.of(self.here.place),
+            target=ScaraPlace.of(self.scara.robot.place(self.target)),
+            start_positions=list(self.here.pulses),
+            target_positions=list(self.target),
+            length_um=self.course.length_um,
+        )
+
+
+async def work_out(scara: Scara, request: ScaraMoveRequest, lane: Lane | None = None) -> Plan:
+    """Work out where a move leads from where the robot stands now; only reads are sent.
+
+    :raises InvalidRequest: the arm does not come there, or no path leads there.
+    :raises GatewayError: the controllers did not tell where they stand, or hold different paths.
+    """
+    pulses, _ = await scara.stand(lane)
+    stored = request.stored_path
+    points = {} if stored is None else await paths.read(scara, stored, lane)
+    robot = scara.robot
+    try:
+        pose = robot.pose(pulses)
+        here = Here(pulses, pose, robot.place(pulses), points, scara.own_path)
+        manoeuvre = request.manoeuvre(here)
+        return Plan(scara, here, manoeuvre, manoeuvre.course(robot, pose))
+    except (OutOfReach, PathFault) as error:
+        raise InvalidRequest(
+            f"{scara.id} cannot do that: {error} Nothing was moved.", "See its coordinates and its geometry."
+        ) from None
+
+
+async def prepare(plan: Plan, note: Callable[[str], None]) -> None:
+    """Tell the controllers where they stand, see that they agree, and prepare the move (13.10.7, 2 and 3).
+
+    All of it may be sent again: it replaces what was told before. `note` takes each frame.
+
+    :raises PowerCycled: a body has lost its power.
+    :raises GeometryDiffers, PathsDiffer: a controller holds something else.
+    :raises GatewayError: one has refused it, or did not answer.
+    """
+    scara = plan.scara
+    require_power(scara, plan.manoeuvre.motion)
+    for position in plan.positions():
+        await _tell(scara, position, note)
+    try:
+        await geometry.require_agreement(scara, plan.here.pulses)
+    except GatewayError:  # who has lost its power has forgotten its geometry
+        for body in scara.members:
+            await body.mark.stands(Lane.PROOF)
+        require_power(scara, plan.manoeuvre.motion)
+        raise
+    for command in plan.manoeuvre.preparation:
+        await _tell(scara, command, note)
+        if isinstance(command, SetPathPoint):
+            await paths.require_stored(scara, command)
+
+
+async def _tell(scara: Scara, command: RorzeCommand[Any], note: Callable[[str], None]) -> None:
+    note(scara.line.frame_of(scara.group.number, command))
+    await scara.ask(command)
+
+
+def require_power(scara: Scara, motion: RorzeCommand[Any]) -> None:
+    """Refuse to move a robot of which a body has lost its power.
+
+    :raises PowerCycled: one has.
+    """
+    for body in scara.members:
+        refusal = body.power.refusal(body.address, motion)
+        if refusal is not None:
+            raise refusal
