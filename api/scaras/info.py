@@ -14,6 +14,7 @@ from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import scaras
 from gateway.rorze.family import Rorze
+from gateway.rorze.power import Homed
 from gateway.rorze.scaras.geometry import Geometry, Held, wanted
 from gateway.rorze.scaras.record import ScaraPlace
 from gateway.rorze.scaras.requests import Angle, Distance
@@ -41,6 +42,7 @@ class ScaraInfo(BaseModel):
     online: bool = Field(description="Whether all its bodies can be asked now, as far as is known.")
     moving: bool | None = Field(description="Whether an axis moves; null while that is not known.")
     move_id: str | None = Field(description="The move that is not over yet.")
+    homed: Homed = Field(description="yes where all its bodies are, no where one has lost its power.")
     power_cycled: bool = Field(
         description="A body has lost its power: where the finger is means nothing, and moves are refused."
     )
@@ -210,6 +212,7 @@ def _info(scara: Scara) -> ScaraInfo:
         online=all(body.online for body in scara.members),
         moving=_moving(scara),
         move_id=scara.move.id if scara.move else None,
+        homed=_homed(scara),
         power_cycled=_power_cycled(scara),
         axes=[
             ScaraAxis(axis=axis, body_id=body.address, position=body.position)
@@ -223,6 +226,11 @@ def _info(scara: Scara) -> ScaraInfo:
 def _moving(scara: Scara) -> bool | None:
     states = {body.moving for body in scara.members}
     return True if True in states else None if None in states else False
+
+
+def _homed(scara: Scara) -> Homed:
+    told = {body.power.homed for body in scara.members}
+    return "no" if "no" in told else "unknown" if "unknown" in told else "yes"
 
 
 def _power_cycled(scara: Scara) -> bool:

@@ -10,6 +10,7 @@ from gateway.core.errors import (
     BodyBusy,
     ControllerRefused,
     GatewayError,
+    Moved,
     MoveFailed,
     NoReply,
     ShuttingDown,
@@ -138,6 +139,8 @@ class ScaraMoves:
         run = self._runs.get(body)
         if run is not None:
             run.moves[body] = move
+            if move.status is MoveStatus.SENT and run.move.status is MoveStatus.QUEUED:
+                self._advance(run, MoveStatus.SENT)
             self._look_after(run)
 
     def announced(self, body: Body, frame: MoveEnded) -> None:
@@ -210,7 +213,6 @@ class ScaraMoves:
         left_s = expires_at - asyncio.get_running_loop().time()
         await self._moves.start(plan.addressee, plan.manoeuvre.motion, left_s, course)
         run.begun = True
-        self._advance(run, MoveStatus.SENT)
         acknowledged = [body for body, move in run.moves.items() if move.acknowledged_at]
         run.move.acknowledged_at = datetime.now(UTC) if acknowledged else None
         for body, move in run.moves.items():
@@ -224,14 +226,17 @@ class ScaraMoves:
     async def _watch(self, run: _Run) -> None:
         """Ask all controllers at once how they are, until all have ended or one is in trouble."""
         errors = {body: (body.status_bits or 0) & MOTION_ERRORS for body in run.moves}
-        _be_watched(errors, True)
+        for body in errors:
+            body.watched = True
         try:
             with working("followers"):
                 while run.under_way and run.stopping is None:
                     await self._see(run, errors)
                     await asyncio.sleep(WATCH_S)
         finally:
-            _be_watched(errors, False)
+            for body in errors:
+                body.watched = False
+                body.end_due.set()
 
     async def _see(self, run: _Run, errors: Mapping[Body, int]) -> None:
         """Have who rests looked at; stop all where one is missing twice, or has an error it did not have."""
@@ -350,11 +355,6 @@ def _note_plan(move: ScaraMove, plan: Plan) -> None:
     move.preparation.clear()
 
 
-def _be_watched(bodies: Iterable[Body], watched: bool) -> None:
-    for body in bodies:
-        body.watched = watched
-
-
 async def _statuses(group: Group) -> dict[Body, int]:
     """The status of those who answer; of nobody where the frame was lost: that proves nothing."""
     try:
@@ -385,7 +385,15 @@ def _failure(run: _Run, failed: Mapping[Body, Move]) -> MoveFailed:
         for body, move in failed.items()
     ]
     stopped = ", and all its axes were stopped" if run.stopping else ""
-    return MoveFailed(
+    failure = MoveFailed(
         f"The move of {run.scara.id} failed{stopped}. {' '.join(told)}",
         "Remove the cause, see where the finger is, and bring it back by moves of single axes or by homing.",
     )
+    failure.moved = _moved(run.moves.values())
+    return failure
+
+
+def _moved(moves: Iterable[Move]) -> Moved:
+    """What the robot did, by what its axes did."""
+    told = {"yes" if move.error is None else move.error.moved for move in moves}
+    return "yes" if "yes" in told else "unknown" if "unknown" in told else "no"

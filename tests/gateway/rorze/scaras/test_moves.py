@@ -414,6 +414,7 @@ async def test_a_start_that_is_lost_moves_nothing_and_says_so() -> None:
         )
         assert over.error is not None
         assert over.error.detail.count("the motor has not moved") == 3
+        assert over.error.moved == "no"
         assert robot.positions() == before
 
 
