@@ -298,20 +298,24 @@ class Rorze(Family):
 
     # over restarts
 
-    def move_logs(self) -> Iterator[MoveLog[Move]]:
-        """That of all bodies."""
-        yield self.moves.log
+    def move_logs(self) -> Iterator[MoveLog[Any]]:
+        """That of all bodies, and that of all SCARA robots."""
+        yield from (self.moves.log, self.scara_moves.log)
 
     def resume(self, records: Sequence[Mapping[str, Any]], begun: Collection[str]) -> None:
-        """Take over the moves of bodies that are still configured."""
+        """Take over the moves of bodies and of SCARA robots that are still configured."""
         own = [Move.model_validate(it) for it in records if it["body_id"] in self._bodies]
         self.moves.log.remember(own)
         for move in own:
             if not move.status.final:
                 self._take_over(self._bodies[move.body_id], move, begun=move.id in begun)
+        self.scara_moves.resume(self._scaras, records)
 
     def _take_over(self, body: Body, move: Move, *, begun: bool) -> None:
-        self.moves.take_over(body, move, begun=begun)
+        robots = {scara.group.address: scara for scara in self.scaras()}
+        robot = robots.get(move.group_id or "")
+        tolerance = robot.tolerance_pulses if robot else body.position_tolerance
+        self.moves.take_over(body, move, begun=begun, tolerance=tolerance)
         if move.kind == "continuous" and not move.status.final:
             with acting(RESTART):
                 self.stops.stop([body], "decelerate")

@@ -230,8 +230,11 @@ class Moves:
 
     # over restarts
 
-    def take_over(self, body: Body, move: Move, *, begun: bool) -> None:
-        """Go on with a move of an earlier life: ask the body, and follow the move to its end."""
+    def take_over(self, body: Body, move: Move, *, begun: bool, tolerance: int) -> None:
+        """Go on with a move of an earlier life: ask the body, and follow the move to its end.
+
+        `tolerance` is by how many pulses it may miss its target.
+        """
         body.line.followed += 1
         if move.status is MoveStatus.QUEUED and not begun:
             move.evidence.append("The gateway has ended before the command was written.")
@@ -245,7 +248,7 @@ class Moves:
         body.free.clear()
         answered: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
         answered.set_result(None)
-        case = Case(body, move, rested_at(move), body.position_tolerance)
+        case = Case(body, move, rested_at(move), tolerance)
         task = asyncio.create_task(self._see_through(case, _ended_with(body)), name=f"move {move.id}")
         self._tasks[task] = answered
         task.add_done_callback(self._tasks.pop)

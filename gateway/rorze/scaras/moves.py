@@ -1,10 +1,10 @@
 """The moves of SCARA robots: one frame starts all axes, and when one fails all stop (RC-420 manual 13.10)."""
 
 import asyncio
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from gateway.core.errors import (
     BodyBusy,
@@ -13,6 +13,8 @@ from gateway.core.errors import (
     Moved,
     MoveFailed,
     NoReply,
+    NotFound,
+    RestartedFirst,
     ShuttingDown,
 )
 from gateway.core.lanes import Lane
@@ -49,13 +51,15 @@ _OF_THE_ROBOT: Final = {MoveStatus.REJECTED: MoveStatus.FAILED, MoveStatus.CANCE
 """What an axis did not do, others did."""
 
 
+T = TypeVar("T")
+
+
 @dataclass(eq=False)
 class _Run:
     """A move under way."""
 
     scara: Scara
     move: ScaraMove
-    request: ScaraMoveRequest
     moves: dict[Body, Move] = field(default_factory=dict)
     """Those of the bodies, once they are begun."""
     begun: bool = False
@@ -101,11 +105,16 @@ class ScaraMoves:
             frame="",
             created_at=now,
         )
-        run = _Run(scara, move, request)
+        run = _Run(scara, move)
         scara.move = move
         self.log.add(move)
         move.event_cursor = self._publish("queued", move)
-        return await asyncio.shield(self._task(self._begin(run, start_within_s), f"move {move.id}"))
+        self.log.on_change(move)
+        beginning = self._begin(run, request, start_within_s)
+        refusal = await asyncio.shield(self._keep(asyncio.create_task(beginning, name=f"move {move.id}")))
+        if refusal is not None:
+            raise refusal
+        return move
 
     async def plan(self, scara: Scara, request: ScaraMoveRequest) -> PlannedScaraMove:
         """Work out a move; only reads are sent.
@@ -132,6 +141,43 @@ class ScaraMoves:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
+    # over restarts
+
+    def resume(self, scaras: Mapping[str, Scara], records: Sequence[Mapping[str, Any]]) -> None:
+        """Take over the moves of an earlier life, once those of the bodies are taken over."""
+        own = [ScaraMove.model_validate(it) for it in records if it.get("scara_id") in scaras]
+        self.log.remember(own)
+        for move in own:
+            if not move.status.final:
+                self._take_over(scaras[move.scara_id], move)
+
+    def _take_over(self, scara: Scara, move: ScaraMove) -> None:
+        """Go on with a move by those of its bodies; one that was still being prepared has moved nothing."""
+        run = _Run(scara, move, begun=True)
+        if not any(axis.move_id for axis in move.axes):
+            move.evidence.append("The gateway has ended before the move was started.")
+            self._end(run, MoveStatus.CANCELLED, RestartedFirst())
+            return
+        run.moves = self._moves_of(scara, move)
+        if not run.moves:
+            self._end(run, MoveStatus.UNKNOWN, _other_bodies(scara))
+            return
+        move.evidence.append("The gateway was restarted in the middle of the move; its axes were asked.")
+        scara.move = move
+        self._runs |= dict.fromkeys(run.moves, run)
+        self._begin_to_watch(run)
+        self._look_after(run)
+
+    def _moves_of(self, scara: Scara, move: ScaraMove) -> dict[Body, Move]:
+        """The moves of a robot's bodies; none where it has other bodies now, or one is not kept any more."""
+        if [axis.body_id for axis in move.axes] != [body.address for body in scara.members]:
+            return {}
+        both = zip(scara.members, move.axes, strict=True)
+        try:
+            return {body: self._moves.get(axis.move_id) for body, axis in both if axis.move_id is not None}
+        except NotFound:
+            return {}
+
     # what bodies tell
 
     def advanced(self, body: Body, move: Move) -> None:
@@ -139,6 +185,9 @@ class ScaraMoves:
         run = self._runs.get(body)
         if run is not None:
             run.moves[body] = move
+            if move.status is MoveStatus.QUEUED:
+                self._note_axes(run)
+                self.log.on_change(run.move)  # the next life has to know the moves of its axes
             if move.status is MoveStatus.SENT and run.move.status is MoveStatus.QUEUED:
                 self._advance(run, MoveStatus.SENT)
             self._look_after(run)
@@ -172,26 +221,29 @@ class ScaraMoves:
                     "Wait for it or stop it.",
                 )
 
-    async def _begin(self, run: _Run, start_within_s: float) -> ScaraMove:
+    async def _begin(
+        self, run: _Run, request: ScaraMoveRequest, start_within_s: float
+    ) -> GatewayError | None:
+        """Prepare and start it, and give the reason where that was not done: nobody may be waiting for it."""
         scara = run.scara
         try:
             expires_at = asyncio.get_running_loop().time() + start_within_s
             async with scara.line.undivided([scara.group.number], expires_at):
-                await self._set_off(run, await self._prepare(run), expires_at)
+                await self._set_off(run, await self._prepare(run, request), expires_at)
         except GatewayError as error:
             refused = isinstance(error, ControllerRefused)
             self._end(run, MoveStatus.REJECTED if refused else MoveStatus.CANCELLED, error)
-            raise
+            return error
         except asyncio.CancelledError:
             self._end(run, MoveStatus.CANCELLED, ShuttingDown())
             raise
-        return run.move
+        return None
 
-    async def _prepare(self, run: _Run) -> Plan:
+    async def _prepare(self, run: _Run, request: ScaraMoveRequest) -> Plan:
         """Work the move out and prepare it, anew where a reply was lost: nothing moves by that."""
         for left in reversed(range(ATTEMPTS)):
             try:
-                plan = await work_out(run.scara, run.request, Lane.PROOF)
+                plan = await work_out(run.scara, request, Lane.PROOF)
                 _note_plan(run.move, plan)
                 await prepare(plan, run.move.preparation.append)
             except NoReply:
@@ -218,14 +270,15 @@ class ScaraMoves:
         for body, move in run.moves.items():
             if acknowledged and not move.acknowledged_at and not move.status.final:
                 self._failed(body, "it has not answered the start, and others have")
-        self._task(self._watch(run), f"watch of {run.move.id}")
+        self._begin_to_watch(run)
         self._look_after(run)
 
     # while it runs
 
     async def _watch(self, run: _Run) -> None:
         """Ask all controllers at once how they are, until all have ended or one is in trouble."""
-        errors = {body: (body.status_bits or 0) & MOTION_ERRORS for body in run.moves}
+        known = ((body, body.status_bits) for body in run.moves)
+        errors = {body: MOTION_ERRORS if bits is None else bits & MOTION_ERRORS for body, bits in known}
         for body in errors:
             body.watched = True
         try:
@@ -267,7 +320,8 @@ class ScaraMoves:
             if move.status.final and move.status is not MoveStatus.SUCCEEDED:
                 self._stop_all(run, body, f"its move is {move.status}")
                 return
-        if run.move.status is MoveStatus.SENT and any(it.status is MoveStatus.MOVING for it in moves):
+        waits = run.move.status in (MoveStatus.QUEUED, MoveStatus.SENT)
+        if waits and any(it.status is MoveStatus.MOVING for it in moves):
             self._advance(run, MoveStatus.MOVING)
 
     def _stop_all(self, run: _Run, body: Body, why: str) -> None:
@@ -300,8 +354,9 @@ class ScaraMoves:
 
     def _note_axes(self, run: _Run) -> None:
         """Write into the record what is known of its axes."""
-        for body, axis in zip(run.scara.members, run.move.axes, strict=True):
-            move = run.moves.get(body)
+        moves = {body.address: move for body, move in run.moves.items()}
+        for axis in run.move.axes:
+            move = moves.get(axis.body_id)
             if move is not None:
                 axis.move_id, axis.status, axis.end_cause = move.id, move.status, move.end_cause
                 axis.position = axis.position if move.position is None else move.position
@@ -330,11 +385,12 @@ class ScaraMoves:
             move.ended_at = datetime.now(UTC)
             self.log.end(move)
         self._publish("started" if status is MoveStatus.MOVING else status, move)
+        self.log.on_change(move)
 
-    def _task(self, work: Any, name: str) -> "asyncio.Task[Any]":
-        return self._keep(asyncio.create_task(work, name=name))
+    def _begin_to_watch(self, run: _Run) -> None:
+        self._keep(asyncio.create_task(self._watch(run), name=f"watch of {run.move.id}"))
 
-    def _keep(self, task: "asyncio.Task[Any]") -> "asyncio.Task[Any]":
+    def _keep(self, task: "asyncio.Task[T]") -> "asyncio.Task[T]":
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
         return task
@@ -391,6 +447,17 @@ def _failure(run: _Run, failed: Mapping[Body, Move]) -> MoveFailed:
     )
     failure.moved = _moved(run.moves.values())
     return failure
+
+
+def _other_bodies(scara: Scara) -> MoveFailed:
+    """The error of a move whose axes are not those of its robot any more."""
+    error = MoveFailed(
+        f"The gateway was restarted in the middle of the move, and {scara.id} has other bodies now, or their "
+        "moves are not kept any more.",
+        "See where the finger is before anything else.",
+    )
+    error.moved = "unknown"
+    return error
 
 
 def _moved(moves: Iterable[Move]) -> Moved:
