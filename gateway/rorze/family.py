@@ -159,6 +159,7 @@ class Rorze(Family):
             table.robot,
             table.name or "",
             table.own_path,
+            table.keep_out_um,
             table.tolerance_pulses,
             table.on_fault,
         )

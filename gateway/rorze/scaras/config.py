@@ -35,6 +35,10 @@ class Scara(Table):
     """Of each axis (HZS)."""
     own_path: int = Field(63, ge=0, le=63)
     """The interpolation path that the gateway overwrites for its lines (HDS)."""
+    keep_out_um: int = Field(10_000, ge=0, lt=BILLION)
+    """Paths that pass the origin nearer than this, and not straight through it, are refused: the base would
+    turn too fast (RC-420 manual 13.10.6). How near is too near depends on the robot, an assumption; 0 refuses
+    none."""
     tolerance_pulses: int = Field(2, ge=0, le=10_000)
     """By how much an axis may end beside the place that the gateway calculates. The manual tells neither the
     rounding nor the bend of the elbow, so what is calculated is an assumption."""

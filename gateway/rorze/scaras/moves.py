@@ -10,6 +10,7 @@ from gateway.core.errors import (
     BodyBusy,
     ControllerRefused,
     GatewayError,
+    InvalidRequest,
     Moved,
     MoveFailed,
     NoReply,
@@ -24,7 +25,9 @@ from gateway.core.origin import working
 from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
 from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
 from gateway.rorze.moves import Moves
-from gateway.rorze.scaras.preparation import Plan, prepare, work_out
+from gateway.rorze.scaras.geometry import GeometryDiffers
+from gateway.rorze.scaras.paths import PathsDiffer
+from gateway.rorze.scaras.preparation import Plan, prepare, prove_power, work_out
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraAxisMove, ScaraMove, ScaraPlace
 from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
@@ -249,6 +252,9 @@ class ScaraMoves:
             except NoReply:
                 if not left:
                     raise
+            except (InvalidRequest, ControllerRefused, GeometryDiffers, PathsDiffer):
+                await prove_power(run.scara)  # that explains it, too
+                raise
             else:
                 break
         return plan

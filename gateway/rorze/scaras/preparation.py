@@ -4,14 +4,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.errors import InvalidRequest
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.scaras import geometry, paths
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraPlace
 from gateway.rorze.scaras.requests import Course, Here, Manoeuvre, ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
-from protocols.rorze.interpolation import SetPathPoint, SetStartPosition, TurnFinger
+from protocols.rorze.interpolation import (
+    SetPathPoint,
+    SetStartPosition,
+    StartInterpolation,
+    TurnFinger,
+)
 from protocols.rorze.path import PathFault
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.scara import OutOfReach
@@ -82,11 +87,18 @@ async def work_out(scara: Scara, request: ScaraMoveRequest, lane: Lane | None = 
         pose = robot.pose(pulses)
         here = Here(pulses, pose, robot.place(pulses), points, scara.own_path)
         manoeuvre = request.manoeuvre(here)
-        return Plan(scara, here, manoeuvre, manoeuvre.course(robot, pose))
+        course = manoeuvre.course(robot, pose)
     except (OutOfReach, PathFault) as error:
         raise InvalidRequest(
             f"{scara.id} cannot do that: {error} Nothing was moved.", "See its coordinates and its geometry."
         ) from None
+    if course.sharpest_turn * scara.keep_out_um > 1:
+        raise InvalidRequest(
+            f"{scara.id} would pass the origin within {1 / course.sharpest_turn:.0f} um, where the base has "
+            "to turn too fast; nothing was moved.",
+            "Align the arm with the target, and lead the path through the centre (RC-420 manual 13.10.6).",
+        )
+    return Plan(scara, here, manoeuvre, course)
 
 
 async def prepare(plan: Plan, note: Callable[[str], None]) -> None:
@@ -99,16 +111,10 @@ async def prepare(plan: Plan, note: Callable[[str], None]) -> None:
     :raises GatewayError: one has refused it, or did not answer.
     """
     scara = plan.scara
-    require_power(scara, plan.manoeuvre.motion)
+    _require_power(scara)
     for position in plan.positions():
         await _tell(scara, position, note)
-    try:
-        await geometry.require_agreement(scara, plan.here.pulses)
-    except GatewayError:  # who has lost its power has forgotten its geometry
-        for body in scara.members:
-            await body.mark.stands(Lane.PROOF)
-        require_power(scara, plan.manoeuvre.motion)
-        raise
+    await geometry.require_agreement(scara, plan.here.pulses)
     for command in plan.manoeuvre.preparation:
         await _tell(scara, command, note)
         if isinstance(command, SetPathPoint):
@@ -120,12 +126,19 @@ async def _tell(scara: Scara, command: RorzeCommand[Any], note: Callable[[str], 
     await scara.ask(command)
 
 
-def require_power(scara: Scara, motion: RorzeCommand[Any]) -> None:
-    """Refuse to move a robot of which a body has lost its power.
+async def prove_power(scara: Scara) -> None:
+    """See that all bodies have kept their power: without it they have forgotten place, geometry and paths.
 
-    :raises PowerCycled: one has.
+    :raises PowerCycled: one has not.
+    :raises GatewayError: one did not tell.
     """
     for body in scara.members:
-        refusal = body.power.refusal(body.address, motion)
+        await body.mark.stands(Lane.PROOF)
+    _require_power(scara)
+
+
+def _require_power(scara: Scara) -> None:
+    for body in scara.members:
+        refusal = body.power.refusal(body.address, StartInterpolation())
         if refusal is not None:
             raise refusal

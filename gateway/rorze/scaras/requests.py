@@ -75,10 +75,13 @@ class Here(NamedTuple):
 
 
 class Course(NamedTuple):
-    """By how much each axis turns, and how long the path is; None where there is none."""
+    """By how much each axis turns, how long the path is, and how sharply it makes the base turn."""
 
     turned: tuple[int, ...]
-    length_um: float | None
+    length_um: float | None = None
+    """None where there is no path."""
+    sharpest_turn: float = 0.0
+    """In radians a micrometre."""
 
 
 class Manoeuvre(NamedTuple):
@@ -296,7 +299,7 @@ ScaraMoveRequest = Annotated[
 def _along(way: ways.Way, *preparation: RorzeCommand[Any]) -> Manoeuvre:
     def course(robot: Robot, pose: Pose) -> Course:
         path = way(robot, pose)
-        return Course(path.pulses(), path.length)
+        return Course(path.pulses(), path.length, path.sharpest_turn())
 
     return Manoeuvre(StartInterpolation(), preparation, course)
 
@@ -305,4 +308,4 @@ def _each_alone(robot: Robot, turns: ways.Turns) -> Course:
     pulses = (
         round(turns.get(axis, 0.0) / TURN * per_turn) for axis, per_turn in enumerate(robot.pulses_per_turn)
     )
-    return Course(tuple(pulses), None)
+    return Course(tuple(pulses))

@@ -32,6 +32,8 @@ class Scara:
     name: str = ""
     own_path: int = 63
     """The interpolation path that the gateway overwrites for its lines."""
+    keep_out_um: int = 10_000
+    """A path that passes the origin nearer than this, and not straight through it, is refused; 0: none is."""
     tolerance_pulses: int = 2
     on_fault: StopMode = "decelerate"
     move: ScaraMove | None = None

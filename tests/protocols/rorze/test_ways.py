@@ -1,14 +1,15 @@
 """The ways of a SCARA robot's moves, from the place of RC-420 manual 13.10.7."""
 
-from math import floor, pi
+from cmath import rect
+from math import floor, inf, pi
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocols.rorze.interpolation import PathPoint
-from protocols.rorze.path import PathFault
-from protocols.rorze.scara import BeltLinked, OutOfReach, Place, Robot, ThreeAxes
+from protocols.rorze.path import Corner, Path, PathFault, rounded
+from protocols.rorze.scara import BeltLinked, OutOfReach, Place, Pose, Robot, ThreeAxes
 from protocols.rorze.ways import Way, about, along, by, end_of, finger_turns, out, turns_towards
 
 ROBOT = ThreeAxes(215_000, 330_000, (121_791.045, 60_000.0, 100_000.0))
@@ -89,3 +90,27 @@ def test_a_path_with_a_missing_point_has_no_end() -> None:
     assert end_of({0: PathPoint(place="center")}) is None
     with pytest.raises(PathFault, match="missing"):
         end_of({1: POINTS[1]})
+
+
+@pytest.mark.parametrize("beside_um", [1.0, 500.0, 40_000.0])
+def test_beside_the_origin_the_heading_turns_as_fast_as_it_is_near(beside_um: float) -> None:
+    pose = Pose(200_000, 0.0, 0.0)
+    aside = by(1j * beside_um)(ROBOT, pose)
+    assert aside.sharpest_turn() == pytest.approx(1 / 200_000, rel=1e-3)
+    past = Path(
+        ROBOT, pose, rounded(200_000, [Corner(200_000 + 1j * beside_um), Corner(-200_000 + 1j * beside_um)])
+    )
+    assert past.sharpest_turn() == pytest.approx(1 / beside_um, rel=1e-3)
+
+
+def test_straight_through_the_origin_nothing_turns() -> None:
+    assert out(400_000)(ROBOT, ROBOT.pose(START)).sharpest_turn() == pytest.approx(0, abs=1e-12)
+    centred = {0: PathPoint(place="center"), 1: PathPoint(x=0, y=600_000, radius=0)}
+    assert along(centred)(ROBOT, Pose(-215_000, pi / 2, pi / 2)).sharpest_turn() == pytest.approx(0, abs=1e-9)
+
+
+def test_from_the_origin_the_heading_jumps_where_the_way_leads_aside() -> None:
+    folded = ROBOT.pose((0, 0, 0))
+    assert folded.reach == 0
+    assert by(100_000 * rect(1, folded.heading))(ROBOT, folded).sharpest_turn() == pytest.approx(0, abs=1e-9)
+    assert by(100_000 * rect(1, folded.heading + 0.5))(ROBOT, folded).sharpest_turn() == inf

@@ -238,6 +238,18 @@ async def test_what_the_arm_cannot_do_is_not_tried(request_: dict[str, Any], mat
 
 
 @in_virtual_time
+async def test_a_path_that_passes_the_origin_nearby_is_refused_unless_it_is_allowed() -> None:
+    """13.10.6: such paths must not be."""
+    async with cell() as robot:
+        match = r"would pass the origin within (49|50)\d\d um"
+        await refused(robot, InvalidRequest, match, kind="line", x=mm(10), y=mm(545))
+        await refused(robot, InvalidRequest, r"within \d um", kind="offset", y=mm(400))
+        assert (await robot.finished("extend", distance=mm(400))).status is MoveStatus.SUCCEEDED
+    async with cell(extra="keep_out_um = 0") as robot:
+        assert (await robot.finished("line", x=mm(10), y=mm(545), pattern=5)).status is MoveStatus.SUCCEEDED
+
+
+@in_virtual_time
 async def test_a_controller_with_another_geometry_is_not_moved() -> None:
     async with cell() as robot:
         robot.rig.axis(3).execute("HAS200000", 0.0)
