@@ -1,6 +1,6 @@
 """What is told of a SCARA robot's move."""
 
-from typing import Literal
+from typing import Final, Literal
 
 from pydantic import Field
 
@@ -9,6 +9,10 @@ from gateway.core.records import Record
 from protocols.rorze.scara import Place
 
 ScaraMoveKind = Literal["line", "path", "offset", "extend", "retract", "rotate", "finger", "align"]
+
+
+DECIMALS: Final = 9
+"""Of what is told: near the origin a nanometre decides where the base stands."""
 
 
 class Micrometres(Record):
@@ -34,12 +38,12 @@ class ScaraPlace(Record):
 
     @classmethod
     def of(cls, place: Place) -> "ScaraPlace":
-        """A place, to the nanometre."""
+        """A place."""
         angle = 180_000 - (180_000 - place.direction) % 360_000
         return cls(
-            x=Micrometres(value=round(place.x, 3)),
-            y=Micrometres(value=round(place.y, 3)),
-            angle=Millidegrees(value=round(angle, 3)),
+            x=Micrometres(value=round(place.x, DECIMALS)),
+            y=Micrometres(value=round(place.y, DECIMALS)),
+            angle=Millidegrees(value=round(angle, DECIMALS)),
         )
 
 
