@@ -27,7 +27,7 @@ from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
 from gateway.rorze.moves import Moves
 from gateway.rorze.scaras.geometry import GeometryDiffers
 from gateway.rorze.scaras.paths import PathsDiffer
-from gateway.rorze.scaras.preparation import Plan, prepare, prove_power, work_out
+from gateway.rorze.scaras.preparation import Plan, prepare, prove_power, weigh, work_out
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraAxisMove, ScaraMove, ScaraPlace
 from gateway.rorze.scaras.requests import ScaraMoveRequest
 from gateway.rorze.scaras.scara import Scara
@@ -125,7 +125,7 @@ class ScaraMoves:
         :raises InvalidRequest: the arm does not come there, or no path leads there.
         :raises GatewayError: the robot did not tell where it stands.
         """
-        return (await work_out(scara, request)).told()
+        return await weigh(await work_out(scara, request), request.pattern)
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""

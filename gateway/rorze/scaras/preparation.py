@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil
 from typing import Any
 
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import ControllerRefused, InvalidRequest, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body, Group
+from gateway.rorze.plans import parameters_of_pattern
 from gateway.rorze.scaras import geometry, paths
 from gateway.rorze.scaras.record import PlannedScaraMove, ScaraPlace
 from gateway.rorze.scaras.requests import Course, Here, Manoeuvre, ScaraMoveRequest
@@ -18,6 +20,8 @@ from protocols.rorze.interpolation import (
     TurnFinger,
 )
 from protocols.rorze.path import PathFault
+from protocols.rorze.profile import ProfileError
+from protocols.rorze.profile import plan as profile
 from protocols.rorze.row import RorzeCommand
 from protocols.rorze.scara import OutOfReach
 
@@ -99,6 +103,28 @@ async def work_out(scara: Scara, request: ScaraMoveRequest, lane: Lane | None = 
             "Align the arm with the target, and lead the path through the centre (RC-420 manual 13.10.6).",
         )
     return Plan(scara, here, manoeuvre, course)
+
+
+async def weigh(plan: Plan, pattern: int | None) -> PlannedScaraMove:
+    """Tell a move that is only planned, how long it would take, and why it would be refused.
+
+    :raises GatewayError: a controller did not tell its speeds.
+    """
+    told, course = plan.told(), plan.course
+    try:
+        _require_power(plan.scara)
+        ramps = [await parameters_of_pattern(body, pattern) for body in plan.movers]
+        if course.length_um is None:
+            turned = dict(zip(plan.scara.members, course.turned, strict=True))
+            lengths = [abs(turned[body]) for body in plan.movers]
+        else:
+            lengths = [ceil(course.length_um)] * len(ramps)
+        profiles = [profile(length, up, down) for length, (up, down) in zip(lengths, ramps, strict=True)]
+    except (PowerCycled, ControllerRefused, ProfileError) as error:
+        told.note = f"It would be refused: {error}"
+    else:
+        told.duration_s = max(it.duration_s or 0.0 for it in profiles)
+    return told
 
 
 async def prepare(plan: Plan, note: Callable[[str], None]) -> None:

@@ -94,3 +94,5 @@ class PlannedScaraMove(Record):
     length_um: float | None = Field(
         description="Of the way that the speed counts on, in micrometres; null where axes turn alone."
     )
+    duration_s: float | None = Field(None, description="How long pulses would run, with the settings of now.")
+    note: str | None = Field(None, description="Why something is not known, or would be refused.")

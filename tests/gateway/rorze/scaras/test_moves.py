@@ -206,6 +206,39 @@ async def test_a_plan_only_reads() -> None:
         assert robot.told_of("HPS") == []
 
 
+@pytest.mark.parametrize(
+    ("kind", "request_"),
+    [
+        ("offset", {"x": mm(50), "pattern": 5}),
+        ("finger", {"angle": deg(0)}),
+        ("align", {"x": mm(99), "y": mm(400)}),
+    ],
+)
+@in_virtual_time
+async def test_a_plan_tells_how_long_it_would_take(kind: str, request_: dict[str, Any]) -> None:
+    async with cell() as robot:
+        planned = read(kind, **{"pattern": 4, **request_})
+        plan = await robot.moves.plan(robot.scara, planned)
+        starting = asyncio.create_task(robot.moves.start(robot.scara, planned))
+        await robot.until_moving()
+        began_at = asyncio.get_running_loop().time()
+        while any(robot.moving()):  # noqa: ASYNC110  # virtual time
+            await asyncio.sleep(0.001)
+        assert plan.duration_s == pytest.approx(asyncio.get_running_loop().time() - began_at, abs=0.01)
+        await robot.ended(await starting)
+
+
+@in_virtual_time
+async def test_a_plan_tells_why_it_would_be_refused() -> None:
+    async with cell() as robot:
+        plan = await robot.moves.plan(robot.scara, read("offset", x=mm(10), pattern=9))
+        assert (plan.duration_s, plan.note) == (
+            None,
+            "It would be refused: line1.02 refused SPD: The acceleration pattern is not set. Nothing moved because of "
+            "it.",
+        )
+
+
 # What is refused
 
 
