@@ -232,11 +232,9 @@ async def test_a_plan_tells_how_long_it_would_take(kind: str, request_: dict[str
 async def test_a_plan_tells_why_it_would_be_refused() -> None:
     async with cell() as robot:
         plan = await robot.moves.plan(robot.scara, read("offset", x=mm(10), pattern=9))
-        assert (plan.duration_s, plan.note) == (
-            None,
-            "It would be refused: line1.02 refused SPD: The acceleration pattern is not set. Nothing moved because of "
-            "it.",
-        )
+        assert plan.duration_s is None
+        assert plan.note is not None
+        assert "would be refused: line1.02 refused SPD: The acceleration pattern is not set." in plan.note
 
 
 # What is refused
