@@ -18,6 +18,7 @@ from gateway.core.errors import (
     RestartedFirst,
     ShuttingDown,
 )
+from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import Move, MoveError, MoveStatus
@@ -229,6 +230,7 @@ class ScaraMoves:
     ) -> GatewayError | None:
         """Prepare and start it, and give the reason where that was not done: nobody may be waiting for it."""
         scara = run.scara
+        OF_MOVES.set([run.move.id])
         try:
             expires_at = asyncio.get_running_loop().time() + start_within_s
             async with scara.line.undivided([scara.group.number], expires_at):
