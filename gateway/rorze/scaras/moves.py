@@ -37,7 +37,7 @@ from protocols.rorze.link import MoveEnded
 from protocols.rorze.status import ControllerStatus, GetControllerStatus
 
 WATCH_S: Final = 0.1
-"""While a robot moves, all its controllers are asked at once so long after their last answer."""
+"""The pause between two questions to all controllers of a robot that moves."""
 
 ATTEMPTS: Final = 3
 """A preparation without a reply is made anew, so often in all."""

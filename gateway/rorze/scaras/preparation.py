@@ -44,7 +44,7 @@ class Plan:
 
     @property
     def addressee(self) -> Body | Group:
-        """Whom the motion is sent to: HFM moves the finger's axis alone (13.10.9), all else all."""
+        """What the motion goes to: HFM to the finger's controller alone (13.10.9), all else to the group."""
         return self.scara.members[-1] if isinstance(self.manoeuvre.motion, TurnFinger) else self.scara.group
 
     @property

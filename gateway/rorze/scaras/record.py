@@ -1,4 +1,4 @@
-"""What is told of a SCARA robot's move."""
+"""The record of a SCARA robot's move, and of one that is only planned."""
 
 from typing import Final, Literal
 
