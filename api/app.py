@@ -18,6 +18,7 @@ from api.common.security import SameSite
 from api.common.version import VERSION
 from api.front import documents
 from api.robots import routes as robots
+from api.scaras import routes as scaras
 from gateway.access.credentials import Credentials
 from gateway.core.rights import Right
 from gateway.operations.keys import Keys
@@ -86,12 +87,9 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.access = Access(plant, credentials)
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
-    body_data = (settings, speed_sets, patterns)
-    modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system)
-    routers = [
-        info.reads,
-        *(module.router for module in (*modules, programs, memories, *body_data)),
-    ]
+    modules = [info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system]
+    modules += [programs, memories, settings, speed_sets, patterns]
+    routers = [info.reads, *(module.router for module in modules), *scaras.routers()]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []
         routers += command_routes.routers(type(family))

@@ -34,8 +34,8 @@ After = Annotated[str | None, Query(description="Only events after this cursor."
 Bodies = Annotated[
     str | None,
     Query(
-        description="Only events of these bodies, groups and robots: addresses joined by commas, such as "
-        "3F,arm.02,r1,r2/units/1. A robot's address means its units too."
+        description="Only events of these bodies, groups, SCARA robots and robots: addresses joined by "
+        "commas, such as 3F,arm.02,wafer,r1,r2/units/1. A robot's address means its units too."
     ),
 ]
 Types = Annotated[
@@ -159,7 +159,8 @@ def _addresses(plant: Plant, text: str | None) -> list[str] | None:
     for address in map(canonical_address, wanted or ()):
         if address not in known:
             raise InvalidRequest(
-                f"bodies: there is no {address}.", "GET /bodies, /groups and /robots list what there is."
+                f"bodies: there is no {address}.",
+                "GET /bodies, /groups, /scaras, /robots list what there is.",
             )
     return wanted
 

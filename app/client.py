@@ -133,7 +133,7 @@ class Client:
 
     def _look(self, move: dict[str, Any], wait_s: float) -> dict[str, Any]:
         """What has become of a move that was started."""
-        kind = "robots" if "/units/" in move["body_id"] else "bodies"
+        kind = "scaras" if "scara_id" in move else "robots" if "/units/" in move["body_id"] else "bodies"
         path = f"/{kind}/{move['body_id']}/moves/{move['id']}"
         try:
             return self.request("GET", path, wait_s=wait_s)

@@ -20,7 +20,8 @@ from app.exits import fail
 if TYPE_CHECKING:
     from gateway.config import Config
 
-DEMO_BODIES = (0x00, 0x01, 0x3F)
+DEMO_ROBOT = (0x02, 0x03, 0x04)
+DEMO_BODIES = (0x00, 0x01, *DEMO_ROBOT, 0x3F)
 
 
 def serve(
@@ -66,7 +67,7 @@ async def _serve_demo(port: int | None, data: Path | None) -> None:
     with TemporaryDirectory(prefix="motion-gateway-") as folder:
         line_path, robot_path = Path(folder) / "line1", Path(folder) / "cell1"
         async with AsyncExitStack() as stack:
-            stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path).aclose)
+            stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path, DEMO_ROBOT).aclose)
             stack.push_async_callback(start_demo_robot(robot_path).aclose)
             await _serve(_on_port(_demo_config(line_path, robot_path), port), data or Path(folder) / "data")
 
@@ -82,7 +83,16 @@ def _demo_config(line_path: Path, robot_path: Path) -> "Config":
     ]
     robot = {"id": "r1", "units": units}
     cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
-    return Config.model_validate({"access": {"mode": "open"}, "lines": [line, cell]})
+    scara = {
+        "id": "wafer",
+        "line": "line1",
+        "group": "8A",
+        "members": [f"{body:02X}" for body in DEMO_ROBOT],
+        "arm_um": 215_000,
+        "finger_um": 330_000,
+        "pulses_per_turn": [121_791.045, 60_000.0, 100_000.0],
+    }
+    return Config.model_validate({"access": {"mode": "open"}, "lines": [line, cell], "scaras": [scara]})
 
 
 def _on_port(config: "Config", port: int | None) -> "Config":

@@ -27,19 +27,19 @@ SHOWN = ("status", "state", "command", "position", "end_cause", "reason", "detai
 
 
 def status(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = False) -> None:
-    """Show the lines, bodies and robots of a running gateway; no controller is asked."""
+    """Show the lines, bodies, SCARA robots and robots of a running gateway; no controller is asked."""
     client = Client.at(url, key_file)
-    lines, bodies, robots = (client.get(f"/{kind}")[kind] for kind in ("lines", "bodies", "robots"))
+    everything = {kind: client.get(f"/{kind}")[kind] for kind in ("lines", "bodies", "scaras", "robots")}
     if as_json:
-        everything = {"lines": lines, "bodies": bodies, "robots": robots}
         typer.echo(json.dumps(everything, ensure_ascii=False, indent=2))
         return
     tables = [
-        _table(("LINE", "STATE", "ADDRESS", "TROUBLE"), map(_line_row, lines)),
-        _table(("BODY", "NAME", "STATE", "POSITION", "NOTE"), map(_body_row, bodies)) if bodies else "",
-        _table(("ROBOT", "NAME", "STATE", "UNITS", "NOTE"), map(_robot_row, robots)) if robots else "",
+        _table(("LINE", "STATE", "ADDRESS", "TROUBLE"), map(_line_row, everything["lines"])),
+        _table(("BODY", "NAME", "STATE", "POSITION", "NOTE"), map(_body_row, everything["bodies"])),
+        _table(("SCARA", "NAME", "STATE", "AXES", "NOTE"), map(_scara_row, everything["scaras"])),
+        _table(("ROBOT", "NAME", "STATE", "UNITS", "NOTE"), map(_robot_row, everything["robots"])),
     ]
-    typer.echo("\n\n".join(filter(None, tables)))
+    typer.echo("\n\n".join(table for table in tables if "\n" in table))
 
 
 def _line_row(line: dict[str, Any]) -> Row:
@@ -49,6 +49,11 @@ def _line_row(line: dict[str, Any]) -> Row:
 def _body_row(body: dict[str, Any]) -> Row:
     position = "" if body["position"] is None else str(body["position"])
     return body["body_id"], body["name"], _state(body), position, _lost_power(body)
+
+
+def _scara_row(scara: dict[str, Any]) -> Row:
+    axes = ", ".join(axis["body_id"] for axis in scara["axes"])
+    return scara["scara_id"], scara["name"], _state(scara), axes, _lost_power(scara)
 
 
 def _robot_row(robot: dict[str, Any]) -> Row:

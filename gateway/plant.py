@@ -20,6 +20,7 @@ from gateway.core.origin import POLL, acting
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
 from gateway.memory import Memory
+from gateway.rorze.family import Rorze
 from gateway.wind_down import SUBJECT, WindDown
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
@@ -62,6 +63,8 @@ class Plant:
             built.recorder = self.recorders[built.id]
             if self._memory is not None:
                 self._memory.keep(built)
+        for scara in config.scaras:
+            self.family(Rorze).add_scara(scara)
 
     @property
     def journal(self) -> Journal | None:

@@ -30,7 +30,7 @@ STREAMS: Final = frozenset({"/events", "/events/stream"})
 LOOK_AGAIN_S: Final = 5.0
 """How often it is asked whether the credential of an event stream is still good."""
 CLOSE_NOT_AUTHENTICATED: Final = 4401
-_TARGETS: Final = ("body_id", "group_id", "robot_id", "line_id")
+_TARGETS: Final = ("body_id", "group_id", "scara_id", "robot_id", "line_id")
 _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
 _ONCE: Final = frozenset({b"authorization", b"cookie"})

@@ -22,6 +22,7 @@ from gateway.core.move_record import Move, MoveRecord
 from gateway.core.origin import acting, current
 from gateway.core.targets import Begun
 from gateway.operations.keys import Answered, Key, Keys, LeftOpen
+from gateway.rorze.scaras.record import ScaraMove
 
 REPLAYED: Final = "Idempotency-Replayed"
 LONGEST_KEY: Final = 255
@@ -190,6 +191,8 @@ def _found(left: LeftOpen, request: Request) -> _Answer:
 
 
 def _begun(first: MoveRecord, left: LeftOpen) -> Begun:
+    if isinstance(first, ScaraMove):
+        return Begun(f"/scaras/{first.scara_id}", [first])
     if isinstance(first, Move):
         return Begun(f"/bodies/{first.body_id}", left.moves, first.group_id)
     return Begun(f"/robots/{first.body_id}", left.moves)

@@ -235,7 +235,7 @@ class MoveFailed(GatewayError):
 
     kind = "move-failed"
     title = "The move failed"
-    moved = "yes"
+    moved: Moved = "yes"
 
 
 class ErrorText(Protocol):

@@ -37,7 +37,7 @@ GAP = "stream.gap"
 
 _SOURCE = "/motion-gateway"
 _CURSOR = re.compile("([0-9a-f]{8})-([0-9]{12})")
-_ADDRESSED = frozenset({"bodies", "groups", "robots"})
+_ADDRESSED = frozenset({"bodies", "groups", "robots", "scaras"})
 """What has an address that a filter can name."""
 _TYPE = re.compile(r"[a-z0-9_]+(?:\.[a-z0-9_]+)*(?P<any>\.\*)?")
 
@@ -52,8 +52,8 @@ class CloudEvent(BaseModel):
     source: str = _SOURCE
     type: str
     subject: str
-    """`/lines/LINE`, `/bodies/LINE.3F`, `/groups/LINE.80`, `/robots/ROBOT`, `/robots/ROBOT/units/1`, or
-    `/events` for the stream itself."""
+    """`/lines/LINE`, `/bodies/LINE.3F`, `/groups/LINE.80`, `/robots/ROBOT`, `/robots/ROBOT/units/1`,
+    `/scaras/SCARA`, or `/events` for the stream itself."""
     time: AwareDatetime
     datacontenttype: Literal["application/json"] = "application/json"
     sequence: str = Field(pattern="^[0-9]{12}$")

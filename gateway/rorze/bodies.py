@@ -111,6 +111,8 @@ class Body:
     """The link master has announced the end of a move."""
     end_due: asyncio.Event = field(default_factory=asyncio.Event)
     """The move seems to be over: the link master has announced it, or a stop is confirmed."""
+    watched: bool = False
+    """Whether the robot it belongs to is asked as a whole, so that nobody need ask it again and again."""
     being_stopped: bool = False
     """Whether a stop is under way that is not confirmed yet."""
     stopped_at: int | None = None

@@ -8,9 +8,10 @@ from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
 from gateway.rorze.scans import Scan
+from gateway.rorze.scaras.record import ScaraMove
 from gateway.rorze.stops import StopReport
 
-BODY, GROUP = "/bodies/{body_id}", "/groups/{group_id}"
+BODY, GROUP, SCARA = "/bodies/{body_id}", "/groups/{group_id}", "/scaras/{scara_id}"
 
 
 class WentOffline(EventData):
@@ -137,4 +138,4 @@ LINES = (
     ),
 )
 
-TYPES = (*BODIES, *LINES)
+TYPES = (*BODIES, *move_types("scara", SCARA, ScaraMove), *LINES)

@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import Field
 
-from gateway.core.addresses import numbered_address
+from gateway.core.addresses import numbered_address, there_are
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.move_log import MoveLog
@@ -28,6 +28,11 @@ from gateway.rorze.power import Power
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
+from gateway.rorze.scaras.config import Scara as ScaraTable
+from gateway.rorze.scaras.moves import ScaraMoves
+from gateway.rorze.scaras.record import ScaraMove
+from gateway.rorze.scaras.scara import Scara
+from gateway.rorze.scaras.target import ScaraTarget
 from gateway.rorze.stops import Stops
 from gateway.rorze.sweep import Sweep
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
@@ -66,7 +71,7 @@ class Rorze(Family):
     """All lines with RC-400s, and what is on them."""
 
     line_table = config.Line
-    collections = ("bodies", "groups")
+    collections = ("bodies", "groups", "scaras")
     event_types = TYPES
     commands = tuple(
         (place, row)
@@ -88,6 +93,8 @@ class Rorze(Family):
         self.sweeps: dict[str, Sweep] = {}
         """How many bodies of a line are asked at once, by the line's id."""
         self.stops = Stops(site.events, self.groups_of, self.sweeps)
+        self._scaras: dict[str, Scara] = {}
+        self.scara_moves = ScaraMoves(self.moves, self.stops, self._publish_scara_move)
         self.scans = Scans(site.events)
         self.uploads = ProgramUploads(self._publish_upload)
         self.runs = ProgramRuns(self._publish_run)
@@ -138,6 +145,26 @@ class Rorze(Family):
         group.on_strangers = partial(self._on_strangers, group)
         self._groups[group.address] = group
 
+    def add_scara(self, table: ScaraTable) -> None:
+        """Build a SCARA robot of bodies that are there, and the group that stands for them."""
+        line = self.lines[table.line]
+        group = self._groups.get(f"{line.id}.{table.group}")
+        if group is None:
+            members = [self._bodies[f"{line.id}.{member}"] for member in table.members]
+            group = Group(line, table.group_number, members, table.name or table.id)
+            line.groups[group.number] = [member.number for member in members]
+            self._add_group(group)
+        self._scaras[table.id] = Scara(
+            table.id,
+            group,
+            table.robot,
+            table.name or "",
+            table.own_path,
+            table.keep_out_um,
+            table.tolerance_pulses,
+            table.on_fault,
+        )
+
     # finding
 
     def bodies(self) -> list[Body]:
@@ -175,9 +202,25 @@ class Rorze(Family):
         """
         return _find(self._groups, self.lines, address, "group")
 
+    def scaras(self) -> list[Scara]:
+        """All SCARA robots, in the order of the configuration."""
+        return list(self._scaras.values())
+
+    def scara(self, scara_id: str) -> Scara:
+        """Find a SCARA robot by its id; upper case will do.
+
+        :raises NotFound: there is none.
+        """
+        found = self._scaras.get(scara_id.lower())
+        if found is None:
+            raise NotFound(f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}.")
+        return found
+
     def target(self, collection: str, names: Sequence[str]) -> Target:
-        """Find a body or a group; errors as of `body` and `group`."""
+        """Find a body, a group or a SCARA robot; errors as of `body`, `group` and `scara`."""
         address = "/".join(names)
+        if collection == "scaras":
+            return ScaraTarget(self.scara(address), self.scara_moves, self.stops)
         if collection == "groups":
             return GroupTarget(self.group(address), self.moves, self.stops)
         return BodyTarget(self.body(address), self.moves, self.stops)
@@ -187,7 +230,8 @@ class Rorze(Family):
         return LinkMasterTarget(self.lines[line_id], partial(self._define_as_told, line_id))
 
     def addresses(self) -> Iterator[str]:
-        """Bodies and groups, with and without their lines."""
+        """Bodies and groups, with and without their lines, and SCARA robots."""
+        yield from self._scaras
         things: list[Body | Group] = [*self.bodies(), *self.groups()]
         for thing in things:
             yield from (thing.address, thing.short)
@@ -240,6 +284,11 @@ class Rorze(Family):
                 f"{group.address} is among the numbers that the gateway keeps for itself; nothing was sent.",
                 "Take another number, or change sweep_groups in the configuration.",
             )
+        if any(scara.group.address == group.address for scara in self.scaras()):
+            raise InvalidRequest(
+                f"{group.address} is the group of a SCARA robot; nothing was sent.",
+                "Take another number, or change the configuration.",
+            )
         async with self._defining:
             await define(group, self._groups.get(group.address))
             self._add_group(group)
@@ -251,20 +300,24 @@ class Rorze(Family):
 
     # over restarts
 
-    def move_logs(self) -> Iterator[MoveLog[Move]]:
-        """That of all bodies."""
-        yield self.moves.log
+    def move_logs(self) -> Iterator[MoveLog[Any]]:
+        """That of all bodies, and that of all SCARA robots."""
+        yield from (self.moves.log, self.scara_moves.log)
 
     def resume(self, records: Sequence[Mapping[str, Any]], begun: Collection[str]) -> None:
-        """Take over the moves of bodies that are still configured."""
+        """Take over the moves of bodies and of SCARA robots that are still configured."""
         own = [Move.model_validate(it) for it in records if it["body_id"] in self._bodies]
         self.moves.log.remember(own)
         for move in own:
             if not move.status.final:
                 self._take_over(self._bodies[move.body_id], move, begun=move.id in begun)
+        self.scara_moves.resume(self._scaras, records)
 
     def _take_over(self, body: Body, move: Move, *, begun: bool) -> None:
-        self.moves.take_over(body, move, begun=begun)
+        robots = {scara.group.address: scara for scara in self.scaras()}
+        robot = robots.get(move.group_id or "")
+        tolerance = robot.tolerance_pulses if robot else body.position_tolerance
+        self.moves.take_over(body, move, begun=begun, tolerance=tolerance)
         if move.kind == "continuous" and not move.status.final:
             with acting(RESTART):
                 self.stops.stop([body], "decelerate")
@@ -292,7 +345,13 @@ class Rorze(Family):
     # news
 
     def _publish_move(self, kind: str, body: Body, move: Move) -> str:
-        return self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id).cursor
+        event = self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id)
+        self.scara_moves.advanced(body, move)
+        return event.cursor
+
+    def _publish_scara_move(self, what: str, move: ScaraMove) -> str:
+        subject = f"/scaras/{move.scara_id}"
+        return self.site.events.publish(f"scara.move.{what}", subject, move, correlation=move.id).cursor
 
     def _publish_upload(self, what: str, upload: ProgramUpload) -> None:
         subject = f"/bodies/{upload.body_id}"
@@ -314,6 +373,7 @@ class Rorze(Family):
         elif body is None:
             publish("body.end_frame", subject, {"command": frame.code, "cause": frame.cause})
         else:
+            self.scara_moves.announced(body, frame)
             self.moves.ended(body, frame)
 
     def _on_change(self, line: Line, what: str, facts: dict[str, object]) -> None:
@@ -329,6 +389,7 @@ class Rorze(Family):
                 body.fell_silent()
             else:
                 body.out_of_sight()
+            self.scara_moves.fell_silent(body)
         if body is not None and what == "body.online":
             body.look_due.set()
             self.stops.in_reach_again(body)
@@ -375,6 +436,7 @@ class Rorze(Family):
     async def at_rest(self) -> None:
         """Wait for stops, and for those who are told that nothing was sent."""
         await self.stops.confirmed()
+        await self.scara_moves.begun()
         await self.moves.begun()
 
     def left_moving(self) -> Iterator[LeftMoving]:
@@ -392,6 +454,7 @@ class Rorze(Family):
         await self.uploads.close()
         await self.runs.close()
         self.moves.let_go()
+        self.scara_moves.let_go()
 
     async def close(self) -> None:
         """End all work and close the lines."""
@@ -399,6 +462,7 @@ class Rorze(Family):
         for line in self.lines.values():
             await line.close()
         await self.scans.close()
+        await self.scara_moves.close()
         await self.moves.close()
 
 

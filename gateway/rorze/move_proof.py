@@ -58,6 +58,14 @@ class Verdict(NamedTuple):
     error: GatewayError | None = None
 
 
+class Stretch(NamedTuple):
+    """Where a motor that moves together with others has to start, and should come to, in pulses."""
+
+    start: int
+    target: int
+    tolerance: int
+
+
 @dataclass(eq=False)
 class Case:
     """A move of one body, with what is known of both."""
@@ -115,6 +123,19 @@ class Case:
                 f"{body.address} moves already, by no move of this gateway; {move.command} was not sent.",
                 "Wait for its end or stop it.",
             )
+
+    def expect(self, stretch: Stretch) -> None:
+        """Take the target from who has planned the move.
+
+        :raises NotSent: the motor does not stand where the plan begins.
+        """
+        if self.before is None or self.before.position != stretch.start:
+            raise NotSent(
+                f"{self.body.address} stands at {self.move.start_position} pulses, and the move was planned "
+                f"from {stretch.start}; {self.move.command} was not sent.",
+                "See what else moves it, and try again.",
+            )
+        self.move.target_position, self.tolerance = stretch.target, stretch.tolerance
 
     async def _target(self, command: RorzeCommand[Any], start: int) -> int | None:
         return await believed(self.body.line, lambda: target_of(self.body, command, start, Lane.PROOF))
@@ -251,7 +272,7 @@ class Case:
 
     def _is_off_its_way(self, state: MotorState) -> bool:
         start, target = self.move.start_position, self.move.target_position
-        if not state.runs or start is None or target is None:
+        if not state.runs or start is None or target is None or self.move.kind == "interpolated":
             return False
         slack = max(self.tolerance, self.body.position_tolerance)
         return not min(start, target) - slack <= state.position <= max(start, target) + slack
@@ -292,7 +313,11 @@ class Case:
     def _untouched(self, state: MotorState) -> bool:
         """Whether the motor shows that a move of some length was never begun."""
         before = self.before
-        if before is None or self.move.kind not in ("relative", "absolute", "continuous"):
+        leads_back = self.move.kind == "interpolated" and self.move.target_position in (
+            None,
+            self.move.start_position,
+        )
+        if before is None or self.move.kind == "home" or leads_back:
             return False
         ended_at_once = state.bits & ~before.bits & MOTION_ERRORS
         return state.position == before.position and not ended_at_once

@@ -1,7 +1,7 @@
 """The life of a move: sent at most once, followed to its end by what the controller itself says."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -20,7 +20,7 @@ from gateway.core.move_record import Move, MoveError, MoveKind, MoveStatus
 from gateway.core.origin import working
 from gateway.rorze.bodies import Body, Group, MotorState
 from gateway.rorze.line import Line
-from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Verdict
+from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Stretch, Verdict
 from gateway.rorze.pace import follow_s
 from gateway.rorze.power import ProofTooOld
 from protocols.rorze.link import MoveEnded
@@ -31,6 +31,8 @@ from protocols.table import Reply
 
 SET_UP_AGAIN_S = 60.0
 """Where ends of moves are not announced, the link master is told to do so no more often than this."""
+WATCHED_S = 2.0
+"""A body that is watched is asked alone this often."""
 
 
 class Moves:
@@ -64,11 +66,16 @@ class Moves:
         return await self.log.wait(move_id, timeout_s)
 
     async def start(
-        self, target: Body | Group, command: RorzeCommand[Any], start_within_s: float = 5.0
+        self,
+        target: Body | Group,
+        command: RorzeCommand[Any],
+        start_within_s: float = 5.0,
+        course: Mapping[Body, Stretch] | None = None,
     ) -> list[Move]:
         """Send a motion command, and give its moves when the controllers have accepted or refused it.
 
-        One move comes back for a body, one for each member for a group.
+        One move comes back for a body, one for each member for a group. `course` says where who has planned
+        the move has seen the motors, and where they should come to.
 
         :raises NotAllowed: it would never end, and the configuration does not allow that.
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
@@ -83,7 +90,11 @@ class Moves:
         _require_power(bodies, command)
         epoch = target.line.gate.epoch(target.number)
         flight = _Flight(
-            target, command, [Case(body, self._new(body, target, command)) for body in bodies], epoch
+            target,
+            command,
+            [Case(body, self._new(body, target, command)) for body in bodies],
+            epoch,
+            course or {},
         )
         task = asyncio.create_task(self._fly(flight, start_within_s), name=f"move {flight.cases[0].move.id}")
         self._tasks[task] = flight.answered
@@ -182,6 +193,8 @@ class Moves:
         while True:
             for case in flight.cases:
                 await case.know_the_start(flight.command)
+                if case.body in flight.course:
+                    case.expect(flight.course[case.body])
                 self.log.on_change(case.move)  # before its intent: it is what the next life judges by
             try:
                 return await self._write(flight, expires_at)
@@ -217,8 +230,11 @@ class Moves:
 
     # over restarts
 
-    def take_over(self, body: Body, move: Move, *, begun: bool) -> None:
-        """Go on with a move of an earlier life: ask the body, and follow the move to its end."""
+    def take_over(self, body: Body, move: Move, *, begun: bool, tolerance: int) -> None:
+        """Go on with a move of an earlier life: ask the body, and follow the move to its end.
+
+        `tolerance` is by how many pulses it may miss its target.
+        """
         body.line.followed += 1
         if move.status is MoveStatus.QUEUED and not begun:
             move.evidence.append("The gateway has ended before the command was written.")
@@ -232,7 +248,7 @@ class Moves:
         body.free.clear()
         answered: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
         answered.set_result(None)
-        case = Case(body, move, rested_at(move), body.position_tolerance)
+        case = Case(body, move, rested_at(move), tolerance)
         task = asyncio.create_task(self._see_through(case, _ended_with(body)), name=f"move {move.id}")
         self._tasks[task] = answered
         task.add_done_callback(self._tasks.pop)
@@ -271,7 +287,8 @@ class Moves:
             if move.status is MoveStatus.SENT:
                 self._advance(body, move, MoveStatus.MOVING)
             took_s = asyncio.get_running_loop().time() - asked_at
-            await body.end_seems_due(max(body.poll_interval_s, follow_s(body.line) - took_s))
+            pause_s = WATCHED_S if body.watched else body.poll_interval_s
+            await body.end_seems_due(max(pause_s, follow_s(body.line) - took_s))
         move.completion = "frame" if body.move_ended.is_set() else "polling"
         body.stands()
         self._end(case, await case.at_rest(state))
@@ -320,6 +337,7 @@ class _Flight:
     cases: list[Case]
     epoch: int
     """The target's stop epoch at admission."""
+    course: Mapping[Body, Stretch]
     answered: "asyncio.Future[GatewayError | None]" = field(
         default_factory=lambda: asyncio.get_running_loop().create_future()
     )

@@ -130,7 +130,7 @@ async def pulses_per_count(body: Body) -> float:
 
 
 async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:
-    up, down = await _parameters_of_pattern(body, command.pattern)
+    up, down = await parameters_of_pattern(body, command.pattern)
     make = plan_slow if isinstance(command, _SLOW) else plan
     return make(distance, up, down, await _speed_changes(body, command.pattern))
 
@@ -146,7 +146,8 @@ async def _speed_changes(body: Body, pattern: int | None) -> list[SpeedChange]:
     ]
 
 
-async def _parameters_of_pattern(body: Body, pattern: int | None) -> tuple[SpeedParameters, SpeedParameters]:
+async def parameters_of_pattern(body: Body, pattern: int | None) -> tuple[SpeedParameters, SpeedParameters]:
+    """Ask for the speeds of a pattern, up and down; errors as of `Body.ask`."""
     if pattern is None:
         standard = await _speed_parameters(body, None)
         return standard, standard

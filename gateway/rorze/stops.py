@@ -20,7 +20,6 @@ from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.line import Line
 from gateway.rorze.pace import is_prompt, wire_s
 from gateway.rorze.sweep import Sweep
-from protocols.rorze.interpolation import StartInterpolation
 from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import EndProgram, GetProgramStatus
 from protocols.rorze.row import RorzeCommand
@@ -119,7 +118,7 @@ class Stops:
         """An axis of an interpolated move takes the others of its group with it."""
         wanted = dict.fromkeys(bodies)
         for body in list(wanted):
-            if body.move is not None and body.move.command == StartInterpolation.code:
+            if body.move is not None and body.move.kind == "interpolated":
                 for group in self._groups_of(body):
                     if group.address == body.move.group_id:
                         wanted |= dict.fromkeys(group.members)

@@ -78,6 +78,19 @@ GET       /groups/{group_id}                             view     group
 PUT       /groups/{group_id}                             setup    group
 POST      /groups/{group_id}/moves                       operate  group
 POST      /groups/{group_id}/stop                        stop     group
+GET       /scaras                                        view     any
+GET       /scaras/{scara_id}                             view     scara
+GET       /scaras/{scara_id}/coordinates                 view     scara
+POST      /scaras/{scara_id}/kinematics/forward          view     scara
+POST      /scaras/{scara_id}/kinematics/inverse          view     scara
+GET       /scaras/{scara_id}/geometry                    view     scara
+POST      /scaras/{scara_id}/geometry/apply              setup    scara
+GET       /scaras/{scara_id}/paths/{path}                view     scara
+PUT       /scaras/{scara_id}/paths/{path}                setup    scara
+POST      /scaras/{scara_id}/moves                       operate  scara
+GET       /scaras/{scara_id}/moves                       view     scara
+GET       /scaras/{scara_id}/moves/{move_id}             view     scara
+POST      /scaras/{scara_id}/stop                        stop     scara
 GET       /lines                                         view     any
 GET       /lines/{line_id}                               view     line
 POST      /lines/{line_id}/scans                         setup    line
@@ -143,6 +156,7 @@ GET       /static-offline-docs/favicon.png               view     any
 IN: Final = {
     "body": (("arm",), ("arm.3F",), ("arm.80",)),
     "group": (("arm",), ("arm.01", "arm.3F"), ("80",)),
+    "scara": (("leg",), ("leg.00", "leg.70"), ("wafer",), ("leg.82",)),
     "line": (("arm",), ("leg", "arm")),
     "robot": (("cell",), ("r1",)),
     "events": (("arm",), ("arm.3F",)),
@@ -152,13 +166,20 @@ IN: Final = {
 OUT: Final = {
     "body": (("leg",), ("arm.01",), ("r1",), ("00",), ("leg.81",), ("nowhere",)),
     "group": (("leg",), ("arm.01",), ("arm.3F", "leg"), ("nowhere",)),
+    "scara": (("arm",), ("leg.70",), ("leg.00", "r1"), ("nowhere",)),
     "line": (("leg",), ("arm.00", "arm.01", "arm.3F", "arm.80"), ("r1",)),
     "robot": (("arm", "leg"), ("r2",), ("nowhere",)),
     "events": (("leg",), ("arm.01",), ("r1",)),
     "plant": (("arm", "leg", "cell", "rail"),),
     "any": (),
 }
-NAMES: Final = {"{body_id}": "arm.3F", "{group_id}": "arm.80", "{line_id}": "arm", "{robot_id}": "r1"}
+NAMES: Final = {
+    "{body_id}": "arm.3F",
+    "{group_id}": "arm.80",
+    "{scara_id}": "wafer",
+    "{line_id}": "arm",
+    "{robot_id}": "r1",
+}
 PASSED: Final = 409
 
 
@@ -257,7 +278,16 @@ def app(keys: Keys) -> FastAPI:
         {"id": "rail", "protocol": "fics", "robot": {"id": "r2", "units": unit}},
     ]
     tables = [{**line, "address": f"tcp://127.0.0.1:{port}"} for port, line in enumerate(lines, start=1)]
-    plant = Plant(Config.model_validate({"lines": tables}))
+    scara = {
+        "id": "wafer",
+        "line": "leg",
+        "group": "82",
+        "members": ["00", "70"],
+        "arm_um": 156_000,
+        "finger_um": 208_000,
+        "pulses_per_turn": [98_765.0, 99_000.0],
+    }
+    plant = Plant(Config.model_validate({"lines": tables, "scaras": [scara]}))
     app = create_app(plant, keys.credentials)
     app.state.access = Probing(plant, keys.credentials)
     return app
