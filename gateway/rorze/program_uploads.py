@@ -149,7 +149,7 @@ class ProgramUploads:
         work = _Work(body, program, record, body.line.gate.epoch(body.number))
         self._current[body] = work
         try:
-            await _require_rest(body)
+            await require_rest(body)
             work.require_wanted()
         except BaseException:
             del self._current[body]
@@ -171,6 +171,10 @@ class ProgramUploads:
                 f"A program is being uploaded to {body.address}; nothing was sent.",
                 "Wait for its end or cancel it.",
             )
+
+    def under_way(self, body: Body) -> bool:
+        """Whether a program is being uploaded to a body."""
+        return body in self._current
 
     def keeps_out(self, body: Body, exchange: RorzeExchange) -> bool:
         """Whether an exchange would divide the upload to a body."""
@@ -286,14 +290,18 @@ class ProgramUploads:
             self._publish("progress", work.record)
 
 
-async def _require_rest(body: Body) -> None:
-    """Ask whether the motor stands still and no program runs: only then a program may be changed."""
+async def require_rest(body: Body) -> None:
+    """Ask whether the motor stands still and no program runs: only then what it keeps may be changed.
+
+    :raises BodyBusy: it moves, or runs one.
+    :raises GatewayError: it did not tell.
+    """
     if body.move is not None:
         raise BodyBusy(f"{body.address} still has the move {body.move.id}; nothing was sent.", "Wait for it.")
     if await runs(body):
-        raise BodyBusy(f"A user program runs in {body.address}; nothing was uploaded.", "End it by a stop.")
+        raise BodyBusy(f"A user program runs in {body.address}; nothing was changed.", "End it by a stop.")
     if (await body.look()).runs:
-        raise BodyBusy(f"{body.address} moves; nothing was uploaded.", "Wait for standstill.")
+        raise BodyBusy(f"{body.address} moves; nothing was changed.", "Wait for standstill.")
 
 
 def _blocks(texts: Sequence[str]) -> Iterator[list[tuple[int, str]]]:
@@ -353,7 +361,7 @@ async def _save(work: _Work) -> None:
     work.require_wanted()
     await work.body.ask(SaveProgram())
     if await work.body.mark.stands(Lane.PROOF) is False:
-        raise SaveUncertain(work.body.address)
+        raise SaveUncertain(work.body.address, "its program", "Upload it again before it is run.")
 
 
 async def _require_same(work: _Work, address: int) -> None:
