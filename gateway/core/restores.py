@@ -221,10 +221,10 @@ class Restores(Generic[C]):
 
         :raises NotFound: none is under way.
         """
-        record = self.get(target, "current")
-        work = next((it for it, _ in self._current.values() if it.record is record), None)
-        if work is None:
+        work = next((it for it, _ in self._current.values() if it.record.target == target), None)
+        if work is None or work.record.id not in self._tasks:
             raise NotFound(f"No backup is being restored to {target}.")
+        record = work.record
         if work.unwanted:
             self._tasks[record.id].cancel()
         work.unwanted = True

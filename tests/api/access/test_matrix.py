@@ -56,6 +56,14 @@ GET       /bodies/{body_id}/program/runs/current         view     body
 GET       /bodies/{body_id}/program/runs/{run_id}        view     body
 GET       /bodies/{body_id}/memories                     view     body
 PUT       /bodies/{body_id}/memories/{name}              operate  body
+GET       /bodies/{body_id}/backup                       view     body
+POST      /bodies/{body_id}/restores                     setup    body
+GET       /bodies/{body_id}/restores/{restore_id}        view     body
+DELETE    /bodies/{body_id}/restores/current             setup    body
+GET       /lines/{line_id}/backup                        view     line
+POST      /lines/{line_id}/restores                      setup    line
+GET       /lines/{line_id}/restores/{restore_id}         view     line
+DELETE    /lines/{line_id}/restores/current              setup    line
 POST      /stop                                          stop     plant
 GET       /groups                                        view     any
 GET       /groups/{group_id}                             view     group
