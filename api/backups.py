@@ -18,6 +18,7 @@ from api.common.requests import (
     wait_s,
 )
 from api.common.strict_json import StrictRequest, StrictRoute
+from api.robots.paths import RobotId
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.rights import Right
@@ -28,6 +29,8 @@ MAX_BACKUP_BYTES = 2_097_152
 """A line of 120 bodies, each with a table of 200 positions."""
 TEXT = "text/plain"
 SMALL = "[body 3F]\n[settings]\n0SS10 ; origin offset, pulses\n"
+
+OF_ROBOT = "[robot r1]\n[variables]\nV01 12.5\n"
 
 
 class LongRequest(StrictRequest):
@@ -72,6 +75,10 @@ class LineRestoreRequest(RestoreRequest, json_schema_extra=example(backup=SMALL,
     bodies: list[str] | None = Field(
         None, description="Restore these only: addresses such as 3F. Else all that the backup has."
     )
+
+
+class RobotRestoreRequest(RestoreRequest, json_schema_extra=example(backup=OF_ROBOT, dry_run=True)):
+    """A backup to be restored to a robot."""
 
 
 BACKUP = {**DECLARED, 200: {"content": {TEXT: {"schema": {"type": "string"}}}, "description": "The backup."}}
@@ -154,6 +161,45 @@ async def get_line_restore(request: Request, line_id: LineId, restore_id: str, w
 async def cancel_line_restore(request: Request, line_id: LineId) -> Response:
     """Write no more; what differs is still read and told, unless it is cancelled once more."""
     return await _cancelled(request, f"/lines/{line_id}")
+
+
+# robots
+
+
+@router.get("/robots/{robot_id}/backup", Right.VIEW, response_class=Response, responses=BACKUP)
+async def read_robot_backup(request: Request, robot_id: RobotId) -> Response:
+    """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
+    return _text(await backups.read_robot(plant_of(request), origin_of(request), robot_id))
+
+
+@router.post(
+    "/robots/{robot_id}/restores", Right.SETUP, status_code=202, response_model=Restore, responses=BEGUN
+)
+async def restore_robot(
+    request: Request, robot_id: RobotId, wanted: RobotRestoreRequest, wait: Wait = None
+) -> Response:
+    """Bring a robot back to a backup: write what differs, read it back, and tell what differs still.
+
+    Refused while it moves. A stop ends it. There is no `flash`: C-HOST has no command for it.
+    """
+    plant = plant_of(request)
+    found = await asyncio.to_thread(backups.check_robot, plant, robot_id, wanted.backup)
+    target = await backups.for_robot(plant, origin_of(request), robot_id, found)
+    return await _begun(request, target, wanted, wait)
+
+
+@router.get("/robots/{robot_id}/restores/{restore_id}", Right.VIEW, response_model=Restore)
+async def get_robot_restore(
+    request: Request, robot_id: RobotId, restore_id: str, wait: Wait = None
+) -> Response:
+    """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
+    return await _restore(request, f"/robots/{robot_id}", restore_id, wait)
+
+
+@router.delete("/robots/{robot_id}/restores/current", Right.SETUP, response_model=Restore)
+async def cancel_robot_restore(request: Request, robot_id: RobotId) -> Response:
+    """Write no more; what differs is still read and told, unless it is cancelled once more."""
+    return await _cancelled(request, f"/robots/{robot_id}")
 
 
 def _text(backup: str) -> Response:

@@ -83,7 +83,7 @@ def parts_of(text: str, kind: str) -> list[Part]:
 
 def commented(text: str, comment: str) -> str:
     """A line with its comment."""
-    return f"{text:<{COMMENT_COLUMN}}; {comment}\n"
+    return f"{text:<{COMMENT_COLUMN - 1}} ; {comment}\n"
 
 
 def section(name: str, lines: Iterable[str]) -> str:

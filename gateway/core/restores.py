@@ -73,13 +73,13 @@ class Controller(Protocol):
         :raises GatewayError: a command was refused, or is not known to be taken, or a stop came.
         """
 
-    async def save(self, watcher: Watcher) -> None:
+    async def save(self, watcher: Watcher, /) -> None:
         """Write it to flash memory, just after it was read back.
 
         :raises GatewayError: it was not written, or nobody knows.
         """
 
-    async def power_cycled(self, watcher: Watcher) -> None:
+    async def power_cycled(self, watcher: Watcher, /) -> None:
         """Wait until its power was off and on.
 
         :raises GatewayError: that could not be seen.

@@ -7,6 +7,10 @@ from gateway.core.addresses import there_are
 from gateway.core.errors import InvalidRequest
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.restores import Controller, Restores
+from gateway.fics import backup as robot_backup
+from gateway.fics.backup import RobotContents
+from gateway.fics.backup_restore import NO_FLASH, RobotRestore
+from gateway.fics.family import Fics
 from gateway.operations.caller import for_caller
 from gateway.plant import Plant
 from gateway.rorze import backup
@@ -26,6 +30,7 @@ class Wanted(NamedTuple):
     """The path of what was asked for."""
     restores: Restores[Any]
     controllers: Sequence[Controller]
+    has_flash: bool = True
 
 
 def check_bodies(text: str) -> OfBodies:
@@ -110,6 +115,38 @@ def _controllers(
 
 
 @for_caller
+async def read_robot(plant: Plant, robot_id: str) -> str:
+    """Read all that a robot tells of what it keeps, as text.
+
+    :raises BodyBusy: it is being restored.
+    :raises GatewayError: it was not read.
+    """
+    fics = plant.family(Fics)
+    fics.restores.require_none(fics.robot(robot_id).id)
+    return await robot_backup.text_of(fics.robot(robot_id))
+
+
+def check_robot(plant: Plant, robot_id: str, text: str) -> RobotContents:
+    """Read a backup of a robot, whose axes it has to name; nothing is sent.
+
+    :raises NotFound: there is no such robot.
+    :raises InvalidText: it has faults, each with its line and column.
+    """
+    return robot_backup.parse(plant.family(Fics).robot(robot_id), text)
+
+
+@for_caller
+async def for_robot(plant: Plant, robot_id: str, found: RobotContents) -> Wanted:
+    """Let a robot hold what a backup has of it.
+
+    :raises NotFound: there is no such robot.
+    """
+    fics = plant.family(Fics)
+    robot = fics.robot(robot_id)
+    return Wanted(f"/robots/{robot.id}", fics.restores, [RobotRestore(robot, found)], has_flash=False)
+
+
+@for_caller
 async def plan(plant: Plant, wanted: Wanted) -> RestorePlan:
     """Tell what a restore would write, and what differs; nothing is written but the mark of the gateway.
 
@@ -128,6 +165,8 @@ async def start(plant: Plant, wanted: Wanted, flash: bool, power_cycle: bool, wa
     :raises GatewayError: errors as of `Restores.start`.
     """
     plant.admission.require()
+    if flash and not wanted.has_flash:
+        raise InvalidRequest(f"flash: {NO_FLASH}", "Leave it out.")
     if power_cycle and not flash:
         raise InvalidRequest(
             "power_cycle: what is not written to flash memory is lost with the power; nothing was sent.",
@@ -156,8 +195,10 @@ async def cancel(plant: Plant, target: str) -> Restore:
 
 def _restores(plant: Plant, target: str) -> tuple[Restores[Any], str]:
     """Who knows the restores of a path, and the path in full."""
-    rorze = plant.family(Rorze)
+    rorze, fics = plant.family(Rorze), plant.family(Fics)
     _, collection, name = target.split("/")
+    if collection == "robots":
+        return fics.restores, f"/robots/{fics.robot(name).id}"
     if collection == "bodies":
         return rorze.restores, f"/bodies/{rorze.body(name).address}"
     _bodies_of(plant, name)

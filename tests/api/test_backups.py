@@ -1,5 +1,6 @@
 """Backups over HTTP: a text comes out, goes in again, and what differs is told."""
 
+from tests.api.robots.cell import Cell, in_cell
 from tests.api.stand import Stand, on_stand, socket
 
 BODY = "/bodies/3F"
@@ -80,16 +81,34 @@ async def test_what_is_wrong_is_told_by_its_line_and_nothing_is_sent(stand: Stan
     assert not [frame for frame in stand.frames()[before:] if frame[3:6] in ("UCS", "SPS")]
 
 
-@on_stand()
+@on_stand({"arm": ({"id": "00"}, {"id": "3F"})})
 async def test_a_line_is_backed_up_and_restored_to_chosen_bodies(stand: Stand) -> None:
     text = (await stand.get("/lines/arm/backup")).text
-    assert [line for line in text.splitlines() if line.startswith("[body")] == [
-        *("[body 00]", "[body 01]", "[body 3F]"),
-    ]
-    wanted = {"backup": text.replace("0SS10 ", "0SS20 "), "bodies": ["3F"]}
+    assert [line for line in text.splitlines() if line.startswith("[body")] == ["[body 00]", "[body 3F]"]
+    short = text.replace("\n[positions]\n", "").replace("\n[memories]\n", "")
+    wanted = {"backup": short.replace("0SS10 ", "0SS20 "), "bodies": ["3F"]}
     over = await stand.post("/lines/arm/restores?wait=60", wanted)
     assert (over.json()["status"], over.json()["controllers"]) == ("verified", ["arm.3F"])
     assert over.headers["location"] == f"/lines/arm/restores/{over.json()['id']}"
     assert {frame for frame in stand.frames() if frame[3:6] == "0SS"} == {"&3F0SS20"}
     assert (await stand.get("/lines/arm/restores/current")).json() == over.json()
     assert (await stand.client.delete("/lines/arm/restores/current")).status_code == 404
+
+
+@in_cell(units=1)
+async def test_a_robot_is_backed_up_and_restored(cell: Cell) -> None:
+    cell.rig.fics.units[1].positions[2] = (1.0, 2.0, 3.0)
+    text = (await cell.get("/robots/r1/backup")).text
+    assert "\n[unit 1 positions]\n" in text
+    wanted = {"backup": text.replace("2 X=1 ", "2 X=7.5 ")}
+    plan = await cell.post("/robots/r1/restores", {**wanted, "dry_run": True})
+    assert plan.json()["commands"] == ["POF 1,2", "POS 7.5,2,3", "POF 2"]
+    over = await cell.post("/robots/r1/restores?wait=60", wanted)
+    assert (over.status_code, over.json()["status"]) == (200, "verified")
+    assert cell.rig.fics.units[1].positions[2] == (7.5, 2.0, 3.0)
+    assert (await cell.get(over.headers["location"])).json() == over.json()
+    assert (await cell.client.delete("/robots/r1/restores/current")).status_code == 404
+    refused = await cell.post("/robots/r1/restores", {**wanted, "flash": True})
+    assert (refused.status_code, "no command" in refused.json()["detail"]) == (422, True)
+    of_bodies = await cell.get("/lines/cell/backup")
+    assert (of_bodies.status_code, of_bodies.json()["remedy"]) == (422, "Back up its robot.")

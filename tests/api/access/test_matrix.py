@@ -108,6 +108,10 @@ GET       /robots/{robot_id}/outputs                     view     robot
 PUT       /robots/{robot_id}/outputs/{channel}/{bit}     operate  robot
 GET       /robots/{robot_id}/variables                   view     robot
 PUT       /robots/{robot_id}/variables/{number}          operate  robot
+GET       /robots/{robot_id}/backup                      view     robot
+POST      /robots/{robot_id}/restores                    setup    robot
+GET       /robots/{robot_id}/restores/{restore_id}       view     robot
+DELETE    /robots/{robot_id}/restores/current            setup    robot
 GET       /events                                        view     events
 GET       /events/stream                                 view     events
 WEBSOCKET /events                                        view     events
