@@ -70,7 +70,9 @@ class Restore(Record):
         "loss of power may have gone unseen.",
     )
     differences: list[Difference] | None = Field(
-        None, description="What the controllers hold otherwise than the backup; null while nobody knows."
+        None,
+        description="What the controllers hold otherwise than the backup; null while nobody knows. "
+        "Events tell the first 20.",
     )
     error: RestoreError | None = Field(None, description="What has ended it early.")
     request_id: str | None = Field(

@@ -11,7 +11,9 @@ from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, Shu
 from gateway.core.move_log import new_id
 from gateway.core.restore_record import Difference, Phase, Restore, RestoreError, RestorePlan, Status
 
-HISTORY = 100
+HISTORY = 20
+TOLD = 20
+"""So many differences an event tells; the record has all."""
 ROUNDS = 3
 """What still differs when it was read back is written again, so often in all: some settings change others."""
 PROGRESS_S = 1.0
@@ -61,8 +63,10 @@ class Controller(Protocol):
         :raises GatewayError: it does, or it could not be asked.
         """
 
-    async def compare(self, watcher: Watcher, *, lasting: bool = False) -> Comparison:
+    async def compare(self, watcher: Watcher, *, lasting: bool = False, sure: bool = True) -> Comparison:
         """Read all that the backup has; `lasting` leaves out what is gone with the power.
+
+        To be `sure`, what differs is read again: without a checksum one reading proves nothing.
 
         :raises GatewayError: it was not read.
         """
@@ -124,7 +128,7 @@ class Restores(Generic[C]):
     """The restores of a family, one at a time for each controller."""
 
     def __init__(self, publish: Callable[[str, Restore], None]) -> None:
-        self._publish = publish
+        self._publish: Callable[[str, Restore], None] = lambda what, record: publish(what, _short(record))
         self._records: OrderedDict[str, Restore] = OrderedDict()
         self._current: dict[str, tuple[_Work, C]] = {}
         """By the address of each controller."""
@@ -276,6 +280,11 @@ class Restores(Generic[C]):
         self._publish(status, record)
 
 
+def _short(record: Restore) -> Restore:
+    """A record as an event tells it."""
+    return record.model_copy(update={"differences": record.differences and record.differences[:TOLD]})
+
+
 class _Ended(NamedTuple):
     """How the restore of one controller has ended."""
 
@@ -308,7 +317,7 @@ async def _restored(work: _Work, controller: Controller) -> _Ended:
 async def _written(work: _Work, controller: Controller) -> list[Difference]:
     """Write what differs, and give what differs still."""
     work.begin("comparing")
-    found = await _compared(work, controller)
+    found = await _compared(work, controller, sure=False)
     for _ in range(ROUNDS):
         if not found.commands:
             break
@@ -320,9 +329,11 @@ async def _written(work: _Work, controller: Controller) -> list[Difference]:
     return found.differences
 
 
-async def _compared(work: _Work, controller: Controller, *, lasting: bool = False) -> Comparison:
+async def _compared(
+    work: _Work, controller: Controller, *, lasting: bool = False, sure: bool = True
+) -> Comparison:
     work.require_wanted()
-    found = await controller.compare(work, lasting=lasting)
+    found = await controller.compare(work, lasting=lasting, sure=sure)
     work.record.power_proved &= found.proved
     return found
 

@@ -71,7 +71,7 @@ class RobotRestore:
 
     # compared
 
-    async def compare(self, watcher: Watcher, *, lasting: bool = False) -> Comparison:
+    async def compare(self, watcher: Watcher, *, lasting: bool = False, sure: bool = True) -> Comparison:
         """Read what the backup has. In Ver.3 the mode proves that the power was kept meanwhile.
 
         :raises InvalidRequest: what is kept without power is wanted, which nobody knows.
@@ -82,6 +82,8 @@ class RobotRestore:
         for _ in range(READINGS):
             losses = self.robot.power.losses
             self.held = await backup.read(self.robot, self.wanted, watcher.has_read)
+            if sure:
+                await self._confirm(watcher)
             if await self._has_kept_power() and self.robot.power.losses == losses:
                 break
         else:
@@ -89,6 +91,12 @@ class RobotRestore:
         differences = backup.differences(self.robot, self.wanted, self.held)
         proved = self.robot.mode == HostMode.VER_3
         return Comparison(await self._frames(), differences, proved)
+
+    async def _confirm(self, watcher: Watcher) -> None:
+        """Read until two readings agree where something differs: one garbled digit proves nothing."""
+        before = None
+        while self.held != before and backup.differences(self.robot, self.wanted, self.held):
+            before, self.held = self.held, await backup.read(self.robot, self.wanted, watcher.has_read)
 
     async def _has_kept_power(self) -> bool:
         async with self.robot.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):

@@ -1,8 +1,11 @@
 """All that a body keeps: read from it, written as text, read from a text, compared (RC-420 manual 18)."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from functools import partial
+from typing import Final, TypeVar
 
 from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
 from gateway.core.errors import ControllerRefused, Misplaced
@@ -25,19 +28,33 @@ from protocols.rorze.commands import COMMANDS
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
 from protocols.rorze.patterns import SetPattern, SetSpeedChange
 from protocols.rorze.position_table import SetPositionEntry
-from protocols.rorze.speeds import SpeedSetting
+from protocols.rorze.speeds import (
+    SetFallingAccelerationShare,
+    SetMaximumAcceleration,
+    SetMaximumSpeed,
+    SetRisingAccelerationShare,
+    SetStartSpeed,
+)
 from protocols.rorze.status import GetInformation, SetUserComment
 from protocols.rorze.user_program.assembler import Assembled, assemble
 from protocols.table import WireFault
 
+T = TypeVar("T")
+
 KIND = "body"
+AHEAD = 2
+"""So many questions wait at the line, that it has no rest; more would hold up others who read the body."""
+SPEEDS = (SetStartSpeed, SetMaximumSpeed, SetMaximumAcceleration)
+SHARES = (SetRisingAccelerationShare, SetFallingAccelerationShare)
+READINGS = 4
+"""What is read otherwise again and again is told as it was read last."""
 NOT_THERE: Final = {"0x61"}
 """The refusal of what the operating mode does not have."""
 NO_PATTERN: Final = {"0x47"}
 PREAMBLE = (
     "; Backup of motion controllers. Restore it by `motion-gateway restore TARGET FILE`.\n"
-    "; Each section is complete: what it does not name is empty, 0 or was never set.\n"
-    "; A section that is taken out is left as it is by a restore.\n"
+    "; A section, or a line of [settings], that is taken out is left as it is by a restore.\n"
+    "; All other sections are tables: what they do not name is 0, or was never set.\n"
 )
 
 OnRead = Callable[[], None]
@@ -91,6 +108,11 @@ async def read(body: Body, sections: Iterable[Section], on_read: OnRead = lambda
     return found
 
 
+def _depends(place: Place) -> bool:
+    """Whether what was read before decides whether it is asked for."""
+    return place.row is SetSpeedChange or place.row in SHARES
+
+
 @dataclass
 class _Reading:
     body: Body
@@ -99,22 +121,38 @@ class _Reading:
     found: dict[str, Command] = field(default_factory=dict)
 
     async def section(self, name: Section) -> dict[str, Command]:
-        """Read all places of a section that can hold something."""
-        for key, place in PLACES_OF[name].items():
-            if self._may_be_set(place) and (command := await self._at(place)) is not None:
-                self.found[key] = command
-            self.on_read()
+        """Read all places of a section that can hold something. The next question is at the line already."""
+        asked: deque[tuple[str, asyncio.Task[Command | None]]] = deque()
+        try:
+            for key, place in PLACES_OF[name].items():
+                while len(asked) >= (1 if _depends(place) else AHEAD):
+                    await self._take(*asked.popleft())
+                if self._may_be_set(place):
+                    asked.append((key, asyncio.create_task(self.at(place))))
+            while asked:
+                await self._take(*asked.popleft())
+        finally:
+            for _, task in asked:
+                task.cancel()
+            await asyncio.gather(*(task for _, task in asked), return_exceptions=True)
         return self.found
+
+    async def _take(self, key: str, answer: "asyncio.Task[Command | None]") -> None:
+        command = await answer
+        if command is not None:
+            self.found[key] = command
+        self.on_read()
 
     def _may_be_set(self, place: Place) -> bool:
         """A pattern that was never set has no speed changes, and a speed set without speeds no shares."""
         if place.row is SetSpeedChange:
             return Place(SetPattern, {"pattern": place.at["pattern"]}).key in self.found
-        if place.row.code in ("OAS", "OBS"):
-            return any(Place(COMMANDS[it], place.at).key in self.found for it in ("OLS", "OHS", "OSS"))
+        if place.row in SHARES:
+            return any(Place(it, place.at).key in self.found for it in SPEEDS)
         return True
 
-    async def _at(self, place: Place) -> Command | None:
+    async def at(self, place: Place) -> Command | None:
+        """Read a place; None where nothing is set, or that may be told."""
         try:
             reply, _ = await self.body.ask(place.question)
         except ControllerRefused as refusal:
@@ -131,6 +169,31 @@ class _Reading:
         if not isinstance(command, SetUserComment):
             return False
         return command.comment_number == self.body.power.comment and is_mark(command.text)
+
+
+async def confirm(body: Body, wanted: Contents, held: Contents) -> None:
+    """Read what differs until two readings agree: one garbled digit proves nothing.
+
+    :raises GatewayError: something was not answered.
+    """
+    reading = _Reading(body, held.unread, lambda: None)
+    for name in wanted.places:
+        for place in differing(name, wanted, held):
+            told = held.places[name].pop(place.key, None)
+            told = await _agreed(told, partial(reading.at, place))
+            if told is not None:
+                held.places[name][place.key] = told
+    if wanted.program is not None and wanted.instructions != held.instructions:
+        again = partial(stored_program.read_instructions, body)
+        held.program = tuple(await _agreed(list(held.instructions), again))
+
+
+async def _agreed(told: T, read_again: Callable[[], Awaitable[T]]) -> T:
+    for _ in range(READINGS):
+        before, told = told, await read_again()
+        if told == before:
+            break
+    return told
 
 
 # as text
@@ -227,7 +290,7 @@ def _parsed(name: Section, lines: Iterable[Line], faults: list[Misplaced]) -> di
         if key in found:
             faults.append(Misplaced(line.number, 1, f"{text} sets the same as a line before it."))
         found[key] = command
-    # In the order of the places, whatever that of the lines is; what is empty is not named.
+    # In the order of the places, whatever that of the lines is; what is 0 is not named.
     return {
         key: found[key] for key, it in PLACES_OF[name].items() if key in found and found[key] != it.emptied
     }
@@ -259,24 +322,31 @@ def _setting(name: Section, text: str) -> tuple[str, Command]:
 
 def differences(body_id: str, wanted: Contents, held: Contents) -> list[Difference]:
     """What a body holds otherwise than a backup has it."""
-    found = []
-    for name in wanted.places:
-        for key, place in PLACES_OF[name].items():
-            should, does = wanted.places[name].get(key), held.places[name].get(key)
-            if should != does:
-                found.append(
-                    Difference(
-                        target=body_id,
-                        section=name,
-                        name=words_of(place.row),
-                        wanted=_text(should),
-                        held=_text(does),
-                        restorable=should is not None or place.can_be_emptied,
-                    )
-                )
+    found = [
+        Difference(
+            target=body_id,
+            section=name,
+            name=words_of(place.row),
+            wanted=_text(wanted.places[name].get(place.key)),
+            held=_text(held.places[name].get(place.key)),
+            restorable=place.key in wanted.places[name] or place.can_be_unset,
+        )
+        for name in wanted.places
+        for place in differing(name, wanted, held)
+    ]
     if wanted.program is not None:
         found += _program_differences(body_id, wanted.instructions, held.instructions)
     return found
+
+
+def differing(name: Section, wanted: Contents, held: Contents) -> list[Place]:
+    """The places of a section that are not as in a backup; settings that it does not name may be anything."""
+    should, does = wanted.places[name], held.places[name]
+    named = (
+        key in should or not (name == "settings" or it.is_always_set) for key, it in PLACES_OF[name].items()
+    )
+    places = zip(PLACES_OF[name].items(), named, strict=True)
+    return [it for (key, it), counts in places if counts and should.get(key) != does.get(key)]
 
 
 def _text(command: Command | None) -> str | None:
@@ -305,29 +375,41 @@ def _program_differences(
 
 def commands(wanted: Contents, held: Contents) -> list[Command]:
     """The commands that make a body hold what a backup has; what was never set cannot be unset."""
-    return [it for name in wanted.places for it in _of_section(name, wanted.places[name], held.places[name])]
+    made: list[Command] = []
+    for name in wanted.places:
+        places = differing(name, wanted, held)
+        write = _settings if name == "settings" else _table
+        made += write(places, wanted.places[name], held.places[name])
+    return made
 
 
-def _of_section(
-    name: Section, wanted: Mapping[str, Command], held: Mapping[str, Command]
+def _settings(
+    places: Iterable[Place], wanted: Mapping[str, Command], held: Mapping[str, Command]
 ) -> Iterator[Command]:
-    places = PLACES_OF[name]
-    differing = {key: it for key, it in places.items() if wanted.get(key) != held.get(key)}
-    # An error output that another cause still has is refused.
-    for key, place in differing.items():
-        if place.row is SetErrorOutput and key in held and place.emptied is not None:
+    """Free the error outputs that change, which are refused while another cause has them.
+
+    CPS takes the actions of its input away, so that they are set again.
+    """
+    keys = {place.key for place in places}
+    for command in (held.get(key) for key in keys & wanted.keys()):
+        if isinstance(command, SetErrorOutput) and command.output is not None:
+            yield SetErrorOutput(cause=command.cause)
+    armed = {it.port for key in keys if isinstance(it := wanted[key], SetInterruptMode)}
+    for key, command in wanted.items():
+        if key in keys or (isinstance(command, SetInterruptAction) and command.port in armed):
+            yield command
+
+
+def _table(
+    places: Iterable[Place], wanted: Mapping[str, Command], held: Mapping[str, Command]
+) -> Iterator[Command]:
+    """SES takes all changes of a pattern away, never a single one, so that the others are set again."""
+    keys = {place.key for place in places}
+    cleared = {it.pattern for key in keys if isinstance(it := held.get(key), SetSpeedChange)}
+    yield from (SetSpeedChange(pattern=pattern) for pattern in sorted(cleared))
+    for place in places:
+        if place.key not in wanted and place.emptied is not None:
             yield place.emptied
-    # SES takes all changes of a pattern away, never a single one.
-    cleared = {it.at["pattern"] for key, it in differing.items() if it.row is SetSpeedChange and key in held}
-    yield from (SetSpeedChange(pattern=int(str(pattern))) for pattern in sorted(cleared, key=str))
-    # CPS takes the actions of its input away.
-    armed = {it.at["port"] for it in differing.values() if it.row is SetInterruptMode}
-    for key, place in places.items():
-        undone = (place.row is SetSpeedChange and place.at["pattern"] in cleared and key in wanted) or (
-            place.row is SetInterruptAction and place.at["port"] in armed
-        )
-        if key not in differing and not undone:
-            continue
-        command = wanted.get(key) or (None if place.row is SetErrorOutput else place.emptied)
-        if command is not None and not (isinstance(command, SpeedSetting) and key not in wanted):
+    for key, command in wanted.items():
+        if key in keys or (isinstance(command, SetSpeedChange) and command.pattern in cleared):
             yield command

@@ -76,17 +76,22 @@ class Place:
 
     @property
     def emptied(self) -> Command | None:
-        """What takes its value away; None where nothing does."""
-        values = _EMPTY.get(self.row.code)
-        return None if values is None else self.row(**self.at, **values)
+        """What makes it 0, as a table is where it names nothing; None where nothing does."""
+        value = _ZERO.get(self.row.code)
+        return None if value is None else self.row(**self.at, **{value: 0})
 
     @property
-    def can_be_emptied(self) -> bool:
+    def can_be_unset(self) -> bool:
         """Whether a command takes its value away, if only with those of others."""
-        return self.row.code in _EMPTY or self.row is SetSpeedChange
+        return self.row.code in _ZERO or self.row is SetSpeedChange
+
+    @property
+    def is_always_set(self) -> bool:
+        """Whether it is nothing that was perhaps never set."""
+        return not self.at
 
     def setting(self, reply: Reply) -> Command | None:
-        """The command that sets what a reply tells; None where it tells that nothing is set.
+        """The command that sets what a reply tells; None where a table has nothing there.
 
         A value that cannot be set was never set.
         """
@@ -100,13 +105,7 @@ class Place:
         return None if command == self.emptied else command
 
 
-_EMPTY: Final[Mapping[str, Mapping[str, object]]] = {
-    "3PS": {"pulses": 0},
-    "UDS": {"value": 0},
-    "9VS": {"text": ""},
-    "CES": {},
-    "CFS": {},
-}
+_ZERO: Final[Mapping[str, str]] = {"3PS": "pulses", "UDS": "value"}
 
 
 def _given(model: Reply | Command) -> dict[str, object]:

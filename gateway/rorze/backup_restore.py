@@ -78,7 +78,7 @@ class BodyRestore:
 
     # compared
 
-    async def compare(self, watcher: Watcher, *, lasting: bool = False) -> Comparison:
+    async def compare(self, watcher: Watcher, *, lasting: bool = False, sure: bool = True) -> Comparison:
         """Read what the backup has, with a mark that proves that the power was kept meanwhile.
 
         :raises GatewayError: it was not read, or it loses its power again and again.
@@ -88,6 +88,8 @@ class BodyRestore:
             await self.body.mark.ensure(Lane.PROOF)
             losses = self.body.power.losses
             self.held = await backup.read(self.body, wanted.sections, watcher.has_read)
+            if sure:
+                await backup.confirm(self.body, wanted, self.held)
             stands = await self.body.mark.stands(Lane.PROOF)
             if stands is not False and self.body.power.losses == losses:
                 break

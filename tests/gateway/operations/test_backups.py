@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import pytest
 
-from gateway.core.errors import BodyBusy, InvalidRequest, InvalidText, NotFound
+from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, InvalidText, NotFound
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.operations import backups, commands, stops
@@ -18,7 +18,7 @@ from gateway.rorze.power import is_mark
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
-from simulator.faults import Direction
+from simulator.faults import Direction, Fault, Switch
 from simulator.rorze.controller import Rc420
 from tests.plants import Rig, in_virtual_time, lose, rig
 from tests.virtual_time import run_virtual
@@ -84,7 +84,7 @@ async def test_a_backup_has_all_that_a_body_keeps_in_a_stable_order() -> None:
         kept = [it for it in TAUGHT if it[:3] not in ("UWS", "UCS", "HZS")]
         assert set(lines) >= {*kept, "HZS1,100000.12345678", "*BLINK", "SET OD0", "WAT 5", "END"}
         assert "OLSS[4],100                   ; start speed, pps" in text
-        assert not any(is_mark(line[5:]) for line in lines if line.startswith("9VS"))
+        assert not any(line[5:] and is_mark(line[5:]) for line in lines if line.startswith("9VS"))
         assert await read(it) == text
         assert (await planned(it, text)).differences == []
 
@@ -153,6 +153,33 @@ async def test_a_backup_restored_is_verified_once_more_after_a_power_cycle() -> 
         it.wire.turn()
         over = await backups.get(it.plant, "/bodies/3F", "current", 60.0)
         assert (over.status, over.phase, over.saved, over.differences) == ("verified", "done", True, [])
+
+
+@in_virtual_time
+async def test_a_setting_that_is_not_named_is_left_as_it_is_and_a_table_is_complete() -> None:
+    async with one_body() as it:
+        await teach(it)
+        over = await restored(it, "[body 3F]\n[settings]\n0SS12\n9VS2,\nCSS9\n[speed-sets]\nOHS45000\n")
+        settings = it.axis().settings
+        assert (settings.origin_offset, settings.comments[1]) == (12, "")
+        assert settings.interrupt_sections[1] == (-999_999_999, 999_999_999)
+        assert (settings.movable_range, settings.noise_counts[3]) == ((-500, 90_000), 7)
+        assert (settings.speeds[30].low, settings.speeds[30].high) == (50, 45_000)
+        assert {found.held for found in over.differences or []} == {
+            *("OLSS[4],100", "OHSS[4],5000", "OSSS[4],80000", "OASS[4],30", "OBSS[4],0"),
+        }
+
+
+@in_virtual_time
+async def test_reading_a_body_leaves_the_wire_no_rest() -> None:
+    async with one_body(baud=9600) as it:
+        sent, began = len(it.wire.sent), asyncio.get_running_loop().time()
+        await read(it)
+        took_s = asyncio.get_running_loop().time() - began
+        busy = sum(len(frame) + 1 for frame in it.wire.frames(sent))
+        busy += sum(len(data) for at, data in it.wire.heard if at >= began)
+        assert busy * it.wire.byte_time_s >= 0.95 * took_s
+        assert took_s < 120.0
 
 
 # in the way of others
@@ -266,6 +293,32 @@ async def test_a_refused_command_is_told_by_what_differs() -> None:
             ("SESA[5],0,F100,S1000", None)
         ]
         assert over.status == "differs"
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_on_a_bad_line_what_is_told_of_a_restore_is_true(seed: int) -> None:
+    dice = Random(seed)
+
+    async def story() -> None:
+        async with rig(bodies=(0x3F,), groups={}, seed=seed) as it:
+            for number in range(5):
+                wanted = Kept(number, ("*A", f"1AM{number}", "END"))
+                for fault in (Fault.LOST, Fault.GARBLED, Fault.DOUBLED):
+                    for direction in Direction:
+                        it.machine.faults.set(Switch(fault, direction, probability=dice.uniform(0.0, 0.05)))
+                try:
+                    over = await restored(it, wanted.text())
+                except GatewayError:  # it was not begun
+                    continue
+                finally:
+                    it.machine.faults.clear()
+                await asyncio.sleep(10.0)
+                held = kept(it.axis(), whole=True)
+                if over.differences is not None:
+                    assert {(it.name, it.held) for it in over.differences} == wanted.missed_by(held)
+                assert over.status != "verified" or held == wanted
+
+    run_virtual(story())
 
 
 async def one_cut(it: Rig, dice: Random, text: str) -> Restore:
