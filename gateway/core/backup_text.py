@@ -77,7 +77,9 @@ def parts_of(text: str, kind: str) -> list[Part]:
             lines = parts[-1].sections[words] = []
     if not parts and not faults:
         faults.append(Misplaced(1, 1, f"There is no heading [{kind} ...]."))
-    refuse(faults)
+    empty = [part for part in parts if not part.sections]
+    faults += [Misplaced(it.line, 1, f"[{kind} {it.name}] has no sections.") for it in empty]
+    refuse(sorted(faults))
     return parts
 
 

@@ -137,8 +137,11 @@ class Restores(Generic[C]):
     async def plan(self, target: str, controllers: Sequence[C]) -> RestorePlan:
         """Tell what a restore would do.
 
-        :raises GatewayError: a controller was not read.
+        :raises BodyBusy: a controller is being restored.
+        :raises GatewayError: one was not read.
         """
+        for controller in controllers:
+            self.require_none(controller.address)
         commands: list[str] = []
         differences: list[Difference] = []
         for controller in controllers:

@@ -206,10 +206,10 @@ def _restores(plant: Plant, target: str) -> tuple[Restores[Any], str]:
 
 
 def _number(body: str) -> int:
-    try:
-        return int(body, 16)
-    except ValueError:
-        raise InvalidRequest(f"from_body: {body!r} is no body number; nothing was sent.") from None
+    number = backup.body_number(body)
+    if number is None:
+        raise InvalidRequest(f"from_body: {body!r} is no body number; nothing was sent.")
+    return number
 
 
 def _bodies_of(plant: Plant, line_id: str) -> list[Body]:

@@ -1,6 +1,7 @@
 """All that a body keeps: read from it, written as text, read from a text, compared (RC-420 manual 18)."""
 
 import asyncio
+import re
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -243,14 +244,17 @@ def parse(text: str) -> dict[int, Contents]:
     faults: list[Misplaced] = []
     found: dict[int, Contents] = {}
     for part in parts_of(text, KIND):
-        try:
-            number = int(part.name, 16)
-        except ValueError:
+        if (number := body_number(part.name)) is None:
             faults.append(Misplaced(part.line, 1, f"{part.name!r} is no body number."))
         else:
             found[number] = _contents(part, faults)
     refuse(sorted(faults))
     return found
+
+
+def body_number(text: str) -> int | None:
+    """Read two hexadecimal digits; None where they are none of a body."""
+    return int(text, 16) if re.fullmatch("[0-7][0-9A-Fa-f]", text, re.ASCII) else None
 
 
 def _contents(part: Part, faults: list[Misplaced]) -> Contents:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import pytest
 
-from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, InvalidText, NotFound
+from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NotFound
 from gateway.core.origin import Origin
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.operations import backups, commands, stops
@@ -412,29 +412,6 @@ def in_flash(axis: Rc420, *, whole: bool) -> Kept:
 
 
 # the text
-
-
-@pytest.mark.parametrize(
-    ("text", "places"),
-    [
-        ("", [(1, "There is no heading [body ...].")]),
-        ("0BS2", [(1, "A heading such as [settings] has to come first.")]),
-        ("[settings]", [(1, "A heading such as [body ...] has to come first.")]),
-        ("[body 3F]\n[body 3F]", [(2, "[body 3F] comes twice.")]),
-        ("[body left]", [(1, "'left' is no body number.")]),
-        ("[body 3F]\n[speeds]", [(1, "There is no section [speeds]")]),
-        ("[body 3F]\n[settings]\n0BS9\n0SS10\n0SS11", [(3, "0BS"), (5, "the same as a line before it")]),
-        ("[body 3F]\n[settings]\n1+M500\nFIS\nCOS3,1\n3PSP[1],5", [(n, "sets nothing") for n in range(3, 7)]),
-        ("[body 3F]\n[positions]\n3PSP[+],5\n3PSP[1]", [(3, "sets nothing"), (4, "3PS")]),
-        ("[body 3F]\n[program]\n; *A\n JMP *NO\n", [(4, "There is no label *NO.")]),
-    ],
-)
-def test_a_text_with_faults_is_refused_with_their_lines(text: str, places: list[tuple[int, str]]) -> None:
-    with pytest.raises(InvalidText) as refusal:
-        backups.check_bodies(text)
-    told = [(fault.line, fault.reason) for fault in refusal.value.faults]
-    assert [line for line, _ in told] == [line for line, _ in places]
-    assert all(reason in said for (_, said), (_, reason) in zip(told, places, strict=True))
 
 
 @in_virtual_time
