@@ -154,7 +154,7 @@ def _path_of(client: Client, word: str) -> str:
     try:
         if numbered(word) is None:
             lines = client.request("GET", "/lines")["lines"]
-            if any(line["id"] == word and line["protocol"] == "rorze" for line in lines):
+            if any(line["line_id"] == word and line["protocol"] == "rorze" for line in lines):
                 return f"/lines/{word}"
         target = find(client, word)
     except Failure as failure:

@@ -220,7 +220,7 @@ class BodyRestore:
         losses, loop = self.body.power.losses, asyncio.get_running_loop()
         until = loop.time() + CYCLE_WITHIN_S
         while self.body.power.losses == losses or not self.body.online:
-            self._require_wanted(watcher)
+            watcher.require_wanted()
             if loop.time() > until:
                 detail = f"{self.address} was not switched off and on within an hour."
                 raise BodyBusy(detail, "Restore the backup again.")

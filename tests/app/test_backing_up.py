@@ -8,7 +8,7 @@ import pytest
 from tests.app.fake_gateway import Answer, FakeGateway, plant
 
 TEXT = "[body 3F]\n[settings]\n0SS25\n"
-LINES = {"lines": [{"id": "arm", "protocol": "rorze"}, {"id": "cell", "protocol": "fics"}]}
+LINES = {"lines": [{"line_id": "arm", "protocol": "rorze"}, {"line_id": "cell", "protocol": "fics"}]}
 DIFFERENCE = {
     "target": "arm.3F",
     "section": "settings",

@@ -177,11 +177,19 @@ async def test_a_setting_that_is_not_named_is_left_as_it_is_and_a_table_is_compl
 
 
 @in_virtual_time
-async def test_reading_a_body_leaves_the_wire_no_rest() -> None:
+async def test_reading_a_body_leaves_the_wire_no_rest_and_others_are_served() -> None:
     async with one_body(baud=9600) as it:
-        sent, began = len(it.wire.sent), asyncio.get_running_loop().time()
-        await read(it)
-        took_s = asyncio.get_running_loop().time() - began
+        now, taken = asyncio.get_running_loop().time, []
+        sent, began = len(it.wire.sent), now()
+        reading = asyncio.create_task(read(it))
+        for _ in range(50):
+            asked = now()
+            await commands.ask(it.plant, ME, "/bodies/3F", GetPosition())
+            taken.append(now() - asked)
+            await asyncio.sleep(0.2)
+        await reading
+        assert max(taken) < 0.25
+        took_s = now() - began
         busy = sum(len(frame) + 1 for frame in it.wire.frames(sent))
         busy += sum(len(data) for at, data in it.wire.heard if at >= began)
         assert busy * it.wire.byte_time_s >= 0.95 * took_s
@@ -327,10 +335,10 @@ def test_on_a_bad_line_what_is_told_of_a_restore_is_true(seed: int) -> None:
     run_virtual(story())
 
 
-async def one_cut(it: Rig, dice: Random, text: str) -> Restore:
+async def one_cut(it: Rig, dice: Random, text: str, within: int = 0) -> Restore:
     """Restore a backup to a controller that loses its power at a random frame."""
     begun = await restored(it, text, flash=dice.random() < 0.5, wait_s=0.0)
-    after, for_s = dice.randrange(90 if "SPS" in text else 30), dice.choice((0.02, 0.5, 4.0))
+    after, for_s = dice.randrange(within or (90 if "SPS" in text else 30)), dice.choice((0.02, 0.5, 4.0))
     write = it.wire.write
 
     def cut(data: bytes) -> None:
@@ -370,6 +378,27 @@ def test_whenever_the_power_is_cut_a_restore_is_verified_or_tells_what_differs(s
                 if over.saved:
                     assert in_flash(it.axis(), whole=whole) == wanted
             assert {"verified", "differs"} <= set(ends)
+
+    run_virtual(story())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_swapped_controller_that_loses_its_power_holds_the_file_or_it_is_told_what_not(seed: int) -> None:
+    dice = Random(seed)
+
+    async def story() -> None:
+        async with one_body() as it:
+            await teach(it)
+            text = parts(await read(it), "settings", "speed-sets", "patterns", "program")
+            for _ in range(4):
+                swap(it)
+                await asyncio.sleep(5.0)
+                over = await one_cut(it, dice, text, within=450)
+                told = (await planned(it, text)).differences
+                assert over.differences == told
+                assert over.status == (
+                    "differs" if told else "verified" if over.error is None else over.status
+                )
 
     run_virtual(story())
 
