@@ -1,8 +1,9 @@
 """Backups over HTTP: read as text, compared, brought back; a restore is a record, followed to its end."""
 
 import asyncio
+from typing import Annotated
 
-from fastapi import Request, Response
+from fastapi import Query, Request, Response
 from pydantic import Field
 
 from api.common.problems import DECLARED
@@ -81,6 +82,7 @@ class RobotRestoreRequest(RestoreRequest, json_schema_extra=example(backup=OF_RO
     """A backup to be restored to a robot."""
 
 
+Bodies = Annotated[str | None, Query(description="These only, joined by commas: 00,3F. Left out: all.")]
 BACKUP = {**DECLARED, 200: {"content": {TEXT: {"schema": {"type": "string"}}}, "description": "The backup."}}
 BEGUN = {
     **DECLARED,
@@ -134,9 +136,13 @@ async def cancel_body_restore(request: Request, body_id: BodyId) -> Response:
 
 
 @router.get("/lines/{line_id}/backup", Right.VIEW, response_class=Response, responses=BACKUP)
-async def read_line_backup(request: Request, line_id: LineId) -> Response:
-    """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud."""
-    return _text(await backups.read_line(plant_of(request), origin_of(request), line_id))
+async def read_line_backup(request: Request, line_id: LineId, bodies: Bodies = None) -> Response:
+    """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
+
+    All of them have to answer; `bodies` leaves out who does not.
+    """
+    chosen = None if bodies is None else bodies.split(",")
+    return _text(await backups.read_line(plant_of(request), origin_of(request), line_id, chosen))
 
 
 @router.post(

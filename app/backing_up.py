@@ -25,13 +25,15 @@ Only = Annotated[list[str] | None, typer.Option("--body", help="Of a line: only 
 def backup(
     target: Whose,
     file: Annotated[Path | None, typer.Argument(help="Where to write it. Left out: it is printed.")] = None,
+    only: Only = None,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
     """Read all that a body, a robot or the bodies of a line keep, as text that can be restored."""
     client = Client.at(url, key_file)
     path = _path_of(client, target)
-    text = client.text(f"{path}/backup", _read_s(client, path))
+    query = f"?bodies={','.join(only)}" if only else ""
+    text = client.text(f"{path}/backup{query}", _read_s(client, path))
     if file is None:
         typer.echo(text, nl=False)
         return

@@ -18,6 +18,7 @@ from gateway.rorze.backup import Contents
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
+from protocols.rorze.status import GetInformation
 
 OfBodies = Mapping[int, Contents]
 """What a backup has of each body, by its number."""
@@ -52,9 +53,15 @@ async def read_body(plant: Plant, body_id: str) -> str:
 
 
 @for_caller
-async def read_line(plant: Plant, line_id: str) -> str:
-    """Read all that the bodies of a line keep, as one text; errors as of `read_body`."""
-    return backup.PREAMBLE + "".join([await _read(plant, body) for body in _bodies_of(plant, line_id)])
+async def read_line(plant: Plant, line_id: str, chosen: Sequence[str] | None = None) -> str:
+    """Read all that the bodies of a line keep, or those that are chosen, as one text.
+
+    Whether all are there is asked first: each takes minutes. Errors as of `read_body` and `for_line`.
+    """
+    bodies = _bodies_of(plant, line_id) if chosen is None else _chosen(plant, line_id, chosen)
+    for body in bodies:
+        await body.ask(GetInformation())
+    return backup.PREAMBLE + "".join([await _read(plant, body) for body in bodies])
 
 
 async def _read(plant: Plant, body: Body) -> str:
@@ -81,9 +88,8 @@ def for_line(plant: Plant, line_id: str, found: OfBodies, chosen: Sequence[str] 
     :raises NotFound: there is no such line or body.
     :raises InvalidRequest: it is no line of bodies, or the backup has nothing of one that was chosen.
     """
-    bodies = _bodies_of(plant, line_id)
     if chosen is None:
-        sources = {body: body.number for body in bodies if body.number in found}
+        sources = {body: body.number for body in _bodies_of(plant, line_id) if body.number in found}
         unknown = [f"{it:02X}" for it in found.keys() - set(sources.values())]
         if unknown:
             raise InvalidRequest(
@@ -91,11 +97,7 @@ def for_line(plant: Plant, line_id: str, found: OfBodies, chosen: Sequence[str] 
                 "Choose its bodies by `bodies`.",
             )
     else:
-        rorze = plant.family(Rorze)
-        named = [rorze.body(it if "." in it else f"{line_id}.{it}") for it in dict.fromkeys(chosen)]
-        sources = {body: body.number for body in named if body in bodies}
-        if len(sources) < len(named):
-            raise InvalidRequest(f"bodies: not all are on the line {line_id}; nothing was sent.")
+        sources = {body: body.number for body in _chosen(plant, line_id, chosen)}
     return Wanted(f"/lines/{line_id}", *_controllers(plant, sources, found))
 
 
@@ -210,6 +212,14 @@ def _number(body: str) -> int:
     if number is None:
         raise InvalidRequest(f"from_body: {body!r} is no body number; nothing was sent.")
     return number
+
+
+def _chosen(plant: Plant, line_id: str, chosen: Sequence[str]) -> list[Body]:
+    bodies, rorze = _bodies_of(plant, line_id), plant.family(Rorze)
+    named = [rorze.body(it if "." in it else f"{line_id}.{it}") for it in dict.fromkeys(chosen)]
+    if not all(body in bodies for body in named):
+        raise InvalidRequest(f"bodies: not all are on the line {line_id}; nothing was sent.")
+    return named
 
 
 def _bodies_of(plant: Plant, line_id: str) -> list[Body]:

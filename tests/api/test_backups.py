@@ -85,6 +85,10 @@ async def test_what_is_wrong_is_told_by_its_line_and_nothing_is_sent(stand: Stan
 async def test_a_line_is_backed_up_and_restored_to_chosen_bodies(stand: Stand) -> None:
     text = (await stand.get("/lines/arm/backup")).text
     assert [line for line in text.splitlines() if line.startswith("[body")] == ["[body 00]", "[body 3F]"]
+    one = (await stand.get("/lines/arm/backup?bodies=3F")).text
+    assert ("[body 00]" in one, "[body 3F]" in one) == (False, True)
+    nobody = await stand.get("/lines/arm/backup?bodies=44")
+    assert nobody.status_code == 404
     short = text.replace("\n[positions]\n", "").replace("\n[memories]\n", "")
     wanted = {"backup": short.replace("0SS10 ", "0SS20 "), "bodies": ["3F"]}
     over = await stand.post("/lines/arm/restores?wait=60", wanted)

@@ -59,6 +59,7 @@ def test_lines_and_robots_have_backups_and_groups_and_units_have_none(
     gateway = FakeGateway({**answers, "/lines/arm/backup": [(200, TEXT)], "/robots/r1/backup": [(200, TEXT)]})
     for word in ("arm", "r1"):
         assert gateway.run(monkeypatch, "backup", word).stdout == TEXT
+    assert gateway.run(monkeypatch, "backup", "arm", "--body", "3F").stdout == TEXT
     for word in ("80", "r1/units/2", "cell"):
         assert gateway.run(monkeypatch, "backup", word).exit_code == 2
 

@@ -476,6 +476,17 @@ async def test_a_backup_of_a_line_has_all_its_bodies_and_goes_back_to_chosen_one
 
 
 @in_virtual_time
+async def test_a_line_is_backed_up_without_those_who_do_not_answer_only_when_that_is_said() -> None:
+    async with rig(bodies=(0x00, 0x01), present=(0x01,), groups={}) as it:
+        sent = len(it.wire.sent)
+        with pytest.raises(GatewayError, match="00"):
+            await backups.read_line(it.plant, ME, "line1")
+        assert not [frame for frame in it.wire.frames(sent) if frame[3:6] == "EAD"]
+        text = await backups.read_line(it.plant, ME, "line1", ["01"])
+        assert list(backups.check_bodies(text)) == [0x01]
+
+
+@in_virtual_time
 async def test_a_backup_of_another_body_is_taken_only_when_that_is_said() -> None:
     async with rig(bodies=(0x00, 0x3F), groups={}) as it:
         contents = backups.check_bodies(SMALL)

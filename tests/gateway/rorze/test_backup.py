@@ -1,17 +1,19 @@
 """What a body keeps, as text and back: nothing is lost on the way, and nothing else is taken from a file."""
 
 from collections import defaultdict
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateway.core.errors import InvalidText
+from gateway.core.errors import InvalidText, Misplaced
 from gateway.rorze.backup import Contents, commands, differences, parse, written
 from gateway.rorze.backup_places import PLACES_OF, Command, Section, place_of
 from gateway.rorze.bodies import Body
 from gateway.rorze.units import Scale
+from protocols.rorze.commands import COMMANDS as CODES
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
 from protocols.rorze.interpolation import SetPulsesPerTurn
 from protocols.rorze.notation import PositionReference
@@ -110,6 +112,35 @@ def _obey(state: dict[str, dict[str, Any]], command: Command) -> None:
     state[section][place.key] = command
     if command == place.emptied:
         del state[section][place.key]
+
+
+HEADINGS = st.sampled_from(
+    ["[body 3F]", "[settings]", "[speed-sets]", "[patterns]", "[memories]", "[program]"]
+)
+LINES = st.one_of(
+    HEADINGS,
+    st.text(max_size=30),
+    st.builds(
+        str.__add__, st.sampled_from(sorted(CODES)), st.text("0123456789SAPFDH[],:;.+- E", max_size=12)
+    ),
+)
+
+
+@given(st.lists(LINES, max_size=8).map(lambda lines: "\n".join(["[body 3F]", "[settings]", *lines])))
+def test_any_text_is_a_backup_or_is_refused_by_its_lines(text: str) -> None:
+    found = read_or_faults(text)
+    if isinstance(found, Contents):
+        assert parse(written(body(), found))[0x3F].places == found.places
+    else:
+        assert all(1 <= fault.line <= len(text.splitlines()) for fault in found)
+
+
+def read_or_faults(text: str) -> Contents | Sequence[Misplaced]:
+    try:
+        [found] = parse(text).values()
+    except InvalidText as refusal:
+        return refusal.faults
+    return found
 
 
 def test_positions_are_told_in_the_unit_of_the_body() -> None:
