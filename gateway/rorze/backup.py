@@ -346,11 +346,12 @@ def differences(body_id: str, wanted: Contents, held: Contents) -> list[Differen
 def differing(name: Section, wanted: Contents, held: Contents) -> list[Place]:
     """The places of a section that are not as in a backup; settings that it does not name may be anything."""
     should, does = wanted.places[name], held.places[name]
-    named = (
-        key in should or not (name == "settings" or it.is_always_set) for key, it in PLACES_OF[name].items()
-    )
-    places = zip(PLACES_OF[name].items(), named, strict=True)
-    return [it for (key, it), counts in places if counts and should.get(key) != does.get(key)]
+    return [
+        place
+        for key, place in PLACES_OF[name].items()
+        if should.get(key) != does.get(key)
+        and (key in should or not (name == "settings" or place.is_always_set))
+    ]
 
 
 def _text(command: Command | None) -> str | None:

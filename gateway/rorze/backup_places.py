@@ -87,7 +87,7 @@ class Place:
 
     @property
     def is_always_set(self) -> bool:
-        """Whether it is nothing that was perhaps never set."""
+        """Whether there is only one of its kind, which has a value from the beginning."""
         return not self.at
 
     def setting(self, reply: Reply) -> Command | None:

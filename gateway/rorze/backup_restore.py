@@ -87,7 +87,8 @@ class BodyRestore:
         for _ in range(READINGS):
             await self.body.mark.ensure(Lane.PROOF)
             losses = self.body.power.losses
-            self.held = await backup.read(self.body, wanted.sections, watcher.has_read)
+            held = await backup.read(self.body, wanted.sections, watcher.has_read)
+            self.held = held.lasting() if lasting else held
             if sure:
                 await backup.confirm(self.body, wanted, self.held)
             stands = await self.body.mark.stands(Lane.PROOF)

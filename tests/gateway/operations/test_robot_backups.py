@@ -161,7 +161,7 @@ def test_whenever_the_power_is_cut_a_restore_is_verified_or_tells_what_differs(s
 @pytest.mark.parametrize(
     ("lines", "place", "reason"),
     [
-        ("[robot r2]", 1, "nothing of robot r1, but of r2"),
+        ("[robot r2]\n[variables]", 1, "nothing of robot r1, but of r2"),
         ("[robot r1]\n[unit 3 settings]", 1, "no section [unit 3 settings]"),
         ("[robot r1]\n[variables]\nV100 1", 3, "V00 to V99"),
         ("[robot r1]\n[variables]\nV01 much", 3, "'much' is no number"),
