@@ -50,6 +50,9 @@ CANCELLED_WITHIN_S = 10.0
 KEPT_OUT = (ClearProgram, AddProgramInstruction, LoadProgram, SaveProgram, EraseFlash)
 """What would divide an upload, besides everything that moves the motor or runs a program."""
 
+UNSURE = (NoReply, ControllerRefused, ProgramDiffers, SaveUncertain)
+"""After these the last instruction may be stored or not: a refusal may be that of a garbled question."""
+
 Status = Literal["running", "succeeded", "failed", "cancelled"]
 Phase = Literal["clearing", "writing", "verifying", "saving", "done"]
 
@@ -245,7 +248,7 @@ class ProgramUploads:
 
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
         record = work.record
-        record.stored = _stored(record, unsure=isinstance(error, NoReply | ProgramDiffers | SaveUncertain))
+        record.stored = _stored(record, unsure=isinstance(error, UNSURE))
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else UploadError.of(error)
         del self._current[work.body]
