@@ -6,7 +6,19 @@ from typing import Annotated
 
 import typer
 
-from app import exits, journal, keys, moving, plotting, program, serving, setting_up, stopping, watching
+from app import (
+    backing_up,
+    exits,
+    journal,
+    keys,
+    moving,
+    plotting,
+    program,
+    serving,
+    setting_up,
+    stopping,
+    watching,
+)
 
 app = typer.Typer(
     help="A network gateway for RORZE and DYNAX motion controllers. It is not a safety function.",
@@ -20,6 +32,7 @@ for command in (
     *(watching.status, watching.watch, watching.scan),
     moving.send,
     stopping.stop,
+    *(backing_up.backup, backing_up.diff, backing_up.restore),
 ):
     app.command()(command)
 # Negative numbers look like options: `move 3F relative -500`.

@@ -73,6 +73,22 @@ def move_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType
     return [EventType(f"{what}.move.{news}", subject, data, when) for news, when in MOVE_NEWS.items()]
 
 
+RESTORE_NEWS: Mapping[str, str] = {
+    "started": "a backup is being restored",
+    "progress": "a restore has come further; once a second at most",
+    "verified": "all of the backup was read back",
+    "differs": "it was read back, and `differences` is what is not as in the backup",
+    "failed": "nobody could read it back, or what flash memory holds is not known",
+    "cancelled": "a request, a stop or the end of the gateway has ended it",
+}
+"""What is told of a restore, in the order of its life."""
+
+
+def restore_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
+    """The types of the restores of `what`; the data is the restore's record as it is then."""
+    return [EventType(f"{what}.restore.{news}", subject, data, when) for news, when in RESTORE_NEWS.items()]
+
+
 # lines
 
 LINE = "/lines/{line_id}"

@@ -2,7 +2,16 @@
 
 from pydantic import Field
 
-from gateway.core.event_types import EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
+from gateway.core.event_types import (
+    EventData,
+    EventType,
+    LeftMoving,
+    Nothing,
+    Unreadable,
+    move_types,
+    restore_types,
+)
+from gateway.core.restore_record import Restore
 from gateway.fics.axes import Coordinates
 from gateway.fics.jogs import JogSession
 from gateway.fics.move_record import RobotMove
@@ -102,5 +111,6 @@ TYPES = (
             "not_stopped": "the axis did not stand still within a second: the whole robot is being stopped",
         }.items()
     ),
+    *restore_types("robot", ROBOT, Restore),
     EventType("robot.left_moving", ROBOT, LeftMoving, "the gateway ends, and it moves as far as is known"),
 )

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Awaitable, Collection, Coroutine, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field
@@ -11,14 +12,18 @@ from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
+from gateway.core.restore_record import Restore
+from gateway.core.restores import Restores
 from gateway.core.stops import StopMode
 from gateway.core.targets import Replies, Stopped, Target, stopped
 from gateway.fics import config
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
 from gateway.fics.axes import UnitAxes
+from gateway.fics.backup_restore import RobotRestore
 from gateway.fics.bits import Bits
 from gateway.fics.event_types import TYPES
-from gateway.fics.guards import motion_without_proof
+from gateway.fics.exchange import FicsExchange
+from gateway.fics.guards import amid_a_restore, motion_without_proof
 from gateway.fics.jogs import JogSession
 from gateway.fics.line import FicsLine
 from gateway.fics.move_record import RobotMove
@@ -62,6 +67,7 @@ class Fics(Family):
         super().__init__(site)
         self._robots: dict[str, Robot] = {}
         self.moves = RobotMoves()
+        self.restores: Restores[RobotRestore] = Restores(self._publish_restore)
 
     def add(self, table: config.Line, port: Transport) -> FicsLine:
         """Build a line with its robot and its units."""
@@ -81,6 +87,7 @@ class Fics(Family):
             for unit in it.units
         ]
         line.gate.add(motion_without_proof)
+        line.gate.add(amid_a_restore(partial(self._amid_a_restore, it.id)))
         self._robots[it.id] = Robot(
             it.id,
             it.name or "",
@@ -94,6 +101,13 @@ class Fics(Family):
 
     def _publish(self, kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
         return self.site.events.publish(kind, subject, data, correlation).cursor
+
+    def _publish_restore(self, what: str, restore: Restore) -> None:
+        self.site.events.publish(f"robot.restore.{what}", restore.target, restore, correlation=restore.id)
+
+    def _amid_a_restore(self, robot_id: str, exchange: FicsExchange) -> bool:
+        restored = self.restores.amid(robot_id)
+        return restored is not None and not restored.lets_pass(exchange)
 
     # finding
 
@@ -221,6 +235,7 @@ class Fics(Family):
 
     async def let_go(self) -> None:
         """Give those who wait for moves what is known now."""
+        await self.restores.close()
         self.moves.let_go()
 
     async def close(self) -> None:

@@ -148,14 +148,23 @@ async def change(unit: RobotUnit, wanted: SettingsChange) -> UnitSettings:
     :raises NotReadBack: all were changed, and the robot has not told what they are now.
     :raises GatewayError: nothing was changed.
     """
-    commands = {name: _command(unit, name, value) for name, value in wanted if value is not None}
-    if not commands:
-        raise InvalidRequest("No setting is named; nothing was sent.")
-    await _send_all(unit, await uncrossed(unit, commands))
+    await _send_all(unit, await commands(unit, wanted))
     try:
-        return await read(unit, commands)
+        return await read(unit, wanted.model_dump(exclude_none=True))
     except GatewayError as error:
         raise NotReadBack(f"The settings of {unit.address} were changed", error) from error
+
+
+async def commands(unit: RobotUnit, wanted: SettingsChange) -> list[FicsCommand[Any]]:
+    """The commands that change settings, in an order in which no soft limits cross.
+
+    :raises InvalidRequest: none is named, or one cannot be.
+    :raises GatewayError: the present soft limits could not be read.
+    """
+    changes = {name: _command(unit, name, value) for name, value in wanted if value is not None}
+    if not changes:
+        raise InvalidRequest("No setting is named; nothing was sent.")
+    return await uncrossed(unit, changes)
 
 
 async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]]) -> None:

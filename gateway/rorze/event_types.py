@@ -2,8 +2,18 @@
 
 from pydantic import Field
 
-from gateway.core.event_types import LINE, EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
+from gateway.core.event_types import (
+    LINE,
+    EventData,
+    EventType,
+    LeftMoving,
+    Nothing,
+    Unreadable,
+    move_types,
+    restore_types,
+)
 from gateway.core.move_record import Move
+from gateway.core.restore_record import Restore
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
@@ -118,6 +128,7 @@ BODIES = (
             "cancelled": "a request, a stop or the end of the gateway has broken off an upload",
         }.items()
     ),
+    *restore_types("body", BODY, Restore),
     EventType("body.program.started", BODY, ProgramRun, "the gateway has started its user program"),
     EventType("body.program.ended", BODY, ProgramRun, "that program has ended, or nobody knows: `status`"),
     EventType("body.settings.changed", BODY, SettingsNews, "settings were changed by one of its documents"),
@@ -125,6 +136,7 @@ BODIES = (
 )
 
 LINES = (
+    *restore_types("line", LINE, Restore),
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),
     EventType("line.strict", LINE, Strictness, "a reply came twice, or none has for an hour"),
     EventType("line.message", LINE, LineMessage, "a frame came that nobody knows"),

@@ -13,12 +13,16 @@ from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
+from gateway.core.restore_record import Restore
+from gateway.core.restores import Restores
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
+from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_watch import BodyWatch, watch_sweep
 from gateway.rorze.event_types import TYPES
+from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.group_definition import define, planned_group, watch_groups
 from gateway.rorze.guards import Guards
 from gateway.rorze.line import Line
@@ -98,6 +102,7 @@ class Rorze(Family):
         self.scans = Scans(site.events)
         self.uploads = ProgramUploads(self._publish_upload)
         self.runs = ProgramRuns(self._publish_run)
+        self.restores: Restores[BodyRestore] = Restores(self._publish_restore)
 
     # building
 
@@ -130,7 +135,7 @@ class Rorze(Family):
             )
             body.on_news = partial(self._on_news, body)
             self._bodies[body.address] = body
-        Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out)
+        Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out, self._amid_a_restore)
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
         for own in sweep.groups:
             own.on_strangers = partial(self._on_strangers, own)
@@ -357,6 +362,15 @@ class Rorze(Family):
         subject = f"/bodies/{upload.body_id}"
         self.site.events.publish(f"body.program.upload.{what}", subject, upload, correlation=upload.id)
 
+    def _publish_restore(self, what: str, restore: Restore) -> None:
+        kind = "line" if restore.target.startswith("/lines/") else "body"
+        publish = self.site.events.publish
+        publish(f"{kind}.restore.{what}", restore.target, restore, correlation=restore.id)
+
+    def _amid_a_restore(self, body: Body, exchange: RorzeExchange) -> bool:
+        restored = self.restores.amid(body.address)
+        return restored is not None and not restored.lets_pass(exchange)
+
     def _publish_run(self, what: str, run: ProgramRun) -> None:
         subject = f"/bodies/{run.body_id}"
         self.site.events.publish(f"body.program.{what}", subject, run, correlation=run.id)
@@ -451,6 +465,7 @@ class Rorze(Family):
     async def let_go(self) -> None:
         """Give those who wait for moves what is known now."""
         await self.scans.close()
+        await self.restores.close()
         await self.uploads.close()
         await self.runs.close()
         self.moves.let_go()

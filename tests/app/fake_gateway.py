@@ -40,6 +40,8 @@ class FakeGateway:
         status, answer = waiting.pop(0) if len(waiting) > 1 else waiting[0]
         if isinstance(answer, Exception):
             raise answer
+        if isinstance(answer, str):
+            return httpx.Response(status, text=answer)
         return httpx.Response(status, json=answer)
 
     @property

@@ -72,6 +72,14 @@ GET       /bodies/{body_id}/patterns/{n}                 view     body
 PUT       /bodies/{body_id}/patterns/{n}                 setup    body
 PATCH     /bodies/{body_id}/patterns/{n}                 setup    body
 GET       /bodies/{body_id}/patterns/{n}/curve           view     body
+GET       /bodies/{body_id}/backup                       view     body
+POST      /bodies/{body_id}/restores                     setup    body
+GET       /bodies/{body_id}/restores/{restore_id}        view     body
+DELETE    /bodies/{body_id}/restores/current             setup    body
+GET       /lines/{line_id}/backup                        view     line
+POST      /lines/{line_id}/restores                      setup    line
+GET       /lines/{line_id}/restores/{restore_id}         view     line
+DELETE    /lines/{line_id}/restores/current              setup    line
 POST      /stop                                          stop     plant
 GET       /groups                                        view     any
 GET       /groups/{group_id}                             view     group
@@ -129,6 +137,10 @@ GET       /robots/{robot_id}/outputs                     view     robot
 PUT       /robots/{robot_id}/outputs/{channel}/{bit}     operate  robot
 GET       /robots/{robot_id}/variables                   view     robot
 PUT       /robots/{robot_id}/variables/{number}          operate  robot
+GET       /robots/{robot_id}/backup                      view     robot
+POST      /robots/{robot_id}/restores                    setup    robot
+GET       /robots/{robot_id}/restores/{restore_id}       view     robot
+DELETE    /robots/{robot_id}/restores/current            setup    robot
 GET       /events                                        view     events
 GET       /events/stream                                 view     events
 WEBSOCKET /events                                        view     events
