@@ -216,6 +216,13 @@ class MoveFailed(GatewayError):
     moved = "yes"
 
 
+class MoveOver(GatewayError):
+    """A move was to be changed on its way, and has ended."""
+
+    kind = "move-over"
+    title = "The move is over"
+
+
 class ErrorText(Protocol):
     """What one error of a controller means and what helps, in both languages."""
 

@@ -4,6 +4,7 @@ from pydantic import Field
 
 from gateway.core.event_types import LINE, EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
 from gateway.core.move_record import Move
+from gateway.rorze.jogs import BodyJog
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
@@ -108,6 +109,16 @@ BODIES = (
             "succeeded": "the program was read back and is the one that was sent",
             "failed": "an upload was broken off, or the body holds another program: `stored` says what",
             "cancelled": "a request, a stop or the end of the gateway has broken off an upload",
+        }.items()
+    ),
+    *(
+        EventType(f"body.jog.{news}", BODY, BodyJog, when)
+        for news, when in {
+            "started": "it jogs",
+            "stopping": "it is told to stop, and may still move",
+            "ended": "the jog was ended by request, or by its move's end, and the motor stands still",
+            "lost": "its heartbeat stayed away, and the motor stands still",
+            "stopped": "a stop or the end of the gateway has ended it, and the motor stands still",
         }.items()
     ),
     EventType("body.program.started", BODY, ProgramRun, "the gateway has started its user program"),

@@ -19,6 +19,7 @@ from gateway.rorze.body_watch import BodyWatch, watch_sweep
 from gateway.rorze.event_types import TYPES
 from gateway.rorze.group_definition import define, planned_group, watch_groups
 from gateway.rorze.guards import Guards
+from gateway.rorze.jogs import BodyJog, BodyJogs
 from gateway.rorze.line import Line
 from gateway.rorze.moves import Moves
 from gateway.rorze.pace import Health
@@ -84,6 +85,7 @@ class Rorze(Family):
         self.sweeps: dict[str, Sweep] = {}
         """How many bodies of a line are asked at once, by the line's id."""
         self.stops = Stops(site.events, self.groups_of, self.sweeps)
+        self.jogs = BodyJogs(self.moves, self.stops, self._publish_jog)
         self.scans = Scans(site.events)
         self.uploads = ProgramUploads(self._publish_upload)
         self.runs = ProgramRuns(self._publish_run)
@@ -256,7 +258,8 @@ class Rorze(Family):
             yield watch_groups(line, partial(self._groups_on, line))
 
     def was_left_alone(self) -> None:
-        """Look at every body."""
+        """Stop what jogs, and look at every body."""
+        self.jogs.lose_all()
         for body in self.bodies():
             body.may_move()
 
@@ -268,6 +271,9 @@ class Rorze(Family):
 
     def _publish_move(self, kind: str, body: Body, move: Move) -> str:
         return self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id).cursor
+
+    def _publish_jog(self, what: str, body: Body, jog: BodyJog) -> None:
+        self.site.events.publish(f"body.jog.{what}", f"/bodies/{body.address}", jog, correlation=jog.id)
 
     def _publish_upload(self, what: str, upload: ProgramUpload) -> None:
         subject = f"/bodies/{upload.body_id}"
@@ -335,8 +341,11 @@ class Rorze(Family):
     # the end
 
     def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
-        """Stop what would never end, or everything that moves."""
-        bodies = [it for it in self.bodies() if (everything and it.moving) or self._never_ends(it)]
+        """Stop what jogs or would never end, or everything that moves."""
+        jogging = {*self.jogs.jogging()}
+        bodies = [
+            it for it in self.bodies() if (everything and it.moving) or it in jogging or self._never_ends(it)
+        ]
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _never_ends(self, body: Body) -> bool:
@@ -370,6 +379,7 @@ class Rorze(Family):
 
     async def close(self) -> None:
         """End all work and close the lines."""
+        await self.jogs.close()
         await self.stops.close()
         for line in self.lines.values():
             await line.close()

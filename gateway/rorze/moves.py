@@ -56,11 +56,16 @@ class Moves:
         return await self.log.wait(move_id, timeout_s)
 
     async def start(
-        self, target: Body | Group, command: RorzeCommand[Any], start_within_s: float = 5.0
+        self,
+        target: Body | Group,
+        command: RorzeCommand[Any],
+        start_within_s: float = 5.0,
+        on_sent: Callable[[Move], None] = lambda _: None,
     ) -> list[Move]:
         """Send a motion command, and give its moves when the controllers have accepted or refused it.
 
-        One move comes back for a body, one for each member for a group.
+        One move comes back for a body, one for each member for a group; `on_sent` is called with each when
+        the command is on the wire.
 
         :raises NotAllowed: it would never end, and the configuration does not allow that.
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
@@ -75,7 +80,7 @@ class Moves:
         _require_power(bodies, command)
         epoch = target.line.gate.epoch(target.number)
         flight = _Flight(
-            target, command, [Case(body, self._new(body, target, command)) for body in bodies], epoch
+            target, command, [Case(body, self._new(body, target, command)) for body in bodies], epoch, on_sent
         )
         task = asyncio.create_task(self._fly(flight, start_within_s), name=f"move {flight.cases[0].move.id}")
         self._tasks[task] = flight.answered
@@ -181,6 +186,7 @@ class Moves:
             for case in flight.cases:
                 case.body.was_set_going()
                 self._advance(case.body, case.move, MoveStatus.SENT)
+                flight.on_sent(case.move)
 
         target = flight.target
         if target.line.gate.epoch(target.number) != flight.epoch:
@@ -273,6 +279,7 @@ class _Flight:
     cases: list[Case]
     epoch: int
     """The target's stop epoch at admission."""
+    on_sent: Callable[[Move], None]
     answered: "asyncio.Future[GatewayError | None]" = field(
         default_factory=lambda: asyncio.get_running_loop().create_future()
     )

@@ -1,7 +1,7 @@
 """What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
 
 import asyncio
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
@@ -124,6 +124,29 @@ async def _pulses(body: Body, amount: int) -> int:
         return amount
     ratio, _ = await body.ask(GetEncoderRatio())
     return round(amount * ratio.ratio)
+
+
+async def amount_of(body: Body, pulses: int) -> int:
+    """Pulses put out as the operating mode counts them: the reverse of `_pulses`."""
+    mode, _ = await body.ask(GetOperatingMode())
+    if mode.mode != "encoder":
+        return pulses
+    ratio, _ = await body.ask(GetEncoderRatio())
+    return round(pulses / ratio.ratio)
+
+
+async def top_speed_of(body: Body, speed: Literal["high", "low"], pattern: int | None) -> int:
+    """The highest speed of a move by a pattern, in pulses per second.
+
+    :raises GatewayError: it could not be read.
+    """
+    speed_set = None
+    if pattern is not None:
+        sets, _ = await body.ask(GetPattern(pattern=pattern))
+        speed_set = sets.acceleration
+    row = GetStartSpeed if speed == "low" else GetMaximumSpeed
+    reply, _ = await body.ask(row(speed_set=speed_set))
+    return reply.speed
 
 
 async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:

@@ -45,6 +45,10 @@ POST      /bodies/{body_id}/power-cycle/acknowledge      operate  body
 POST      /bodies/{body_id}/moves                        operate  body
 GET       /bodies/{body_id}/moves                        view     body
 GET       /bodies/{body_id}/moves/{move_id}              view     body
+POST      /bodies/{body_id}/jogs                         operate  body
+POST      /bodies/{body_id}/jogs/{jog_id}/heartbeat      operate  body
+POST      /bodies/{body_id}/jogs/{jog_id}/stop           stop     body
+POST      /bodies/{body_id}/moves/{move_id}/speed        operate  body
 POST      /bodies/{body_id}/raw                          setup    body
 POST      /bodies/{body_id}/stop                         stop     body
 GET       /bodies/{body_id}/program                      view     body
