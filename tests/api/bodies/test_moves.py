@@ -253,7 +253,7 @@ async def test_the_speed_of_a_move_is_changed_on_its_way_and_not_after_it(stand:
 
     slower = await stand.post(f"{place}/speed", {"mode": "change", "speed": 20_000})
     assert (slower.status_code, slower.json()["status"]) == (200, "sent"), slower.text
-    assert stand.frames()[-1] == "&3F5CS20000"
+    assert "&3F5CS20000" in stand.frames()
     assert (await stand.post(f"{place}/speed", {"mode": "decelerate"})).status_code == 200
     assert (await stand.post(f"{place}/speed", {"mode": "accelerate"})).status_code == 200
 
