@@ -8,7 +8,8 @@ from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import catalogue, command_routes, health, lines, sign_in, stops, streams, system
-from api.bodies import groups, info, jogs, memories, moves, programs, text_commands
+from api.bodies import groups, info, memories, moves, programs, text_commands
+from api.bodies import routes as bodies
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
@@ -83,13 +84,8 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
     modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system)
-    routers = [
-        info.reads,
-        *(module.router for module in modules),
-        programs.router,
-        memories.router,
-        jogs.router,
-    ]
+    routers = [info.reads, *(module.router for module in modules), programs.router, memories.router]
+    routers += bodies.routers()
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []
         routers += command_routes.routers(type(family))

@@ -14,6 +14,7 @@ from gateway.core.errors import HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
+from gateway.core.names import Names
 from gateway.core.origin import POLL, acting
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
@@ -39,6 +40,7 @@ class Plant:
     ) -> None:
         self.config = config
         self.events = EventHub()
+        self.names = Names()
         self.recorders: dict[str, Recorder] = {}
         self.watch = LoopWatch()
         self.watch.on_held = self._was_held

@@ -9,6 +9,7 @@ from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Group
 from gateway.rorze.units import Scale, Unit, to_pulses
 from protocols.rorze import moves, origin
+from protocols.rorze.notation import PositionReference
 from protocols.rorze.row import RorzeCommand
 from protocols.wording import expectation
 
@@ -97,6 +98,20 @@ class AbsoluteMoveRequest(
         return _built(_ABSOLUTE[self.speed], position=self.position.pulses(scale), pattern=self.pattern)
 
 
+class PositionMoveRequest(_MoveRequest, json_schema_extra=example(kind="position", position=5)):
+    """Move to a position of the body's table (RC-420 manual 13.4)."""
+
+    kind: Literal["position"]
+    position: int = Field(ge=0, le=2047, description="Position number.")
+    speed: Speed = Field(default="high", description="`low` runs at the start speed, without ramps.")
+    pattern: Pattern = None
+
+    def command(self, _: Scale | None) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        entry = PositionReference(position=self.position)
+        return _built(_ABSOLUTE[self.speed], position=entry, pattern=self.pattern)
+
+
 class HomeRequest(_MoveRequest, json_schema_extra=example(kind="home")):
     """Search the origin (RC-420 manual 13.5)."""
 
@@ -126,7 +141,7 @@ class ContinuousMoveRequest(
 
 
 MoveRequest = Annotated[
-    RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+    RelativeMoveRequest | AbsoluteMoveRequest | PositionMoveRequest | HomeRequest | ContinuousMoveRequest,
     Field(discriminator="kind"),
 ]
 

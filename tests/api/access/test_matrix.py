@@ -49,6 +49,11 @@ POST      /bodies/{body_id}/jogs                         operate  body
 POST      /bodies/{body_id}/jogs/{jog_id}/heartbeat      operate  body
 POST      /bodies/{body_id}/jogs/{jog_id}/stop           stop     body
 POST      /bodies/{body_id}/moves/{move_id}/speed        operate  body
+GET       /bodies/{body_id}/positions                    view     body
+PUT       /bodies/{body_id}/positions                    setup    body
+PUT       /bodies/{body_id}/positions/{number}/name      setup    body
+GET       /bodies/{body_id}/positions.csv                view     body
+PUT       /bodies/{body_id}/positions.csv                setup    body
 POST      /bodies/{body_id}/raw                          setup    body
 POST      /bodies/{body_id}/stop                         stop     body
 GET       /bodies/{body_id}/program                      view     body

@@ -1,0 +1,119 @@
+"""The position table of a body: 2048 positions, read, stored and read back (RC-420 manual 13.4)."""
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest
+from gateway.rorze.bodies import Body
+from protocols.rorze.flash import SavePositions
+from protocols.rorze.notation import BILLION, PositionReference
+from protocols.rorze.position_table import GetNumberedPositionEntry, SetPositionEntry
+
+LAST_POSITION: Final = 2047
+PLACES: Final = range(LAST_POSITION + 1)
+
+
+class Position(NamedTuple):
+    """A position of the table, in pulses or encoder counts as the operating mode is."""
+
+    number: int
+    pulses: int
+
+
+class Wanted(NamedTuple):
+    """A position to be stored."""
+
+    number: int
+    pulses: int | None
+    """None: where the motor stands."""
+
+
+class PositionsDiffer(GatewayError):
+    """Positions were stored, and the body holds others."""
+
+    kind = "positions-differ"
+    title = "The body holds other positions than were sent"
+    retryable = True
+
+
+class StoringBrokenOff(GatewayError):
+    """Some positions were sent, the rest was not."""
+
+    kind = "storing-broken-off"
+    title = "Only some of the positions were sent"
+
+    def __init__(self, address: str, sent: int, of: int, cause: GatewayError) -> None:
+        super().__init__(
+            f"{sent} of {of} positions were sent to {address} and not read back, then it was broken off: "
+            f"{cause.detail}",
+            "Read the table, and store the rest.",
+        )
+
+
+async def read(body: Body, first: int, last: int) -> list[Position]:
+    """Read positions one by one (3ND), each by its number, which the answer repeats.
+
+    :raises InvalidRequest: the last is before the first.
+    :raises GatewayError: they were not read.
+    """
+    if last < first:
+        raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
+    return [await _read(body, number) for number in range(first, last + 1)]
+
+
+async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) -> list[Position]:
+    """Store positions (3PS), read them back, and write the whole table to flash memory (FPS) if asked.
+
+    :raises InvalidRequest: a number comes twice, or does not exist; nothing was sent.
+    :raises BodyBusy: it moves, and is to store where it stands; nothing was sent.
+    :raises StoringBrokenOff: some were sent.
+    :raises PositionsDiffer: all were sent, and what was read back is something else.
+    :raises GatewayError: nothing was sent, or it was not read back, or not written to flash memory.
+    """
+    _check(wanted)
+    if any(it.pulses is None for it in wanted) and (await body.where_it_rests()).runs:
+        raise BodyBusy(f"{body.address} moves; nothing was sent.", "Wait for standstill.")
+    for sent, it in enumerate(wanted):
+        try:
+            await body.ask(SetPositionEntry(entry=PositionReference(position=it.number), pulses=it.pulses))
+        except GatewayError as error:
+            if sent:
+                raise StoringBrokenOff(body.address, sent, len(wanted), error) from error
+            raise
+    held = [await _read(body, it.number) for it in wanted]
+    differing = [
+        str(it.number)
+        for it, found in zip(wanted, held, strict=True)
+        if it.pulses is not None and it.pulses != found.pulses
+    ]
+    if differing:
+        raise PositionsDiffer(
+            f"{body.address} was sent {len(wanted)} positions, and holds others under the numbers "
+            f"{', '.join(differing)}.",
+            "Store them again.",
+        )
+    if flash:
+        await body.ask(SavePositions())
+    return held
+
+
+def _check(wanted: Sequence[Wanted]) -> None:
+    seen: set[int] = set()
+    for number, pulses in wanted:
+        if number not in PLACES:
+            raise InvalidRequest(
+                f"There is no position {number}: they go from 0 to {LAST_POSITION}; nothing was sent."
+            )
+        if pulses is not None and abs(pulses) >= BILLION:
+            raise InvalidRequest(
+                f"Position {number} comes to {pulses} pulses: must be less than {BILLION} either way; "
+                "nothing was sent."
+            )
+        if number in seen:
+            raise InvalidRequest(f"Position {number} is given twice; nothing was sent.")
+        seen.add(number)
+
+
+async def _read(body: Body, number: int) -> Position:
+    entry, _ = await body.ask(GetNumberedPositionEntry(entry=PositionReference(position=number)))
+    return Position(entry.position, entry.pulses)
