@@ -7,13 +7,13 @@ from api.common.requests import BodyId, json_response, new_router, origin_of, pl
 from api.common.results import render
 from gateway.core.rights import Right
 from gateway.operations import body_jogs
-from gateway.rorze.jogs import BodyJog, JogRequest
+from gateway.rorze.jogs import BodyJog, BodyJogRequest
 
 router = new_router("jogs")
 
 
 @router.post("/bodies/{body_id}/jogs", Right.OPERATE, status_code=201, response_model=BodyJog)
-async def start_body_jog(request: Request, body_id: BodyId, jog: JogRequest) -> Response:
+async def start_body_jog(request: Request, body_id: BodyId, jog: BodyJogRequest) -> Response:
     """Start to jog a body. It stops by itself unless a heartbeat comes at least every half second.
 
     It is a relative move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.

@@ -33,7 +33,7 @@ Last = Annotated[PositionNumber, Query(description="The last position.")]
 Number = Annotated[PositionNumber, Path(description="0-2047.", examples=[7])]
 
 
-class PositionEntry(RequestModel):
+class PositionToStore(RequestModel):
     """A position to be stored."""
 
     number: PositionNumber
@@ -41,7 +41,7 @@ class PositionEntry(RequestModel):
     name: Name | None = Field(default=None, description="Left out, it keeps the name it has.")
 
 
-class PositionUpload(
+class PositionsToStore(
     RequestModel,
     json_schema_extra=example(
         positions=[{"number": 7}, {"number": 8, "position": {"value": 500, "unit": "pulse"}}]
@@ -49,7 +49,7 @@ class PositionUpload(
 ):
     """Positions to be stored; others stay as they are."""
 
-    positions: Annotated[list[PositionEntry], Field(min_length=1, max_length=LAST_POSITION + 1)]
+    positions: Annotated[list[PositionToStore], Field(min_length=1, max_length=LAST_POSITION + 1)]
     flash: bool = Field(default=False, description="Write the whole table to flash memory too (FPS).")
 
 
@@ -59,7 +59,7 @@ class PositionName(RequestModel, json_schema_extra=example(name="unload")):
     name: Name | None = Field(description="Null takes the name away.")
 
 
-class StoredPosition(BaseModel):
+class NamedPosition(BaseModel):
     """A stored position."""
 
     number: int
@@ -73,7 +73,7 @@ class BodyPositions(BaseModel):
     """Stored positions of a body."""
 
     body_id: str
-    positions: list[StoredPosition]
+    positions: list[NamedPosition]
 
 
 @router.get("/bodies/{body_id}/positions", Right.VIEW, response_model=BodyPositions)
@@ -91,7 +91,7 @@ async def list_body_positions(
     openapi_extra=DECLARED_HEADER,
 )
 async def store_body_positions(
-    request: Request, body_id: BodyId, upload: PositionUpload, first: First = 0, last: Last = LAST_POSITION
+    request: Request, body_id: BodyId, upload: PositionsToStore, first: First = 0, last: Last = LAST_POSITION
 ) -> Response:
     """Store positions (3PS) and read them back; without a position, where the motor stands.
 
@@ -183,7 +183,7 @@ def _table(request: Request, body_id: str, held: list[Position]) -> BodyPosition
     return BodyPositions(
         body_id=body.address,
         positions=[
-            StoredPosition(
+            NamedPosition(
                 number=number,
                 name=names.get(number),
                 pulses=pulses,

@@ -4,11 +4,11 @@ from gateway.core.targets import Opened
 from gateway.operations.caller import for_caller
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
-from gateway.rorze.jogs import BodyJog, JogRequest
+from gateway.rorze.jogs import BodyJog, BodyJogRequest
 
 
 @for_caller
-async def start(plant: Plant, body_id: str, request: JogRequest) -> Opened:
+async def start(plant: Plant, body_id: str, request: BodyJogRequest) -> Opened:
     """Start to jog a body; errors as of `BodyJogs.start`."""
     rorze = plant.family(Rorze)
     body = rorze.body(body_id)

@@ -41,7 +41,7 @@ _UNSEEN: Final = (MoveStatus.LOST, MoveStatus.UNKNOWN)
 """Moves whose ends nobody has seen."""
 
 
-class JogRequest(RequestModel, json_schema_extra=example(direction="cw")):
+class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
     """Which way to jog, how fast, and how far at most."""
 
     direction: Literal["cw", "ccw", "+", "-"] = Field(description="+ is cw, - is ccw.")
@@ -91,7 +91,7 @@ class BodyJogs:
         self._sessions: dict[str, _Session] = {}
         stops.on_begin = self._body_stops
 
-    async def start(self, body: Body, request: JogRequest) -> BodyJog:
+    async def start(self, body: Body, request: BodyJogRequest) -> BodyJog:
         """Start to jog a body (RC-420 manual 13.2).
 
         :raises InvalidRequest: the length is in another unit, or it stands at its soft limit; nothing was
@@ -115,7 +115,7 @@ class BodyJogs:
         )
         return self._sessions[move.id].jog
 
-    def _begun(self, body: Body, move: Move, request: JogRequest, distance: int) -> None:
+    def _begun(self, body: Body, move: Move, request: BodyJogRequest, distance: int) -> None:
         """The motor may move from now on, answered or not."""
         jog = BodyJog(
             id=move.id, body_id=body.address, direction=request.turn, speed=request.speed, distance=distance
@@ -228,7 +228,7 @@ class BodyJogs:
         self._tell(it.jog.state, it.body, it.jog)
 
 
-async def _distance(body: Body, request: JogRequest) -> int:
+async def _distance(body: Body, request: BodyJogRequest) -> int:
     """How far a jog may go, in the unit of the operating mode.
 
     :raises InvalidRequest: it stands at its soft limit, or the length is in another unit.

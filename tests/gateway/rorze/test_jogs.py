@@ -7,7 +7,7 @@ import pytest
 from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest, NotFound, StoppedFirst
 from gateway.core.jogs import HEARTBEAT_S, JogOutOfReach, JogOver
 from gateway.core.move_record import MoveStatus
-from gateway.rorze.jogs import LONGEST_S, BodyJog, BodyJogs, JogRequest
+from gateway.rorze.jogs import LONGEST_S, BodyJog, BodyJogRequest, BodyJogs
 from gateway.rorze.move_requests import Length
 from protocols.rorze.encoder import SetEncoderRatio
 from protocols.rorze.modes import SetOperatingMode, SetSoftLimits
@@ -25,7 +25,7 @@ from simulator.rorze.world import CW_LIMIT
 from tests.plants import Rig, in_virtual_time, rig
 
 SLOW, FAST = 1_000, 20_000
-RIGHT = JogRequest(direction="cw")
+RIGHT = BodyJogRequest(direction="cw")
 
 
 def jogs_of(it: Rig) -> BodyJogs:
@@ -42,7 +42,7 @@ async def teach(it: Rig) -> None:
         await it.body().ask(setting)
 
 
-async def started(it: Rig, request: JogRequest = RIGHT) -> BodyJog:
+async def started(it: Rig, request: BodyJogRequest = RIGHT) -> BodyJog:
     await teach(it)
     return await jogs_of(it).start(it.body(), request)
 
@@ -135,7 +135,7 @@ async def test_the_speed_of_the_pattern_bounds_a_fast_jog() -> None:
             SetFallingAccelerationShare(speed_set=5, percent=50),
         ):
             await it.body().ask(setting)
-        jog = await jogs_of(it).start(it.body(), JogRequest(direction="-", speed="high", pattern=3))
+        jog = await jogs_of(it).start(it.body(), BodyJogRequest(direction="-", speed="high", pattern=3))
         assert (jog.direction, jog.distance) == ("ccw", 30_000)
         assert it.executed("1-M")[0].facts["text"] == "1-MA[3],30000"
 
@@ -144,7 +144,7 @@ async def test_the_speed_of_the_pattern_bounds_a_fast_jog() -> None:
 async def test_the_client_may_bound_it_and_soft_limits_do() -> None:
     async with rig() as it:
         await teach(it)
-        short = JogRequest(direction="cw", at_most=Length(value=700, unit="pulse"))
+        short = BodyJogRequest(direction="cw", at_most=Length(value=700, unit="pulse"))
         jog = await jogs_of(it).start(it.body(), short)
         await beat(it, jog, 0.4)
         await asyncio.sleep(1.0)
@@ -157,7 +157,7 @@ async def test_the_client_may_bound_it_and_soft_limits_do() -> None:
             await jogs_of(it).start(it.body(), RIGHT)
         with pytest.raises(InvalidRequest, match="less than one pulse"):
             await jogs_of(it).start(
-                it.body(), JogRequest(direction="ccw", at_most=Length(value=0, unit="pulse"))
+                it.body(), BodyJogRequest(direction="ccw", at_most=Length(value=0, unit="pulse"))
             )
 
 
