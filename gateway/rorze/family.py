@@ -114,6 +114,8 @@ class Rorze(Family):
                 it.number,
                 it.name or "",
                 it.units,
+                it.input_names,
+                it.output_names,
                 position_tolerance=it.position_tolerance,
                 poll_interval_s=table.poll_interval_s,
                 power=Power(it.power_comment, it.needs_origin),

@@ -54,6 +54,14 @@ PUT       /bodies/{body_id}/positions                    setup    body
 PUT       /bodies/{body_id}/positions/{number}/name      setup    body
 GET       /bodies/{body_id}/positions.csv                view     body
 PUT       /bodies/{body_id}/positions.csv                setup    body
+GET       /bodies/{body_id}/inputs                       view     body
+GET       /bodies/{body_id}/outputs                      view     body
+PUT       /bodies/{body_id}/outputs/{output}             operate  body
+POST      /bodies/{body_id}/outputs/{output}/pulses      operate  body
+GET       /bodies/{body_id}/sensors                      view     body
+GET       /bodies/{body_id}/error-outputs                view     body
+PUT       /bodies/{body_id}/error-outputs/{cause}        setup    body
+POST      /bodies/{body_id}/error-outputs/reset          operate  body
 POST      /bodies/{body_id}/raw                          setup    body
 POST      /bodies/{body_id}/stop                         stop     body
 GET       /bodies/{body_id}/program                      view     body
