@@ -62,6 +62,10 @@ GET       /bodies/{body_id}/sensors                      view     body
 GET       /bodies/{body_id}/error-outputs                view     body
 PUT       /bodies/{body_id}/error-outputs/{cause}        setup    body
 POST      /bodies/{body_id}/error-outputs/reset          operate  body
+GET       /bodies/{body_id}/captures                     view     body
+GET       /bodies/{body_id}/captures/{port}              view     body
+PUT       /bodies/{body_id}/captures/{port}              operate  body
+DELETE    /bodies/{body_id}/captures/{port}              operate  body
 POST      /bodies/{body_id}/raw                          setup    body
 POST      /bodies/{body_id}/stop                         stop     body
 GET       /bodies/{body_id}/program                      view     body
