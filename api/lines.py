@@ -1,13 +1,14 @@
 """Lines over HTTP: their state, scans of them, and the record of every byte."""
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
 from typing import Annotated, Literal
 
-from fastapi import Query, Request, Response
+from fastapi import Header, Query, Request, Response
 from pydantic import AwareDatetime, BaseModel, Field
 from pydantic_core import to_json
+from starlette.responses import StreamingResponse
 
 from api.common.problems import DECLARED
 from api.common.requests import (
@@ -23,11 +24,21 @@ from api.common.requests import (
 )
 from gateway.core.rights import Right
 from gateway.fics.family import RobotLineInfo
-from gateway.operations import bodies
+from gateway.operations import bodies, traces
 from gateway.rorze.family import LineInfo
 from gateway.rorze.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
+KEEP_ALIVE_S = 15.0
+"""A silent stream carries a comment this often, so that dead clients are noticed."""
+TracedBody = Annotated[
+    str | None,
+    Query(description="Only what is about this body of the line, such as 3F; frames of its groups, too."),
+]
+TracedRequest = Annotated[
+    str | None,
+    Query(max_length=128, description="Only what this request has sent (X-Request-Id), and its answers."),
+]
 
 router = new_router("lines")
 
@@ -108,14 +119,55 @@ async def get_trace(
     line_id: LineId,
     last: Annotated[int, Query(ge=1, le=MAX_TRACE_ENTRIES, description="How many records.")] = 1000,
     since: Annotated[AwareDatetime | None, Query(description="Only records not before this time.")] = None,
+    body: TracedBody = None,
+    request_id: TracedRequest = None,
 ) -> Response:
     """Give the newest bytes of the line, a robot's too, both ways, with their times."""
     plant = plant_of(request)
-    plant.port(line_id)
-    recorder = plant.recorders[line_id]
+    passing = traces.filter_of(plant, line_id, body, request_id)
+    entries = await traces.newest(plant, line_id, passing, last, since)
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
-    content = await asyncio.to_thread(lambda: _trace(line_id, recorder.entries(last, since)))
+    content = await asyncio.to_thread(_trace, line_id, entries)
     return Response(content, media_type="application/json")
+
+
+# A stream has no end, which the schema of a response cannot say: it stays out of the OpenAPI document.
+@router.get("/lines/{line_id}/trace/stream", Right.VIEW, include_in_schema=False)
+async def follow_trace(
+    request: Request,
+    line_id: LineId,
+    body: TracedBody = None,
+    request_id: TracedRequest = None,
+    last_event_id: Annotated[str | None, Header(pattern="^[0-9]{1,18}$")] = None,
+) -> Response:
+    """Send the line's records as they come (text/event-stream); `gap` tells how many were missed."""
+    plant = plant_of(request)
+    passing = traces.filter_of(plant, line_id, body, request_id)
+    after = None if last_event_id is None else int(last_event_id)
+    return StreamingResponse(
+        _server_sent(traces.follow(plant, line_id, passing, after)),
+        media_type="text/event-stream",
+        headers={"Cache-Control": "no-cache", "X-Accel-Buffering": "no"},
+    )
+
+
+async def _server_sent(news: AsyncIterator[traces.News | None]) -> AsyncIterator[bytes]:
+    loop = asyncio.get_running_loop()
+    told_at = loop.time()
+    yield b": the trace from now on\n\n"
+    async for it in news:
+        if it is not None:
+            told_at = loop.time()
+            yield _frames(it)
+        elif loop.time() - told_at >= KEEP_ALIVE_S:
+            told_at = loop.time()
+            yield b": still here\n\n"
+
+
+def _frames(news: traces.News) -> bytes:
+    gap = f'event: gap\ndata: {{"missed":{news.missed}}}\n\n' if news.missed else ""
+    data = "".join(f"event: trace\ndata: {entry.model_dump_json()}\n\n" for entry in news.entries)
+    return f"{gap}{data}id: {news.number}\n\n".encode()
 
 
 def _trace(line_id: str, entries: Sequence[BaseModel]) -> str:
