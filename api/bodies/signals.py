@@ -20,7 +20,9 @@ from protocols.rorze.notation import BILLION
 router = new_router("inputs and outputs")
 
 Output = Annotated[int, Path(ge=0, le=15, description="General output, 0-15.", examples=[3])]
-CausePath = Annotated[Cause, Path(description="What it reports; `limit` is that of either direction.")]
+CausePath = Annotated[
+    Cause, Path(description="What it reports; `limit` is that of either direction.", examples=["limit"])
+]
 
 
 class SignalState(BaseModel):

@@ -1,6 +1,7 @@
 """A unit's table of stored positions over HTTP: as JSON in parts, as CSV in whole."""
 
 import re
+from collections.abc import Sequence
 from typing import Annotated
 
 from fastapi import Query, Request, Response
@@ -16,7 +17,7 @@ from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, AxisValue
 from gateway.fics.units import RobotUnit
 from gateway.operations import positions
-from gateway.operations.positions import Numbered
+from gateway.operations.positions import Numbered, Wanted
 from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity
 from protocols.fics.positions import LAST_POSITION
 
@@ -36,7 +37,10 @@ class PositionEntry(RequestModel):
     """A position to be stored."""
 
     number: PositionNumber
-    axes: Amounts = Field(min_length=1, description="By name; an axis that is not named is left out.")
+    axes: Annotated[Amounts, Field(min_length=1)] | None = Field(
+        default=None,
+        description="By name; an axis that is not named is left out. Without axes, where the unit stands.",
+    )
 
 
 class PositionUpload(
@@ -101,10 +105,18 @@ async def list_positions(
 async def store_positions(
     request: Request, robot_id: RobotId, unit: UnitNumber, upload: PositionUpload
 ) -> Response:
-    """Store positions undivided (POF, POS); a stop in the middle ends the upload first."""
+    """Store positions undivided (POF, POS); a stop in the middle ends the upload first.
+
+    A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
+    """
     plant = plant_of(request)
-    stored = [
-        (entry.number, positions.in_order(plant, robot_id, unit, f"positions.{index}.axes", entry.axes))
+    stored: list[Wanted] = [
+        (
+            entry.number,
+            None
+            if entry.axes is None
+            else positions.in_order(plant, robot_id, unit, f"positions.{index}.axes", entry.axes),
+        )
         for index, entry in enumerate(upload.positions)
     ]
     return await _store(request, robot_id, unit, stored)
@@ -144,7 +156,7 @@ async def upload_positions(request: Request, robot_id: RobotId, unit: UnitNumber
     return await _store(request, robot_id, unit, _parse(header, rows))
 
 
-async def _store(request: Request, robot_id: str, unit: int, stored: list[Numbered]) -> Response:
+async def _store(request: Request, robot_id: str, unit: int, stored: Sequence[Wanted]) -> Response:
     await positions.store(plant_of(request), origin_of(request), robot_id, unit, stored)
     return json_response(Uploaded(robot_id=robot_id, unit=unit, count=len(stored)))
 

@@ -107,6 +107,7 @@ POST      /robots/{robot_id}/units/{unit}/stop           stop     robot
 POST      /robots/{robot_id}/units/{unit}/moves          operate  robot
 GET       /robots/{robot_id}/units/{unit}/moves          view     robot
 GET       /robots/{robot_id}/units/{unit}/moves/{move_id} view    robot
+GET       /robots/{robot_id}/macros                      view     robot
 POST      /robots/{robot_id}/macros/{name}/runs          operate  robot
 POST      /robots/{robot_id}/jogs                        operate  robot
 POST      /robots/{robot_id}/jogs/{jog_id}/heartbeat     operate  robot
