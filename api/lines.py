@@ -24,16 +24,20 @@ from api.common.requests import (
 )
 from gateway.core.rights import Right
 from gateway.fics.family import RobotLineInfo
-from gateway.operations import bodies, traces
+from gateway.operations import bodies as body_operations
+from gateway.operations import traces
 from gateway.rorze.family import LineInfo
 from gateway.rorze.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
 KEEP_ALIVE_S = 15.0
 """A silent stream carries a comment this often, so that dead clients are noticed."""
-TracedBody = Annotated[
+TracedBodies = Annotated[
     str | None,
-    Query(description="Only what is about this body of the line, such as 3F; frames of its groups, too."),
+    Query(
+        description="Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of "
+        "their groups, too."
+    ),
 ]
 TracedRequest = Annotated[
     str | None,
@@ -99,8 +103,8 @@ async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Re
     A line with a robot has none.
     """
     plant, waited_s = plant_of(request), wait_s(request, wait)
-    scan = await bodies.start_scan(plant, origin_of(request), line_id)
-    await bodies.get_scan(plant, line_id, scan.id, waited_s)
+    scan = await body_operations.start_scan(plant, origin_of(request), line_id)
+    await body_operations.get_scan(plant, line_id, scan.id, waited_s)
     headers = {"Location": f"/lines/{line_id}/scans/{scan.id}", **wait_headers(waited_s)}
     return json_response(scan, 202 if scan.status == "running" else 200, headers)
 
@@ -109,7 +113,7 @@ async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Re
 async def get_scan(request: Request, line_id: LineId, scan_id: str, wait: Wait = None) -> Response:
     """Get a scan, at once or when it is over."""
     waited_s = wait_s(request, wait)
-    scan = await bodies.get_scan(plant_of(request), line_id, scan_id, waited_s)
+    scan = await body_operations.get_scan(plant_of(request), line_id, scan_id, waited_s)
     return json_response(scan, headers=wait_headers(waited_s))
 
 
@@ -119,12 +123,12 @@ async def get_trace(
     line_id: LineId,
     last: Annotated[int, Query(ge=1, le=MAX_TRACE_ENTRIES, description="How many records.")] = 1000,
     since: Annotated[AwareDatetime | None, Query(description="Only records not before this time.")] = None,
-    body: TracedBody = None,
+    bodies: TracedBodies = None,
     request_id: TracedRequest = None,
 ) -> Response:
     """Give the newest bytes of the line, a robot's too, both ways, with their times."""
     plant = plant_of(request)
-    passing = traces.filter_of(plant, line_id, body, request_id)
+    passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
     entries = await traces.newest(plant, line_id, passing, last, since)
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
     content = await asyncio.to_thread(_trace, line_id, entries)
@@ -136,13 +140,13 @@ async def get_trace(
 async def follow_trace(
     request: Request,
     line_id: LineId,
-    body: TracedBody = None,
+    bodies: TracedBodies = None,
     request_id: TracedRequest = None,
     last_event_id: Annotated[str | None, Header(pattern="^[0-9]{1,18}$")] = None,
 ) -> Response:
     """Send the line's records as they come (text/event-stream); `gap` tells how many were missed."""
     plant = plant_of(request)
-    passing = traces.filter_of(plant, line_id, body, request_id)
+    passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
     after = None if last_event_id is None else int(last_event_id)
     return StreamingResponse(
         _server_sent(traces.follow(plant, line_id, passing, after)),
@@ -168,6 +172,10 @@ def _frames(news: traces.News) -> bytes:
     gap = f'event: gap\ndata: {{"missed":{news.missed}}}\n\n' if news.missed else ""
     data = "".join(f"event: trace\ndata: {entry.model_dump_json()}\n\n" for entry in news.entries)
     return f"{gap}{data}id: {news.number}\n\n".encode()
+
+
+def _split(text: str | None) -> list[str] | None:
+    return None if text is None else [part.strip() for part in text.split(",")]
 
 
 def _trace(line_id: str, entries: Sequence[BaseModel]) -> str:

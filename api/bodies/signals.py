@@ -81,7 +81,7 @@ class ErrorOutputState(BaseModel):
     standing: bool = Field(description="Whether it has come, and was not taken back since.")
 
 
-class ErrorOutputs(BaseModel):
+class BodyErrorOutputs(BaseModel):
     """The outputs that report errors."""
 
     body_id: str
@@ -140,14 +140,14 @@ async def read_body_sensors(request: Request, body_id: BodyId) -> Response:
     return json_response(BodySensors(**_told(request, body_id, at), sensors=SensorBits(**found)))
 
 
-@router.get("/bodies/{body_id}/error-outputs", Right.VIEW, response_model=ErrorOutputs)
+@router.get("/bodies/{body_id}/error-outputs", Right.VIEW, response_model=BodyErrorOutputs)
 async def read_error_outputs(request: Request, body_id: BodyId) -> Response:
     """Ask the controller which outputs report errors (CED), and which errors stand (CRD)."""
     found = await body_signals.error_outputs(plant_of(request), origin_of(request), body_id)
     return _error_outputs(request, body_id, found)
 
 
-@router.put("/bodies/{body_id}/error-outputs/{cause}", Right.SETUP, response_model=ErrorOutputs)
+@router.put("/bodies/{body_id}/error-outputs/{cause}", Right.SETUP, response_model=BodyErrorOutputs)
 async def set_error_output(
     request: Request, body_id: BodyId, cause: CausePath, wanted: ErrorOutputSetting
 ) -> Response:
@@ -157,7 +157,7 @@ async def set_error_output(
     return _error_outputs(request, body_id, [held])
 
 
-@router.post("/bodies/{body_id}/error-outputs/reset", Right.OPERATE, response_model=ErrorOutputs)
+@router.post("/bodies/{body_id}/error-outputs/reset", Right.OPERATE, response_model=BodyErrorOutputs)
 async def reset_error_outputs(request: Request, body_id: BodyId) -> Response:
     """Take back all error outputs (CRS), which refuse moves while they stand."""
     found = await body_signals.take_back_errors(plant_of(request), origin_of(request), body_id)
@@ -189,4 +189,4 @@ def _error_outputs(request: Request, body_id: str, found: Iterable[Reporting]) -
         )
         for it in found
     ]
-    return json_response(ErrorOutputs(body_id=body.address, error_outputs=states))
+    return json_response(BodyErrorOutputs(body_id=body.address, error_outputs=states))

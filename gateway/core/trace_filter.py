@@ -1,6 +1,6 @@
-"""Records of a line's traffic that are about one controller, or one request."""
+"""Records of a line's traffic that are about some controllers, or one request."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import NamedTuple
 
 from transports.trace import Record
@@ -25,10 +25,14 @@ class TraceFilter:
     """
 
     def __init__(
-        self, talk_of: Callable[[bytes], Talk], *, body: int | None = None, request_id: str | None = None
+        self,
+        talk_of: Callable[[bytes], Talk],
+        *,
+        bodies: Collection[int] | None = None,
+        request_id: str | None = None,
     ) -> None:
         self._talk_of = talk_of
-        self._body, self._request_id = body, request_id
+        self._bodies, self._request_id = bodies, request_id
         self._asked: set[bytes] = set()
         """Addresses to which the last command was of the request."""
         self._pieces: list[Record] = []
@@ -37,7 +41,7 @@ class TraceFilter:
 
     def pass_on(self, records: Iterable[Record]) -> Iterator[Record]:
         """Give the records that pass."""
-        if self._body is None and self._request_id is None:
+        if self._bodies is None and self._request_id is None:
             yield from records
             return
         for record in records:
@@ -73,4 +77,4 @@ class TraceFilter:
         return self._is_about(talk) and (self._request_id is None or talk.address in self._asked)
 
     def _is_about(self, talk: Talk) -> bool:
-        return self._body is None or self._body in talk.bodies
+        return self._bodies is None or not talk.bodies.isdisjoint(self._bodies)

@@ -25,20 +25,21 @@ class News(NamedTuple):
     """Records that were forgotten before they could be told."""
 
 
-def filter_of(plant: Plant, line_id: str, body_id: str | None, request_id: str | None) -> TraceFilter:
+def filter_of(
+    plant: Plant, line_id: str, bodies: Sequence[str] | None, request_id: str | None
+) -> TraceFilter:
     """What lets records of a line pass.
 
     :raises NotFound: there is no such line or body.
-    :raises InvalidRequest: the body is on another line.
+    :raises InvalidRequest: a body is on another line.
     """
     line = plant.port(line_id)
-    number = None
-    if body_id is not None:
-        body = plant.family(Rorze).body(body_id)
+    wanted = [plant.family(Rorze).body(body_id) for body_id in bodies or ()]
+    for body in wanted:
         if body.line.id != line_id:
-            raise InvalidRequest(f"body: {body.address} is not on line {line_id}.", "Ask its own line.")
-        number = body.number
-    return TraceFilter(line.talk_of, body=number, request_id=request_id)
+            raise InvalidRequest(f"bodies: {body.address} is not on line {line_id}.", "Ask its own line.")
+    numbers = None if bodies is None else {body.number for body in wanted}
+    return TraceFilter(line.talk_of, bodies=numbers, request_id=request_id)
 
 
 async def newest(

@@ -74,16 +74,16 @@ async def test_the_trace_is_filtered_by_body_and_by_request(stand: Stand) -> Non
     await stand.get("/bodies/01/position")
     mine = (await stand.get("/lines/arm/trace?request_id=mine")).json()["entries"]
     assert [entry["data"] for entry in mine] == ["&3F6PD\\r", ">&3F6PD+000000000\\r"]
-    body = (await stand.get("/lines/arm/trace?body=3F&last=2")).json()["entries"]
+    body = (await stand.get("/lines/arm/trace?bodies=3F&last=2")).json()["entries"]
     assert body == mine
-    of_others = (await stand.get("/lines/arm/trace?body=arm.01")).json()["entries"]
+    of_others = (await stand.get("/lines/arm/trace?bodies=arm.01")).json()["entries"]
     assert not [entry for entry in of_others if "&3F" in entry["data"]]
-    assert (await stand.get("/lines/arm/trace?body=77")).status_code == 404
+    assert (await stand.get("/lines/arm/trace?bodies=77")).status_code == 404
 
 
 @on_stand()
 async def test_the_trace_is_followed_live(stand: Stand) -> None:
-    passing = traces.filter_of(stand.plant, "arm", "3F", None)
+    passing = traces.filter_of(stand.plant, "arm", ["3F"], None)
     told: list[str] = []
 
     async def listen() -> None:
@@ -105,7 +105,7 @@ async def test_the_trace_is_followed_live(stand: Stand) -> None:
 async def test_the_stream_of_a_trace_resumes_and_tells_what_was_missed(stand: Stand) -> None:
     for _ in range(3):
         await stand.get("/bodies/3F/position")
-    asking = asyncio.create_task(stand.get("/lines/arm/trace/stream?body=3F", **{"last-event-id": "0"}))
+    asking = asyncio.create_task(stand.get("/lines/arm/trace/stream?bodies=3F", **{"last-event-id": "0"}))
     await asyncio.sleep(0.5)
     stand.plant.events.close()
     answer = await asking

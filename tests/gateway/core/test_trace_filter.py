@@ -51,7 +51,7 @@ def test_without_a_wish_all_pass() -> None:
 
 
 def test_a_body_has_its_own_frames_its_groups_and_what_the_line_tells_of_it() -> None:
-    assert passed(body=0x3F) == [
+    assert passed(bodies={0x3F}) == [
         "",
         "&3F6PD|",
         ">&3F6P",
@@ -61,7 +61,7 @@ def test_a_body_has_its_own_frames_its_groups_and_what_the_line_tells_of_it() ->
         "&3F9CD|",
         ">&3F9CDH00|>&7D1+M[3F:00]|",
     ]
-    assert passed(body=0x01) == [
+    assert passed(bodies={0x01}) == [
         "",
         "D+000000001|>&7E",
         "XED[01:M:H01]|",
@@ -87,8 +87,8 @@ def test_a_request_has_what_it_sent_and_the_answers(request_id: str, records: li
 
 
 def test_both_wishes_hold_together() -> None:
-    assert passed(request_id="three", body=0x01) == ["&809CD|", ">&809CD[01:H00][3F:H01]|"]
-    assert passed(request_id="one", body=0x01) == []
+    assert passed(request_id="three", bodies={0x01}) == ["&809CD|", ">&809CD[01:H00][3F:H01]|"]
+    assert passed(request_id="one", bodies={0x01}) == []
 
 
 @given(st.data())
@@ -102,11 +102,11 @@ def test_however_the_bytes_are_cut_every_byte_of_a_reply_passes(data: st.DataObj
             yield (0, 0, "rx", rest[:size], None, None)
             rest = rest[size:]
 
-    heard = b"".join(it[3] for it in TraceFilter(talk_of, body=0x3F).pass_on(pieces()))
+    heard = b"".join(it[3] for it in TraceFilter(talk_of, bodies={0x3F}).pass_on(pieces()))
     assert reply in heard
 
 
 def test_noise_without_an_end_is_not_kept_for_ever() -> None:
-    passing = TraceFilter(talk_of, body=0x3F)
+    passing = TraceFilter(talk_of, bodies={0x3F})
     assert list(passing.pass_on([record("rx", "x" * 512)] * 100)) == []
     assert len(passing._pieces) < 10
