@@ -10,12 +10,26 @@ from typing import Final
 
 from pydantic import TypeAdapter, ValidationError
 
+from gateway.core.errors import GatewayError
 from gateway.core.tables import Name
 
 log = logging.getLogger(__name__)
 
 FILE: Final = "names.json"
 _KEPT: Final = TypeAdapter(dict[str, dict[int, Name]])
+
+
+class NotKept(GatewayError):
+    """A name was given, and cannot be written down."""
+
+    kind = "name-not-kept"
+    title = "The name was not kept"
+
+    def __init__(self, cause: OSError) -> None:
+        super().__init__(
+            f"The name cannot be written to the data directory: {cause.strerror}. Everything else was done.",
+            "See to the disk, and give the name again.",
+        )
 
 
 class Names:
@@ -45,18 +59,22 @@ class Names:
     async def name(self, address: str, names: Mapping[int, str]) -> None:
         """Give names; an empty one takes the name away.
 
-        :raises OSError: they cannot be written to the disk.
+        :raises NotKept: they cannot be written to the disk.
         """
         async with self._writing:
             kept = {number: name for number, name in {**self.of(address), **names}.items() if name}
             wanted = {**self._names, address: dict(sorted(kept.items()))}
             if self._file is not None and wanted != self._names:
-                await asyncio.to_thread(_write, self._file, wanted)
+                try:
+                    await asyncio.to_thread(_write, self._file, wanted)
+                except OSError as error:
+                    raise NotKept(error) from error
             self._names = wanted
 
 
 def _write(file: Path, names: Mapping[str, Mapping[int, str]]) -> None:
     """Write all of it beside the file, and put it in its place: a loss of power leaves one or the other."""
+    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     new = file.with_suffix(".new")
     with new.open("w", encoding="utf-8") as stream:
         json.dump(names, stream, ensure_ascii=False, indent=1, sort_keys=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway.core.names import FILE, Names
+from gateway.core.names import FILE, Names, NotKept
 
 
 def kept(directory: Path) -> Names:
@@ -42,8 +42,14 @@ def test_a_file_that_cannot_be_read_is_put_aside(tmp_path: Path, text: str) -> N
     assert kept(tmp_path).of("line1.3F") == {1: "one"}
 
 
+def test_the_directory_is_made(tmp_path: Path) -> None:
+    asyncio.run(kept(tmp_path / "new" / "data").name("line1.3F", {1: "one"}))
+    assert kept(tmp_path / "new" / "data").of("line1.3F") == {1: "one"}
+
+
 def test_what_cannot_be_written_is_not_taken(tmp_path: Path) -> None:
-    names = kept(tmp_path / "gone")
-    with pytest.raises(OSError, match="gone"):
+    names = kept(tmp_path)
+    (tmp_path / "names.new").mkdir()
+    with pytest.raises(NotKept, match="Is a directory"):
         asyncio.run(names.name("line1.3F", {1: "one"}))
     assert names.of("line1.3F") == {}

@@ -1,10 +1,19 @@
 """A body jogs for as long as its heartbeat comes, and no further than it may."""
 
 import asyncio
+from contextlib import suppress
+from random import Random
 
 import pytest
 
-from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest, NotFound, StoppedFirst
+from gateway.core.errors import (
+    BodyBusy,
+    ControllerRefused,
+    GatewayError,
+    InvalidRequest,
+    NotFound,
+    StoppedFirst,
+)
 from gateway.core.jogs import HEARTBEAT_S, JogOutOfReach, JogOver
 from gateway.core.move_record import MoveStatus
 from gateway.rorze.jogs import LONGEST_S, BodyJog, BodyJogRequest, BodyJogs
@@ -229,3 +238,33 @@ async def test_the_end_of_the_gateway_stops_what_jogs() -> None:
         jog = await started(it)
         await it.plant.wind_down()
         assert (jog.state, runs(it)) == ("stopped", False)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_whatever_happens_on_the_line_the_motor_stands_when_nobody_wants_it_to_move(seed: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        dice = Random(seed)
+        async with rig(baud=dice.choice([None, 9600]), seed=seed) as it:
+            await teach(it)
+            for fault in (Fault.LOST, Fault.GARBLED, Fault.NOISE, Fault.LATE, Fault.DOUBLED):
+                for direction in Direction:
+                    it.machine.faults.set(
+                        Switch(fault, direction, probability=dice.choice([0.0, 0.05, 0.2]), delay_s=0.3)
+                    )
+            with suppress(GatewayError):
+                jog = await jogs_of(it).start(it.body(), RIGHT)
+                for _ in range(dice.randrange(8)):
+                    await asyncio.sleep(dice.uniform(0.1, 0.6))
+                    jogs_of(it).heartbeat(it.body(), jog.id)
+                if dice.random() < 0.5:
+                    await jogs_of(it).end(it.body(), jog.id)
+            it.machine.faults.clear()
+            # Far less than the ten seconds after which its move would end.
+            await asyncio.sleep(5.0)
+            assert not runs(it)
+            assert not list(jogs_of(it).jogging())
+            ends = [kind for kind in it.types("body.jog.") if kind.rpartition(".")[2] in ("ended", "lost")]
+            assert len(ends) == len(it.types("body.jog.started"))
+
+    story()
