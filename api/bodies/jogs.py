@@ -16,7 +16,7 @@ router = new_router("jogs")
 async def start_body_jog(request: Request, body_id: BodyId, jog: BodyJogRequest) -> Response:
     """Start to jog a body. It stops by itself unless a heartbeat comes at least every half second.
 
-    It is a relative move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.
+    It is a move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.
     """
     return render(request, await body_jogs.start(plant_of(request), origin_of(request), body_id, jog))
 

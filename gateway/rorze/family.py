@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Collection, Coroutine, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, Literal, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
 from pydantic import Field
 
@@ -41,6 +41,8 @@ from transports.base import Transport
 
 RESTART = Origin("gateway: restart")
 """Whoever wanted a move without an end may not be there any more: it is stopped."""
+UNATTENDED: Final = ("continuous", "jog")
+"""Moves that must not go on when the gateway ends: nobody else would stop them."""
 BODY = Place("/bodies/{body_id}", Move)
 LINE = Place("/lines/{line_id}")
 GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True)
@@ -268,7 +270,7 @@ class Rorze(Family):
 
     def _take_over(self, body: Body, move: Move, *, begun: bool) -> None:
         self.moves.take_over(body, move, begun=begun)
-        if move.kind == "continuous" and not move.status.final:
+        if move.kind in UNATTENDED and not move.status.final:
             with acting(RESTART):
                 self.stops.stop([body], "decelerate")
 
@@ -368,16 +370,13 @@ class Rorze(Family):
 
     def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
         """Stop what jogs or would never end, or everything that moves."""
-        jogging = {*self.jogs.jogging()}
-        bodies = [
-            it for it in self.bodies() if (everything and it.moving) or it in jogging or self._never_ends(it)
-        ]
+        bodies = [it for it in self.bodies() if (everything and it.moving) or self._never_ends(it)]
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _never_ends(self, body: Body) -> bool:
-        """Whether its last move is one that only a stop ends, and nobody has seen that end."""
+        """Whether its last move must not go on unattended, and nobody has seen its end."""
         move = next(iter(self.moves.of(body)), None)
-        if move is None or move.kind != "continuous" or move.sent_at is None:
+        if move is None or move.kind not in UNATTENDED or move.sent_at is None:
             return False
         unseen = move.status in (MoveStatus.LOST, MoveStatus.UNKNOWN) and body.moving is not False
         return unseen or not move.status.final

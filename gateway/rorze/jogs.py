@@ -1,7 +1,7 @@
 """Jogs of bodies: a bounded move that is stopped as soon as heartbeats stay away."""
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal, cast
 
@@ -112,6 +112,7 @@ class BodyJogs:
             command,
             max(0.0, late_at - loop.time()),
             lambda move: self._begun(body, move, request, cast("int", command.distance)),
+            "jog",
         )
         return self._sessions[move.id].jog
 
@@ -166,10 +167,6 @@ class BodyJogs:
             self._stop(it, "ended")
         await asyncio.wait({it.over}, timeout=STILL_WITHIN_S)
         return it.jog
-
-    def jogging(self) -> Iterator[Body]:
-        """Name the bodies that only a heartbeat keeps moving."""
-        return (it.body for it in self._sessions.values() if it.jog.state == "jogging")
 
     def lose_all(self) -> None:
         """Stop every body that jogs: its heartbeats are too old."""

@@ -29,6 +29,8 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import END_CAUSE_BITS, GetControllerStatus, GetEndCause, names_of
 from protocols.table import Reply
 
+STRAIGHT = ("relative", "absolute", "continuous", "jog")
+"""Moves that go from where the motor stands, one way."""
 MOTION_ERRORS = 0x66
 """Bits of the controller status: a limit, EMS, the movement range or STALL can end a move (9CD)."""
 MISSING_END_FRAME_S = 0.5
@@ -287,7 +289,7 @@ class Case:
     def _untouched(self, state: MotorState) -> bool:
         """Whether the motor shows that a move of some length was never begun."""
         before = self.before
-        if before is None or self.move.kind not in ("relative", "absolute", "continuous"):
+        if before is None or self.move.kind not in STRAIGHT:
             return False
         ended_at_once = state.bits & ~before.bits & MOTION_ERRORS
         return state.position == before.position and not ended_at_once
@@ -407,7 +409,7 @@ class Case:
         arrived = self._is_target(self.move.position)
         if arrived and not at_power_on:
             return False
-        fell_back = at_power_on and self.move.kind in ("relative", "absolute", "continuous")
+        fell_back = at_power_on and self.move.kind in STRAIGHT
         return self.body.went_silent or (fell_back and not arrived)
 
     async def _end_announced(self) -> bool:

@@ -69,11 +69,12 @@ class Moves:
         command: RorzeCommand[Any],
         start_within_s: float = 5.0,
         on_sent: Callable[[Move], None] = lambda _: None,
+        kind: MoveKind | None = None,
     ) -> list[Move]:
         """Send a motion command, and give its moves when the controllers have accepted or refused it.
 
         One move comes back for a body, one for each member for a group; `on_sent` is called with each when
-        the command is on the wire.
+        the command is on the wire. `kind` is what it is for, where the command does not tell.
 
         :raises NotAllowed: it would never end, and the configuration does not allow that.
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
@@ -88,7 +89,11 @@ class Moves:
         _require_power(bodies, command)
         epoch = target.line.gate.epoch(target.number)
         flight = _Flight(
-            target, command, [Case(body, self._new(body, target, command)) for body in bodies], epoch, on_sent
+            target,
+            command,
+            [Case(body, self._new(body, target, command, kind or kind_of(command))) for body in bodies],
+            epoch,
+            on_sent,
         )
         task = asyncio.create_task(self._fly(flight, start_within_s), name=f"move {flight.cases[0].move.id}")
         self._tasks[task] = flight.answered
@@ -127,13 +132,13 @@ class Moves:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any]) -> Move:
+    def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any], kind: MoveKind) -> Move:
         now = datetime.now(UTC)
         move = Move(
             id=new_id(now),
             body_id=body.address,
             group_id=target.address if isinstance(target, Group) else None,
-            kind=kind_of(command),
+            kind=kind,
             command=command.code,
             frame=target.line.frame_of(target.number, command),
             created_at=now,
