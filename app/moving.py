@@ -52,6 +52,7 @@ class MoveKind(StrEnum):
 
     RELATIVE = "relative"
     ABSOLUTE = "absolute"
+    POSITION = "position"
     HOME = "home"
 
 
@@ -60,7 +61,9 @@ def move(
     kind: Annotated[MoveKind, typer.Argument(help="What kind of move.")],
     values: Annotated[
         list[str] | None,
-        typer.Argument(help="How far, or where to: 500, -12.5; for robots by axis: X=10 Z=-5.5."),
+        typer.Argument(
+            help="How far, or where to: 500, -12.5, for robots by axis: X=10 Z=-5.5; or a stored position: 5."
+        ),
     ] = None,
     unit: Annotated[
         str | None,
@@ -102,9 +105,8 @@ def _print(answer: dict[str, Any]) -> None:
 
 
 def _body_move(kind: MoveKind, values: list[str], unit: str) -> dict[str, Any]:
-    if kind is MoveKind.HOME:
-        _expect(0, values, "`home` takes no value")
-        return {"kind": "home"}
+    if (content := _common_move(kind, values)) is not None:
+        return content
     _expect(1, values, f"`{kind}` takes one value, such as 500")
     number = _number(values[0])
     if kind is MoveKind.ABSOLUTE:
@@ -116,9 +118,8 @@ def _body_move(kind: MoveKind, values: list[str], unit: str) -> dict[str, Any]:
 def _robot_move(
     client: Client, path: str, kind: MoveKind, values: list[str], unit: str | None
 ) -> dict[str, Any]:
-    if kind is MoveKind.HOME:
-        _expect(0, values, "`home` takes no value")
-        return {"kind": "home"}
+    if (content := _common_move(kind, values)) is not None:
+        return content
     axes: dict[str, Any] = {}
     for value in values:
         name, equals, number = value.partition("=")
@@ -132,6 +133,17 @@ def _robot_move(
         for name, amount in axes.items():
             amount["unit"] = own.get(name, "mm")  # of an axis it does not have the gateway tells
     return {"kind": kind, "axes": axes}
+
+
+def _common_move(kind: MoveKind, values: list[str]) -> dict[str, Any] | None:
+    """A move that bodies and robots take in the same words."""
+    if kind is MoveKind.HOME:
+        _expect(0, values, "`home` takes no value")
+        return {"kind": "home"}
+    if kind is MoveKind.POSITION:
+        _expect(1, values, "`position` takes one number, such as 5")
+        return {"kind": "position", "position": _number(values[0])}
+    return None
 
 
 def _expect(count: int, values: list[str], sentence: str) -> None:

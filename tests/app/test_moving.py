@@ -192,6 +192,8 @@ def test_what_is_no_command_is_not_sent(
         ),
         (("80", "home"), "/groups/80/moves", {"kind": "home"}),
         (("r1/units/1", "home"), "/robots/r1/units/1/moves", {"kind": "home"}),
+        (("3F", "position", "5"), "/bodies/3F/moves", {"kind": "position", "position": 5}),
+        (("r1/units/1", "position", "5"), "/robots/r1/units/1/moves", {"kind": "position", "position": 5}),
         (
             ("r1/units/1", "relative", "x=10", "@=-5.5"),
             "/robots/r1/units/1/moves",
@@ -226,6 +228,7 @@ def test_moves_in_few_words(
         (("3F", "relative", "nan"), "'nan' is no number"),
         (("3F", "relative", "5", "--wiat=3"), "takes one value"),
         (("3F", "home", "5"), "`home` takes no value"),
+        (("3F", "position"), "`position` takes one number"),
         (("r1/units/1", "home", "5"), "`home` takes no value"),
         (("r1/units/1", "relative"), "takes an axis"),
         (("r1/units/1", "relative", "5"), "'5' is no axis"),
@@ -243,4 +246,4 @@ def test_what_is_no_move_is_not_sent(
 
 
 def test_the_kinds_of_moves_are_those_of_the_interface() -> None:
-    assert set(moving.MoveKind) == {"relative", "absolute", "home"}
+    assert set(moving.MoveKind) == {"relative", "absolute", "position", "home"}
