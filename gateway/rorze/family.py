@@ -92,6 +92,7 @@ class Rorze(Family):
         """How many bodies of a line are asked at once, by the line's id."""
         self.stops = Stops(site.events, self.groups_of, self.sweeps)
         self.jogs = BodyJogs(self.moves, self.stops, self._publish_jog)
+        self.stops.on_begin = self.jogs.body_stops
         self.scans = Scans(site.events)
         self.uploads = ProgramUploads(self._publish_upload)
         self.runs = ProgramRuns(self._publish_run)

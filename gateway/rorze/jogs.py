@@ -89,7 +89,6 @@ class BodyJogs:
     def __init__(self, moves: Moves, stops: Stops, tell: Callable[[str, Body, BodyJog], None]) -> None:
         self._moves, self._stops, self._tell = moves, stops, tell
         self._sessions: dict[str, _Session] = {}
-        stops.on_begin = self._body_stops
 
     async def start(self, body: Body, request: BodyJogRequest) -> BodyJog:
         """Start to jog a body (RC-420 manual 13.2).
@@ -102,16 +101,14 @@ class BodyJogs:
         line.admission.require()
         loop = asyncio.get_running_loop()
         late_at, epoch = loop.time() + START_WITHIN_S, line.gate.epoch(number)
-        command = relative_command(
-            request.turn, request.speed, await _distance(body, request), request.pattern
-        )
+        distance = await _distance(body, request)
         if line.gate.epoch(number) != epoch:
             raise line.gate.overtaken(number)
         [move] = await self._moves.start(
             body,
-            command,
+            relative_command(request.turn, request.speed, distance, request.pattern),
             max(0.0, late_at - loop.time()),
-            lambda move: self._begun(body, move, request, cast("int", command.distance)),
+            lambda move: self._begun(body, move, request, distance),
             "jog",
         )
         return self._sessions[move.id].jog
@@ -168,6 +165,12 @@ class BodyJogs:
         await asyncio.wait({it.over}, timeout=STILL_WITHIN_S)
         return it.jog
 
+    def body_stops(self, body: Body) -> None:
+        """A stop of a body begins: its jog goes on no more."""
+        for it in self._sessions.values():
+            if it.body is body and it.jog.state == "jogging":
+                self._leave(it, "stopped")
+
     def lose_all(self) -> None:
         """Stop every body that jogs: its heartbeats are too old."""
         for it in list(self._sessions.values()):
@@ -191,12 +194,6 @@ class BodyJogs:
     @acting(Origin("gateway: missing heartbeat"))
     def _missed(self, it: _Session) -> None:
         self._stop(it, "lost")
-
-    def _body_stops(self, body: Body) -> None:
-        """A stop of a body begins: its jog goes on no more."""
-        for it in self._sessions.values():
-            if it.body is body and it.jog.state == "jogging":
-                self._leave(it, "stopped")
 
     def _stop(self, it: _Session, ends_as: JogEnd) -> None:
         self._leave(it, ends_as)
