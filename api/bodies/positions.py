@@ -59,6 +59,14 @@ class PositionName(RequestModel, json_schema_extra=example(name="unload")):
     name: Name | None = Field(description="Null takes the name away.")
 
 
+class PositionLabel(BaseModel):
+    """What a position is called now."""
+
+    body_id: str
+    number: int
+    name: str | None
+
+
 class NamedPosition(BaseModel):
     """A stored position."""
 
@@ -107,13 +115,15 @@ async def store_body_positions(
     return json_response(await _store(request, body_id, wanted, names, flash=upload.flash))
 
 
-@router.put("/bodies/{body_id}/positions/{number}/name", Right.SETUP, status_code=204)
+@router.put("/bodies/{body_id}/positions/{number}/name", Right.SETUP, response_model=PositionLabel)
 async def name_body_position(
     request: Request, body_id: BodyId, number: Number, named: PositionName
 ) -> Response:
     """Name a position. The gateway keeps the name; nothing is sent."""
-    await body_positions.name(plant_of(request), origin_of(request), body_id, number, named.name or "")
-    return Response(status_code=204)
+    plant = plant_of(request)
+    await body_positions.name(plant, origin_of(request), body_id, number, named.name or "")
+    address = plant.family(Rorze).body(body_id).address
+    return json_response(PositionLabel(body_id=address, number=number, name=named.name))
 
 
 @router.get(

@@ -67,10 +67,11 @@ async def test_a_part_is_read_and_changed_only_where_it_is_as_it_was_read(stand:
 @on_stand()
 async def test_names_are_given_and_taken_away_without_a_word_on_the_wire(stand: Stand) -> None:
     sent = stand.frames()
-    assert (await put(stand, {"name": "置き場"}, f"{TABLE}/4/name")).status_code == 204
+    named = await put(stand, {"name": "置き場"}, f"{TABLE}/4/name")
+    assert named.json() == {"body_id": "arm.3F", "number": 4, "name": "置き場"}
     assert not [frame for frame in stand.frames()[len(sent) :] if frame[3:5] in ("3P", "3N")]
     assert (await stand.get(f"{TABLE}?first=4&last=4")).json()["positions"][0]["name"] == "置き場"
-    assert (await put(stand, {"name": None}, f"{TABLE}/4/name")).status_code == 204
+    assert (await put(stand, {"name": None}, f"{TABLE}/4/name")).json()["name"] is None
     assert (await stand.get(f"{TABLE}?first=4&last=4")).json()["positions"][0]["name"] is None
     refused(await put(stand, {"name": "x"}, f"{TABLE}/2048/name"), 422)
 
