@@ -1,16 +1,19 @@
 """The position table of a body: 2048 positions, read, stored and read back (RC-420 manual 13.4)."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Final, NamedTuple
 
-from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest
+from gateway.core.errors import BodyBusy, CommandGarbled, GatewayError, InvalidRequest, NoReply
 from gateway.rorze.bodies import Body
+from gateway.rorze.readings import believed
 from protocols.rorze.flash import SavePositions
 from protocols.rorze.notation import BILLION, PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry, SetPositionEntry
 
 LAST_POSITION: Final = 2047
 PLACES: Final = range(LAST_POSITION + 1)
+TRIES: Final = 3
 
 
 class Position(NamedTuple):
@@ -64,6 +67,8 @@ async def read(body: Body, first: int, last: int) -> list[Position]:
 async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) -> list[Position]:
     """Store positions (3PS), read them back, and write the whole table to flash memory (FPS) if asked.
 
+    What differs is sent again: no checksum tells a garbled digit.
+
     :raises InvalidRequest: a number comes twice, or does not exist; nothing was sent.
     :raises BodyBusy: it moves, and is to store where it stands; nothing was sent.
     :raises StoringBrokenOff: some were sent.
@@ -73,28 +78,33 @@ async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) ->
     _check(wanted)
     if any(it.pulses is None for it in wanted) and (await body.where_it_rests()).runs:
         raise BodyBusy(f"{body.address} moves; nothing was sent.", "Wait for standstill.")
-    for sent, it in enumerate(wanted):
-        try:
-            await body.ask(SetPositionEntry(entry=PositionReference(position=it.number), pulses=it.pulses))
-        except GatewayError as error:
-            if sent:
-                raise StoringBrokenOff(body.address, sent, len(wanted), error) from error
-            raise
-    held = [await _read(body, it.number) for it in wanted]
-    differing = [
-        str(it.number)
-        for it, found in zip(wanted, held, strict=True)
-        if it.pulses is not None and it.pulses != found.pulses
-    ]
-    if differing:
+    held: dict[int, Position] = {}
+    left = list(wanted)
+    for _ in range(TRIES):
+        await _send(body, left, len(wanted))
+        held |= {it.number: await _read(body, it.number) for it in left}
+        left = [it for it in left if it.pulses not in (None, held[it.number].pulses)]
+        if not left:
+            break
+    else:
+        numbers = ", ".join(str(it.number) for it in left)
         raise PositionsDiffer(
-            f"{body.address} was sent {len(wanted)} positions, and holds others under the numbers "
-            f"{', '.join(differing)}.",
+            f"{body.address} was sent {len(wanted)} positions, and holds others under the numbers {numbers}.",
             "Store them again.",
         )
     if flash:
         await body.ask(SavePositions())
-    return held
+    return [held[it.number] for it in wanted]
+
+
+async def _send(body: Body, wanted: Sequence[Wanted], of: int) -> None:
+    for sent, it in enumerate(wanted):
+        try:
+            await _set(body, it)
+        except GatewayError as error:
+            if sent:
+                raise StoringBrokenOff(body.address, sent, of, error) from error
+            raise
 
 
 def _check(wanted: Sequence[Wanted]) -> None:
@@ -114,6 +124,21 @@ def _check(wanted: Sequence[Wanted]) -> None:
         seen.add(number)
 
 
+async def _set(body: Body, wanted: Wanted) -> None:
+    """Store a position; what may be lost or garbled is sent again, which changes nothing where it was not."""
+    command = SetPositionEntry(entry=PositionReference(position=wanted.number), pulses=wanted.pulses)
+    for _ in range(TRIES - 1):
+        with suppress(NoReply, CommandGarbled):
+            await body.ask(command)
+            return
+    await body.ask(command)
+
+
 async def _read(body: Body, number: int) -> Position:
-    entry, _ = await body.ask(GetNumberedPositionEntry(entry=PositionReference(position=number)))
-    return Position(entry.position, entry.pulses)
+    command = GetNumberedPositionEntry(entry=PositionReference(position=number))
+
+    async def ask() -> int:
+        entry, _ = await body.ask(command)
+        return entry.pulses
+
+    return Position(number, await believed(body.line, ask))

@@ -89,10 +89,12 @@ async def test_csv_goes_round(stand: Stand) -> None:
 
 
 @on_stand()
-async def test_a_whole_table_goes_round(stand: Stand) -> None:
-    table = "number,pulse\r\n" + "".join(f"{number},{number - 999_999_999}\r\n" for number in range(2048))
+async def test_a_whole_table_is_downloaded(stand: Stand) -> None:
+    few = {number: number - 999_999_999 for number in range(0, 2048, 89)}
+    table = "number,pulse\r\n" + "".join(f"{number},{pulses}\r\n" for number, pulses in few.items())
     assert (await upload(stand, table)).status_code == 200
-    assert (await stand.get(f"{TABLE}.csv")).text == table
+    rows = (await stand.get(f"{TABLE}.csv")).text.splitlines()
+    assert rows == ["number,pulse", *(f"{number},{few.get(number, 0)}" for number in range(2048))]
 
 
 @on_stand()

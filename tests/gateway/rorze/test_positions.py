@@ -1,10 +1,12 @@
 """The position table: read by number, stored, and believed only when it was read back."""
 
 import asyncio
+from contextlib import suppress
+from random import Random
 
 import pytest
 
-from gateway.core.errors import BodyBusy, InvalidRequest
+from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest
 from gateway.rorze.bodies import Body
 from gateway.rorze.positions import (
     LAST_POSITION,
@@ -17,9 +19,9 @@ from gateway.rorze.positions import (
 )
 from protocols.rorze.flash import LoadPositions
 from protocols.rorze.moves import MoveClockwise, MoveTo
-from protocols.rorze.notation import PositionReference
+from protocols.rorze.notation import BILLION, PositionReference
 from protocols.rorze.position import GetPosition
-from simulator.faults import Direction
+from simulator.faults import Direction, Fault, Switch
 from tests.plants import finished, in_virtual_time, lose, rig, start
 
 
@@ -62,8 +64,9 @@ async def test_what_cannot_be_stored_is_not_sent() -> None:
 async def test_what_the_body_holds_otherwise_is_told() -> None:
     async with rig() as it:
         storing = asyncio.create_task(store(it.body(), [Wanted(1, 5), Wanted(2, 6)]))
-        await it.wire.begun("&3F3NDP[1]")
-        it.axis().positions[2] = 7
+        for _ in range(3):  # somebody else writes there, too
+            await it.wire.begun("&3F3NDP[2]")
+            it.axis().positions[2] = 7
         with pytest.raises(PositionsDiffer, match="under the numbers 2"):
             await storing
 
@@ -126,3 +129,28 @@ async def test_reading_all_of_it_keeps_the_wire_busy_and_lets_others_through() -
         asked = sum(len(frame) + 1 for frame in it.wire.frames(sent))
         assert (told + asked) * 10 / 9600 >= 0.95 * took
         assert slowest < 0.25
+
+
+def test_on_lines_that_err_no_position_is_called_stored_that_is_not() -> None:
+    stored = 0
+
+    @in_virtual_time
+    async def story(seed: int) -> None:
+        nonlocal stored
+        dice = Random(seed)
+        async with rig(seed=seed) as it:
+            for fault in (Fault.LOST, Fault.GARBLED, Fault.NOISE, Fault.LATE, Fault.DOUBLED):
+                for direction in Direction:
+                    chance = dice.choice([0.0, 0.01, 0.04])
+                    it.machine.faults.set(Switch(fault, direction, probability=chance, delay_s=0.3))
+            numbers = dice.sample(range(2048), 20)
+            wanted = [Wanted(number, dice.randrange(1 - BILLION, BILLION)) for number in numbers]
+            with suppress(GatewayError):
+                held = await store(it.body(), wanted)
+                assert [*map(tuple, held)] == [*map(tuple, wanted)]
+                assert all(it.axis().positions[number] == pulses for number, pulses in wanted)
+                stored += 1
+
+    for seed in range(40):
+        story(seed)
+    assert stored >= 20, stored
