@@ -9,6 +9,7 @@ from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Body
 from gateway.rorze.move_requests import Length
+from gateway.rorze.positions import read_one
 from protocols.rorze.inputs_outputs import (
     GetInterruptAction,
     GetInterruptMode,
@@ -18,7 +19,7 @@ from protocols.rorze.inputs_outputs import (
     SetInterruptRange,
 )
 from protocols.rorze.notation import BILLION, Bounds, PositionReference
-from protocols.rorze.position_table import GetNumberedPositionEntry, SetPositionEntry
+from protocols.rorze.position_table import SetPositionEntry
 
 INPUTS: Final = (8, 9)
 NOTHING_YET: Final = 1 - BILLION
@@ -225,5 +226,5 @@ async def wait(body: Body, port: int, within_s: float) -> Capture:
 
 
 async def _recorded(body: Body, kind: Kind, number: int) -> Recorded:
-    entry, _ = await body.ask(GetNumberedPositionEntry(entry=PositionReference(position=number)))
-    return Recorded(kind, number, None if entry.pulses == NOTHING_YET else entry.pulses)
+    pulses = (await read_one(body, number)).pulses
+    return Recorded(kind, number, None if pulses == NOTHING_YET else pulses)

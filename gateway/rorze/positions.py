@@ -61,7 +61,7 @@ async def read(body: Body, first: int, last: int) -> list[Position]:
     """
     if last < first:
         raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
-    return [await _read(body, number) for number in range(first, last + 1)]
+    return [await read_one(body, number) for number in range(first, last + 1)]
 
 
 async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) -> list[Position]:
@@ -82,7 +82,7 @@ async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) ->
     left = list(wanted)
     for _ in range(TRIES):
         await _send(body, left, len(wanted))
-        held |= {it.number: await _read(body, it.number) for it in left}
+        held |= {it.number: await read_one(body, it.number) for it in left}
         left = [it for it in left if it.pulses not in (None, held[it.number].pulses)]
         if not left:
             break
@@ -134,7 +134,11 @@ async def _set(body: Body, wanted: Wanted) -> None:
     await body.ask(command)
 
 
-async def _read(body: Body, number: int) -> Position:
+async def read_one(body: Body, number: int) -> Position:
+    """Read one position (3ND); on a line that errs it is believed when it came twice.
+
+    :raises GatewayError: it was not read.
+    """
     command = GetNumberedPositionEntry(entry=PositionReference(position=number))
 
     async def ask() -> int:
