@@ -88,7 +88,7 @@ class BodyErrorOutputs(BaseModel):
     error_outputs: list[ErrorOutputState]
 
 
-class ErrorOutputSetting(RequestModel, json_schema_extra=example(output=7, on=True)):
+class ErrorOutputChoice(RequestModel, json_schema_extra=example(output=7, on=True)):
     """Which output reports a cause, and how."""
 
     output: int | None = Field(ge=0, le=15, description="General output; null: nothing reports it.")
@@ -149,7 +149,7 @@ async def read_error_outputs(request: Request, body_id: BodyId) -> Response:
 
 @router.put("/bodies/{body_id}/error-outputs/{cause}", Right.SETUP, response_model=BodyErrorOutputs)
 async def set_error_output(
-    request: Request, body_id: BodyId, cause: CausePath, wanted: ErrorOutputSetting
+    request: Request, body_id: BodyId, cause: CausePath, wanted: ErrorOutputChoice
 ) -> Response:
     """Set the output that reports a cause (CES), and read it back. Each cause takes one of its own."""
     plant, caller = plant_of(request), origin_of(request)

@@ -29,9 +29,13 @@ DECLARED_HEADER: Final[dict[str, Any]] = {
 _TAG = re.compile(r'(?:W/)?"[^"]*"')
 
 
+NOT_TAGGED: Final = {"steps", "flash", "last"}
+"""What a change took, what flash memory is known to hold, what was done last: no change expects that."""
+
+
 def etag_of(document: BaseModel) -> str:
     """The strong tag of what a document says."""
-    return f'"{sha256(document.model_dump_json().encode()).hexdigest()[:32]}"'
+    return f'"{sha256(document.model_dump_json(exclude=NOT_TAGGED).encode()).hexdigest()[:32]}"'
 
 
 def require_match(request: Request, etag: str) -> None:
