@@ -131,8 +131,7 @@ async def pulses_per_count(body: Body) -> float:
 
 async def amount_of(body: Body, pulses: int) -> int:
     """Pulses put out as the operating mode counts them: the reverse of `_pulses`."""
-    mode, _ = await body.ask(GetOperatingMode())
-    if mode.mode != "encoder":
+    if await body.know_mode() != "encoder":
         return pulses
     ratio, _ = await body.ask(GetEncoderRatio())
     return round(pulses / ratio.ratio)
