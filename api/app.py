@@ -9,6 +9,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import backups, catalogue, command_routes, health, lines, sign_in, stops, streams, system
 from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
+from api.bodies import routes as bodies
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
@@ -89,7 +90,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     problems.install(app)
     modules = [info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system]
     modules += [programs, memories, settings, speed_sets, patterns, backups]
-    routers = [info.reads, *(module.router for module in modules), *scaras.routers()]
+    routers = [info.reads, *(module.router for module in modules), *scaras.routers(), *bodies.routers()]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []
         routers += command_routes.routers(type(family))

@@ -53,6 +53,7 @@ class MoveKind(StrEnum):
 
     RELATIVE = "relative"
     ABSOLUTE = "absolute"
+    POSITION = "position"
     HOME = "home"
     LINE = "line"
     PATH = "path"
@@ -64,7 +65,12 @@ class MoveKind(StrEnum):
     ALIGN = "align"
 
 
-_OF_SCARAS: Final = frozenset(MoveKind) - {MoveKind.RELATIVE, MoveKind.ABSOLUTE, MoveKind.HOME}
+_OF_SCARAS: Final = frozenset(MoveKind) - {
+    MoveKind.RELATIVE,
+    MoveKind.ABSOLUTE,
+    MoveKind.POSITION,
+    MoveKind.HOME,
+}
 
 
 def move(
@@ -74,7 +80,7 @@ def move(
         list[str] | None,
         typer.Argument(
             help="How far, or where to: 500, -12.5; for robots by axis: X=10 Z=-5.5; for SCARA robots X=10 "
-            "Y=5, R=150 A=90, or a number alone."
+            "Y=5, R=150 A=90, or a number alone; or a stored position: 5."
         ),
     ] = None,
     unit: Annotated[
@@ -120,10 +126,8 @@ def _print(answer: dict[str, Any]) -> None:
 
 
 def _body_move(kind: MoveKind, values: list[str], unit: str) -> dict[str, Any]:
-    _expect_no_scara(kind)
-    if kind is MoveKind.HOME:
-        _expect(0, values, "`home` takes no value")
-        return {"kind": "home"}
+    if (content := _common_move(kind, values)) is not None:
+        return content
     _expect(1, values, f"`{kind}` takes one value, such as 500")
     number = _number(values[0])
     if kind is MoveKind.ABSOLUTE:
@@ -135,10 +139,8 @@ def _body_move(kind: MoveKind, values: list[str], unit: str) -> dict[str, Any]:
 def _robot_move(
     client: Client, path: str, kind: MoveKind, values: list[str], unit: str | None
 ) -> dict[str, Any]:
-    _expect_no_scara(kind)
-    if kind is MoveKind.HOME:
-        _expect(0, values, "`home` takes no value")
-        return {"kind": "home"}
+    if (content := _common_move(kind, values)) is not None:
+        return content
     axes: dict[str, Any] = {}
     for value in values:
         name, equals, number = value.partition("=")
@@ -154,9 +156,17 @@ def _robot_move(
     return {"kind": kind, "axes": axes}
 
 
-def _expect_no_scara(kind: MoveKind) -> None:
+def _common_move(kind: MoveKind, values: list[str]) -> dict[str, Any] | None:
+    """A move that bodies and robots take in the same words."""
     if kind in _OF_SCARAS:
         raise _usage(f"Only SCARA robots have moves `{kind}`")
+    if kind is MoveKind.HOME:
+        _expect(0, values, "`home` takes no value")
+        return {"kind": "home"}
+    if kind is MoveKind.POSITION:
+        _expect(1, values, "`position` takes one number, such as 5")
+        return {"kind": "position", "position": _number(values[0])}
+    return None
 
 
 def _expect(count: int, values: list[str], sentence: str) -> None:

@@ -39,7 +39,7 @@ class CannotListen(OSError):
 async def serve(config: Config, data: Path) -> None:
     """Serve until SIGINT, SIGTERM or SIGHUP. What `on_exit` leaves moving runs on in the controllers.
 
-    `data` is where the keys and the journal are.
+    `data` is where the keys, the names and the journal are.
 
     :raises CannotListen: no line was opened.
     :raises ConfigError: nobody could be let in, or the certificate cannot be used; no line was opened.
@@ -50,6 +50,7 @@ async def serve(config: Config, data: Path) -> None:
     door = Door(config, data)
     with _listener(config.server) as listener:
         plant = Plant(config, journal=open_journal(data))
+        plant.names.keep_in(data)
         app = create_app(plant, door.credentials)
         make_documents(app)
         server = _Server(_uvicorn_config(app, config.server, door.certificate))

@@ -20,9 +20,6 @@ from app.exits import fail
 if TYPE_CHECKING:
     from gateway.config import Config
 
-DEMO_ROBOT = (0x02, 0x03, 0x04)
-DEMO_BODIES = (0x00, 0x01, *DEMO_ROBOT, 0x3F)
-
 
 def serve(
     config: Annotated[Path | None, typer.Option(help="The configuration file (TOML).")] = None,
@@ -62,37 +59,15 @@ async def _serve(config: "Config", data: Path) -> None:
 
 async def _serve_demo(port: int | None, data: Path | None) -> None:
     """Serve a simulated line and a simulated robot that run in this very process."""
+    from app.demo import BODIES, demo_config
     from simulator.cli import start_demo_line, start_demo_robot
 
     with TemporaryDirectory(prefix="motion-gateway-") as folder:
         line_path, robot_path = Path(folder) / "line1", Path(folder) / "cell1"
         async with AsyncExitStack() as stack:
-            stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path, DEMO_ROBOT).aclose)
+            stack.push_async_callback(start_demo_line(BODIES, line_path).aclose)
             stack.push_async_callback(start_demo_robot(robot_path).aclose)
-            await _serve(_on_port(_demo_config(line_path, robot_path), port), data or Path(folder) / "data")
-
-
-def _demo_config(line_path: Path, robot_path: Path) -> "Config":
-    from gateway.config import Config
-
-    bodies = [{"id": f"{body:02X}"} for body in DEMO_BODIES]
-    line = {"id": "line1", "address": f"serial://{line_path}?baud=9600", "bodies": bodies}
-    units = [
-        {"number": 1, "axes": ["X", "Y", "Z"], "motor_axes": ["A", "B", "Z"]},
-        {"number": 2, "axes": ["X", "Y", "Z"]},
-    ]
-    robot = {"id": "r1", "units": units}
-    cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
-    scara = {
-        "id": "wafer",
-        "line": "line1",
-        "group": "8A",
-        "members": [f"{body:02X}" for body in DEMO_ROBOT],
-        "arm_um": 215_000,
-        "finger_um": 330_000,
-        "pulses_per_turn": [121_791.045, 60_000.0, 100_000.0],
-    }
-    return Config.model_validate({"access": {"mode": "open"}, "lines": [line, cell], "scaras": [scara]})
+            await _serve(_on_port(demo_config(line_path, robot_path), port), data or Path(folder) / "data")
 
 
 def _on_port(config: "Config", port: int | None) -> "Config":

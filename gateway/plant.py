@@ -16,6 +16,7 @@ from gateway.core.family import AnyLine, Family, PortInfo, Site
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import Opened
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
+from gateway.core.names import Names
 from gateway.core.origin import POLL, acting
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
@@ -44,6 +45,7 @@ class Plant:
     ) -> None:
         self.config = config
         self.events = EventHub()
+        self.names = Names()
         self.recorders: dict[str, Recorder] = {}
         self.watch = LoopWatch()
         self.watch.on_held = self._was_held

@@ -20,6 +20,7 @@ from fastapi import FastAPI
 
 from protocols.fics.link import Terminator
 from protocols.rorze.row import LAST_BODY
+from simulator.demo import teach
 from simulator.fics.control import create_control as create_fics_control
 from simulator.fics.dpram_port import SimulatedDpram, serve_dpram
 from simulator.fics.layout import Layout
@@ -33,23 +34,6 @@ from simulator.truth import TruthLog
 
 KEPT_FACTS = 100_000
 """Facts of the truth log that stay in memory; a file keeps them all."""
-
-DEMO_SETTINGS = (
-    *("OLSS[12],5000", "OHSS[12],50000", "OSSS[12],70000", "OASS[12],30", "OBSS[12],30"),
-    *("OLSS[0],50", "OHSS[0],50000", "OSSS[0],95000", "OASS[0],50", "OBSS[0],20"),
-    *("SPSA[12],A:S[12],D:S[0]", "OLS1000", "FIS"),
-)
-"""What a demo learns: the speeds of RC-420 manual 13.3.4 as pattern 12, and a brisk homing; kept in flash."""
-
-DEMO_ROBOT_SETTINGS = (
-    *("HTS0", "HAS215000", "HFS330000", "HZS0,121791.045", "HZS1,60000.00", "HZS2,100000.00"),
-    *("OLSS[3],1000", "OHSS[3],1000000", "OSSS[3],5000000", "OASS[3],50", "OBSS[3],50"),
-    *("SPSA[3],A:S[3],D:S[3]", "FIS"),
-    *("HDSH[3]", "HDSH[3],0,X:255000,Y:300000,R:120000", "HDSH[3],1,X:255000,Y:450000,R:0"),
-)
-"""What a demo's SCARA robot learns: mechanics and path of RC-420 manual 13.10.7, speeds of 13.10.3."""
-DEMO_ROBOT_START = (-10_149, -10_000, -16_666)
-"""Where they stand, as in 13.10.7."""
 
 SLOWEST, FASTEST = 300, 4_000_000
 
@@ -287,21 +271,14 @@ async def _control(control: FastAPI, host: str, number: int) -> AsyncIterator[No
         await serving
 
 
-def start_demo_line(bodies: Sequence[int], path: Path, robot: Sequence[int] = ()) -> PtyPort:
+def start_demo_line(bodies: Sequence[int], path: Path) -> PtyPort:
     """Run an RC-400 line in this event loop, unpaced, behind a pseudo-terminal that `path` will link to.
-
-    Three of its bodies may be the axes of a SCARA robot.
 
     :raises OSError: the pseudo-terminal or the link cannot be made.
     """
     now = monotonic()
     line = build_line(bodies, now, TruthLog(KEPT_FACTS))
-    for axis in line.axes.values():
-        for setting in DEMO_SETTINGS:
-            axis.execute(setting, now)
-    for number, (body, position) in enumerate(zip(robot, DEMO_ROBOT_START, strict=False)):
-        for setting in (f"HCS{number}", f"6PS{position}", *DEMO_ROBOT_SETTINGS):
-            line.axes[body].execute(setting, now)
+    teach(line, now)
     return serve_pty(line, path)
 
 

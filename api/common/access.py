@@ -277,7 +277,7 @@ def session_cookie(scope: Scope) -> str:
 def _use_of(scope: Scope, right: Right) -> Use:
     if right is Right.STOP:
         return Use.STOP
-    if scope["type"] == "websocket" or path_of(scope) == "/events/stream":
+    if scope["type"] == "websocket" or path_of(scope).endswith("/stream"):
         return Use.SUBSCRIBER
     moves = right is Right.OPERATE and not scope["path"].endswith(_HEARTBEAT)
     return Use.MOVE if moves else Use.REQUEST

@@ -238,6 +238,13 @@ class MoveFailed(GatewayError):
     moved: Moved = "yes"
 
 
+class MoveOver(GatewayError):
+    """A move was to be changed on its way, and has ended."""
+
+    kind = "move-over"
+    title = "The move is over"
+
+
 class ErrorText(Protocol):
     """What one error of a controller means and what helps, in both languages."""
 

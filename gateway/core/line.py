@@ -21,6 +21,7 @@ from gateway.core.load import Load
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
+from gateway.core.trace_filter import Talk
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
 from transports.recorder import Recorder
 
@@ -363,6 +364,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         async with all_held(map(self.lock_of, numbers), expires_at) as series:
             series.epochs = {number: self.gate.epoch(number) for number in numbers}
             yield series
+
+    def talk_of(self, _: bytes) -> Talk:
+        """What a frame on it is about; where no address stands in frames, all are about the same."""
+        return Talk(b"")
 
     @abstractmethod
     def _take(self, frame: W) -> None:

@@ -13,7 +13,7 @@ from gateway.core.records import Record
 LOST_AFTER_S = 30.0
 """What has not answered this long in the middle of a move has lost it."""
 
-MoveKind = Literal["relative", "absolute", "home", "continuous", "interpolated"]
+MoveKind = Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
 
 
 class MoveStatus(StrEnum):

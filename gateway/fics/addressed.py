@@ -3,7 +3,7 @@
 import asyncio
 from typing import Any, Final
 
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import ControllerRefused, InvalidRequest
 from gateway.core.stops import StopMode
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
 from gateway.fics.fit import require_fit
@@ -100,7 +100,12 @@ class UnitTarget(RobotTarget):
         """Start a move, or open a JOG session; errors as of `RobotMoves.start` and `Jogs.start`."""
         if isinstance(command, StartJog):
             return await self.jog(command)
-        move = await self._moves.start(self.robot, self.unit.number, command)
+        try:
+            move = await self._moves.start(self.robot, self.unit.number, command)
+        except ControllerRefused as refusal:
+            self.robot.macros.note(command, refusal)
+            raise
+        self.robot.macros.note(command, None)
         return Begun(self.path, [move])
 
     async def jog(self, command: StartJog) -> Opened:

@@ -26,6 +26,7 @@ from gateway.fics.exchange import FicsExchange
 from gateway.fics.guards import amid_a_restore, motion_without_proof
 from gateway.fics.jogs import JogSession
 from gateway.fics.line import FicsLine
+from gateway.fics.macros import Macros
 from gateway.fics.move_record import RobotMove
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
@@ -96,6 +97,7 @@ class Fics(Family):
             self._publish,
             poll_interval_s=table.poll_interval_s,
             bits=Bits(it.status_bits, it.sensor_bits),
+            macros=Macros(it.macros or {}),
         )
         return line
 

@@ -1,7 +1,7 @@
 """A body as the gateway sees it: its address, what was last known of it, and how to ask it something."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal, NamedTuple, TypeVar, cast
@@ -76,6 +76,8 @@ class Body:
     number: int
     name: str = ""
     scale: Scale | None = None
+    input_names: Mapping[int, str] = field(default_factory=dict)
+    output_names: Mapping[int, str] = field(default_factory=dict)
     position_tolerance: int = 0
     """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
     in_position: bool = False

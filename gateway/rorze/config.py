@@ -59,6 +59,10 @@ class Body(Table):
     """Setting of the rotary switches, 00-77 hex (RC-420 manual 2.2)."""
     name: Name | None = None
     units: Units | None = None
+    inputs: dict[str, Name] | None = None
+    """Names of the inputs 0-9."""
+    outputs: dict[str, Name] | None = None
+    """Names of the outputs 0-15."""
     position_tolerance: int = Field(0, ge=0, le=1_000_000)
     """Pulses by which a move may miss its target in encoder mode, where the motor need not stop exactly at it
     (RC-420 manual 13.7.5)."""
@@ -71,9 +75,31 @@ class Body(Table):
     """After a loss of power it refuses motions to places until it is homed, or somebody agrees."""
 
     @property
+    def input_names(self) -> dict[int, str]:
+        """By the numbers of the inputs."""
+        return _numbered(self.inputs)
+
+    @property
+    def output_names(self) -> dict[int, str]:
+        """By the numbers of the outputs."""
+        return _numbered(self.outputs)
+
+    @property
     def number(self) -> int:
         """The body number as it is, 0-119."""
         return int(self.id, 16)
+
+    @model_validator(mode="after")
+    def _name_what_is_there(self) -> Self:
+        for names, last in ("inputs", 9), ("outputs", 15):
+            for number in getattr(self, names) or ():
+                if not re.fullmatch("0|[1-9][0-9]?", number) or int(number) > last:
+                    raise Fault(f"must be from 0 to {last}, not {number!r}", names, number)
+        return self
+
+
+def _numbered(names: dict[str, str] | None) -> dict[int, str]:
+    return {int(number): name for number, name in (names or {}).items()}
 
 
 class Group(Table):

@@ -14,6 +14,7 @@ from gateway.core.event_types import (
 )
 from gateway.core.move_record import Move
 from gateway.core.restore_record import Restore
+from gateway.rorze.jogs import BodyJog
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
@@ -129,6 +130,16 @@ BODIES = (
         }.items()
     ),
     *restore_types("body", BODY, Restore),
+    *(
+        EventType(f"body.jog.{news}", BODY, BodyJog, when)
+        for news, when in {
+            "started": "it jogs",
+            "stopping": "it is told to stop, and may still move",
+            "ended": "the jog was ended by request, or by its move's end, and the motor stands still",
+            "lost": "its heartbeat stayed away, and the motor stands still",
+            "stopped": "a stop or the end of the gateway has ended it, and the motor stands still",
+        }.items()
+    ),
     EventType("body.program.started", BODY, ProgramRun, "the gateway has started its user program"),
     EventType("body.program.ended", BODY, ProgramRun, "that program has ended, or nobody knows: `status`"),
     EventType("body.settings.changed", BODY, SettingsNews, "settings were changed by one of its documents"),

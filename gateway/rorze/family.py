@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Awaitable, Collection, Coroutine, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, Literal, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
 from pydantic import Field
 
@@ -25,6 +25,7 @@ from gateway.rorze.event_types import TYPES
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.group_definition import define, planned_group, watch_groups
 from gateway.rorze.guards import Guards
+from gateway.rorze.jogs import BodyJog, BodyJogs
 from gateway.rorze.line import Line
 from gateway.rorze.moves import Moves
 from gateway.rorze.pace import Health
@@ -49,6 +50,8 @@ from transports.base import Transport
 
 RESTART = Origin("gateway: restart")
 """Whoever wanted a move without an end may not be there any more: it is stopped."""
+UNATTENDED: Final = ("continuous", "jog")
+"""Moves that must not go on when the gateway ends: nobody else would stop them."""
 BODY = Place("/bodies/{body_id}", Move)
 LINE = Place("/lines/{line_id}")
 GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True)
@@ -99,6 +102,8 @@ class Rorze(Family):
         self.stops = Stops(site.events, self.groups_of, self.sweeps)
         self._scaras: dict[str, Scara] = {}
         self.scara_moves = ScaraMoves(self.moves, self.stops, self._publish_scara_move)
+        self.jogs = BodyJogs(self.moves, self.stops, self._publish_jog)
+        self.stops.on_begin = self.jogs.body_stops
         self.scans = Scans(site.events)
         self.uploads = ProgramUploads(self._publish_upload)
         self.runs = ProgramRuns(self._publish_run)
@@ -128,6 +133,8 @@ class Rorze(Family):
                 it.number,
                 it.name or "",
                 it.units,
+                it.input_names,
+                it.output_names,
                 position_tolerance=it.position_tolerance,
                 in_position=it.in_position,
                 poll_interval_s=table.poll_interval_s,
@@ -323,7 +330,7 @@ class Rorze(Family):
         robot = robots.get(move.group_id or "")
         tolerance = robot.tolerance_pulses if robot else body.position_tolerance
         self.moves.take_over(body, move, begun=begun, tolerance=tolerance)
-        if move.kind == "continuous" and not move.status.final:
+        if move.kind in UNATTENDED and not move.status.final:
             with acting(RESTART):
                 self.stops.stop([body], "decelerate")
 
@@ -339,7 +346,8 @@ class Rorze(Family):
             yield watch_groups(line, partial(self._groups_on, line))
 
     def was_left_alone(self) -> None:
-        """Look at every body."""
+        """Stop what jogs, and look at every body."""
+        self.jogs.lose_all()
         for body in self.bodies():
             body.may_move()
 
@@ -357,6 +365,9 @@ class Rorze(Family):
     def _publish_scara_move(self, what: str, move: ScaraMove) -> str:
         subject = f"/scaras/{move.scara_id}"
         return self.site.events.publish(f"scara.move.{what}", subject, move, correlation=move.id).cursor
+
+    def _publish_jog(self, what: str, body: Body, jog: BodyJog) -> None:
+        self.site.events.publish(f"body.jog.{what}", f"/bodies/{body.address}", jog, correlation=jog.id)
 
     def _publish_upload(self, what: str, upload: ProgramUpload) -> None:
         subject = f"/bodies/{upload.body_id}"
@@ -435,14 +446,14 @@ class Rorze(Family):
     # the end
 
     def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
-        """Stop what would never end, or everything that moves."""
+        """Stop what jogs or would never end, or everything that moves."""
         bodies = [it for it in self.bodies() if (everything and it.moving) or self._never_ends(it)]
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _never_ends(self, body: Body) -> bool:
-        """Whether its last move is one that only a stop ends, and nobody has seen that end."""
+        """Whether its last move must not go on unattended, and nobody has seen its end."""
         move = next(iter(self.moves.of(body)), None)
-        if move is None or move.kind != "continuous" or move.sent_at is None:
+        if move is None or move.kind not in UNATTENDED or move.sent_at is None:
             return False
         unseen = move.status in (MoveStatus.LOST, MoveStatus.UNKNOWN) and body.moving is not False
         return unseen or not move.status.final
@@ -473,6 +484,7 @@ class Rorze(Family):
 
     async def close(self) -> None:
         """End all work and close the lines."""
+        await self.jogs.close()
         await self.stops.close()
         for line in self.lines.values():
             await line.close()

@@ -30,6 +30,8 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import END_CAUSE_BITS, SENSOR_BITS, GetControllerStatus, GetEndCause, names_of
 from protocols.table import Reply
 
+STRAIGHT = ("relative", "absolute", "continuous", "jog")
+"""Moves that go from where the motor stands, one way."""
 MOTION_ERRORS = 0x66
 """Bits of the controller status: a limit, EMS, the movement range or STALL can end a move (9CD)."""
 IN_POSITION_S = 6.0
@@ -317,7 +319,8 @@ class Case:
             None,
             self.move.start_position,
         )
-        if before is None or self.move.kind == "home" or leads_back:
+        straight = self.move.kind == "interpolated" or self.move.kind in STRAIGHT
+        if before is None or not straight or leads_back:
             return False
         ended_at_once = state.bits & ~before.bits & MOTION_ERRORS
         return state.position == before.position and not ended_at_once
@@ -471,7 +474,7 @@ class Case:
         arrived = self._is_target(self.move.position)
         if arrived and not at_power_on:
             return False
-        fell_back = at_power_on and self.move.kind in ("relative", "absolute", "continuous")
+        fell_back = at_power_on and self.move.kind in STRAIGHT
         return self.body.went_silent or (fell_back and not arrived)
 
     async def _end_announced(self) -> bool:

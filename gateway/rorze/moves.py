@@ -71,11 +71,14 @@ class Moves:
         command: RorzeCommand[Any],
         start_within_s: float = 5.0,
         course: Mapping[Body, Stretch] | None = None,
+        on_sent: Callable[[Move], None] = lambda _: None,
+        kind: MoveKind | None = None,
     ) -> list[Move]:
         """Send a motion command, and give its moves when the controllers have accepted or refused it.
 
-        One move comes back for a body, one for each member for a group. `course` says where who has planned
-        the move has seen the motors, and where they should come to.
+        One move comes back for a body, one for each member for a group; `on_sent` is called with each when
+        the command is on the wire. `kind` is what it is for, where the command does not tell. `course` says
+        where who has planned the move has seen the motors, and where they should come to.
 
         :raises NotAllowed: it would never end, and the configuration does not allow that.
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
@@ -92,9 +95,10 @@ class Moves:
         flight = _Flight(
             target,
             command,
-            [Case(body, self._new(body, target, command)) for body in bodies],
+            [Case(body, self._new(body, target, command, kind or kind_of(command))) for body in bodies],
             epoch,
             course or {},
+            on_sent,
         )
         task = asyncio.create_task(self._fly(flight, start_within_s), name=f"move {flight.cases[0].move.id}")
         self._tasks[task] = flight.answered
@@ -133,13 +137,13 @@ class Moves:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any]) -> Move:
+    def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any], kind: MoveKind) -> Move:
         now = datetime.now(UTC)
         move = Move(
             id=new_id(now),
             body_id=body.address,
             group_id=target.address if isinstance(target, Group) else None,
-            kind=kind_of(command),
+            kind=kind,
             command=command.code,
             frame=target.line.frame_of(target.number, command),
             created_at=now,
@@ -206,6 +210,7 @@ class Moves:
             for case in flight.cases:
                 case.body.was_set_going()
                 self._advance(case.body, case.move, MoveStatus.SENT)
+                flight.on_sent(case.move)
 
         target = flight.target
         if target.line.gate.epoch(target.number) != flight.epoch:
@@ -338,6 +343,7 @@ class _Flight:
     epoch: int
     """The target's stop epoch at admission."""
     course: Mapping[Body, Stretch]
+    on_sent: Callable[[Move], None]
     answered: "asyncio.Future[GatewayError | None]" = field(
         default_factory=lambda: asyncio.get_running_loop().create_future()
     )

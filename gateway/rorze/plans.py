@@ -1,7 +1,7 @@
 """What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
 
 import asyncio
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
@@ -127,6 +127,28 @@ async def pulses_per_count(body: Body) -> float:
         return 1.0
     ratio, _ = await body.ask(GetEncoderRatio())
     return ratio.ratio
+
+
+async def amount_of(body: Body, pulses: int) -> int:
+    """Pulses put out as the operating mode counts them: the reverse of `_pulses`."""
+    if await body.know_mode() != "encoder":
+        return pulses
+    ratio, _ = await body.ask(GetEncoderRatio())
+    return round(pulses / ratio.ratio)
+
+
+async def top_speed_of(body: Body, speed: Literal["high", "low"], pattern: int | None) -> int:
+    """The highest speed of a move by a pattern, in pulses per second.
+
+    :raises GatewayError: it could not be read.
+    """
+    speed_set = None
+    if pattern is not None:
+        sets, _ = await body.ask(GetPattern(pattern=pattern))
+        speed_set = sets.acceleration
+    row = GetStartSpeed if speed == "low" else GetMaximumSpeed
+    reply, _ = await body.ask(row(speed_set=speed_set))
+    return reply.speed
 
 
 async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:

@@ -61,6 +61,8 @@ class Stops:
         self._events = events
         self._sweeps = sweeps
         self._groups_of = groups_of
+        self.on_begin: Callable[[Body], None] = lambda _: None
+        """Called with each body whose stop begins."""
         self._running: dict[tuple[Body, StopMode], _BodyStop] = {}
         self._tasks: dict[_BodyStop, asyncio.Task[None]] = {}
         """Of these, and of those that are confirmed and whose moves have not been recorded yet."""
@@ -143,6 +145,7 @@ class Stops:
         body.being_stopped = True
         task.add_done_callback(lambda _: self._over(stop))
         stop.publish("requested")
+        self.on_begin(body)
 
     def _company_of(self, body: Body) -> list[Body]:
         """The bodies of its line with stops that are not confirmed yet."""

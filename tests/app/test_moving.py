@@ -193,6 +193,8 @@ def test_what_is_no_command_is_not_sent(
         ),
         (("80", "home"), "/groups/80/moves", {"kind": "home"}),
         (("r1/units/1", "home"), "/robots/r1/units/1/moves", {"kind": "home"}),
+        (("3F", "position", "5"), "/bodies/3F/moves", {"kind": "position", "position": 5}),
+        (("r1/units/1", "position", "5"), "/robots/r1/units/1/moves", {"kind": "position", "position": 5}),
         (
             ("r1/units/1", "relative", "x=10", "@=-5.5"),
             "/robots/r1/units/1/moves",
@@ -259,6 +261,7 @@ def test_moves_in_few_words(
         (("wafer", "line", "X=1", "X=2"), "'X=2' is none of X and Y"),
         (("wafer", "rotate", "X=1"), "'X=1' is none of R and A"),
         (("wafer", "line", "X=far"), "'far' is no number"),
+        (("3F", "position"), "`position` takes one number"),
         (("r1/units/1", "home", "5"), "`home` takes no value"),
         (("r1/units/1", "relative"), "takes an axis"),
         (("r1/units/1", "relative", "5"), "'5' is no axis"),
@@ -276,4 +279,4 @@ def test_what_is_no_move_is_not_sent(
 
 
 def test_the_kinds_of_moves_are_those_of_the_interface() -> None:
-    assert set(moving.MoveKind) == {"relative", "absolute", "home", *get_args(ScaraMoveKind)}
+    assert set(moving.MoveKind) == {"relative", "absolute", "position", "home", *get_args(ScaraMoveKind)}

@@ -4,7 +4,8 @@ import asyncio
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from simulator.cli import DEMO_ROBOT_SETTINGS, DEMO_ROBOT_START
+from simulator.demo import GEOMETRY
+from simulator.demo import SCARA as START
 from tests.api.stand import Stand, Story, _Inline, build_stand
 from tests.virtual_time import run_virtual
 
@@ -39,8 +40,8 @@ def on_cell(story: Story) -> Callable[[], None]:
 async def _teach(stand: Stand) -> None:
     """Its controllers know its mechanics, its speeds and a path, and stand where the manual has them."""
     now = asyncio.get_running_loop().time()
-    for number, position in enumerate(DEMO_ROBOT_START):
+    for number, position in enumerate(START.values()):
         axis = stand.port.machine.axes[2 + number]
-        for text in (f"HCS{number}", *(it for it in DEMO_ROBOT_SETTINGS if it != "FIS")):
+        for text in (f"HCS{number}", *GEOMETRY):
             assert axis.execute(text, now).payload == "", text
         await stand.send(f"0{2 + number}", "set-position", position=position)
