@@ -10,6 +10,7 @@ from gateway.core.addresses import there_are
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.lanes import Lane
+from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
 from gateway.core.targets import Replies, Stopped, Target, stopped
 from gateway.fics import config
@@ -20,6 +21,7 @@ from gateway.fics.event_types import TYPES
 from gateway.fics.guards import motion_without_proof
 from gateway.fics.jogs import JogSession
 from gateway.fics.line import FicsLine
+from gateway.fics.live import ChannelSource, UnitSource
 from gateway.fics.move_record import RobotMove
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
@@ -60,6 +62,7 @@ class Fics(Family):
     def __init__(self, site: Site) -> None:
         super().__init__(site)
         self._robots: dict[str, Robot] = {}
+        self._live_share: dict[str, float] = {}
         self.moves = RobotMoves()
 
     def add(self, table: config.Line, port: Transport) -> FicsLine:
@@ -80,6 +83,7 @@ class Fics(Family):
             for unit in it.units
         ]
         line.gate.add(motion_without_proof)
+        self._live_share[it.id] = table.live_share
         self._robots[it.id] = Robot(
             it.id,
             it.name or "",
@@ -164,7 +168,11 @@ class Fics(Family):
 
     def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
         """Look after each robot."""
-        return map(watch, self.robots())
+        live = self.site.events.live
+        for robot in self.robots():
+            yield watch(robot)
+            sources = [*(UnitSource(robot, unit, live) for unit in robot.units), ChannelSource(robot, live)]
+            yield Sampler(robot.line, live, sources, self._live_share[robot.id]).run()
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every robot."""

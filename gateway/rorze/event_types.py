@@ -62,6 +62,14 @@ class EndFrame(EventData):
     cause: int = Field(description="The byte of 9MD, 0 after a normal end.")
 
 
+class BodyPosition(EventData):
+    """Where a motor stands (6PD)."""
+
+    pulses: int
+    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    unit: str | None
+
+
 class Strangers(EventData):
     """Bodies that have obeyed a command to a group, and are no members of it."""
 
@@ -112,6 +120,7 @@ BODIES = (
     ),
     EventType("body.program.started", BODY, ProgramRun, "the gateway has started its user program"),
     EventType("body.program.ended", BODY, ProgramRun, "that program has ended, or nobody knows: `status`"),
+    EventType("body.position", BODY, BodyPosition, "somebody watches it (`sample`)", live=True),
     EventType("body.left_moving", BODY, LeftMoving, "the gateway ends, and it moves as far as is known"),
 )
 

@@ -11,6 +11,7 @@ from gateway.core.addresses import numbered_address
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.move_record import Move, MoveStatus
+from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
@@ -20,6 +21,7 @@ from gateway.rorze.event_types import TYPES
 from gateway.rorze.group_definition import define, planned_group, watch_groups
 from gateway.rorze.guards import Guards
 from gateway.rorze.line import Line
+from gateway.rorze.live import PositionSource, SignalSource
 from gateway.rorze.moves import Moves
 from gateway.rorze.pace import Health
 from gateway.rorze.power import Power
@@ -79,6 +81,7 @@ class Rorze(Family):
         self._groups: dict[str, Group] = {}
         self._sweep_numbers: dict[str, range] = {}
         self._health: dict[str, Health] = {}
+        self._live_share: dict[str, float] = {}
         self._defining = asyncio.Lock()
         self.moves = Moves(self._publish_move, allow_endless_moves=site.allow_endless_moves)
         self.sweeps: dict[str, Sweep] = {}
@@ -124,6 +127,7 @@ class Rorze(Family):
             own.on_strangers = partial(self._on_strangers, own)
         self._sweep_numbers[line.id] = table.sweep_numbers
         self._health[line.id] = Health(line, table.health_share)
+        self._live_share[line.id] = table.live_share
         for group in table.groups:
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
@@ -254,6 +258,16 @@ class Rorze(Family):
         for line in self.lines.values():
             yield watch_sweep(self._health[line.id], self.sweeps[line.id])
             yield watch_groups(line, partial(self._groups_on, line))
+            yield self._sampler(line).run()
+
+    def _sampler(self, line: Line) -> Sampler:
+        live, sweep = self.site.events.live, self.sweeps[line.id]
+        sources = [
+            kind(body, sweep, live)
+            for kind in (PositionSource, SignalSource)
+            for body in self.bodies_of(line)
+        ]
+        return Sampler(line, live, sources, self._live_share[line.id])
 
     def was_left_alone(self) -> None:
         """Look at every body."""
