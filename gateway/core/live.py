@@ -94,7 +94,7 @@ class Live:
         """Somebody begins to watch."""
         audience = self._audiences.setdefault(watch.hz, _Audience(watch.hz))
         audience.members.add(watch)
-        self._demand_changes()
+        self.demand_changes()
 
     def leave(self, watch: "Watch") -> None:
         """Somebody watches no more; values that nobody watches are forgotten."""
@@ -103,11 +103,12 @@ class Live:
         if not audience.members:
             audience.close()
             del self._audiences[watch.hz]
-        self._demand_changes()
+        self.demand_changes()
         for key in [key for key in self._readings if not self.rate(*key)]:
             del self._readings[key]
 
-    def _demand_changes(self) -> None:
+    def demand_changes(self) -> None:
+        """Somebody wants something else than before."""
         self._rates.clear()
         self.demand.set()
         self.demand = asyncio.Event()

@@ -35,6 +35,11 @@ class Source(ABC):
         :raises GatewayError: it was not told.
         """
 
+    @property
+    def own_hz(self) -> float:
+        """How often a second it is asked for while nobody watches: what is under way wants it."""
+        return 0.0
+
     def among(self, due: Sequence["Source"]) -> list[Self]:
         """Those of the same kind."""
         return [it for it in due if isinstance(it, type(self))]
@@ -87,7 +92,8 @@ class Sampler:
             return ()
 
     def _hz(self, source: Source) -> float:
-        return min(self._live.rate(source.type, source.subject), source.most_hz)
+        rate = self._live.rate(source.type, source.subject)
+        return max(min(rate, source.most_hz), source.own_hz)
 
 
 def _now() -> float:

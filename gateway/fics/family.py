@@ -62,8 +62,8 @@ class Fics(Family):
     def __init__(self, site: Site) -> None:
         super().__init__(site)
         self._robots: dict[str, Robot] = {}
-        self._live_share: dict[str, float] = {}
-        self.moves = RobotMoves()
+        self._tables: dict[str, config.Line] = {}
+        self.moves = RobotMoves(site.events.live.demand_changes)
 
     def add(self, table: config.Line, port: Transport) -> FicsLine:
         """Build a line with its robot and its units."""
@@ -83,7 +83,7 @@ class Fics(Family):
             for unit in it.units
         ]
         line.gate.add(motion_without_proof)
-        self._live_share[it.id] = table.live_share
+        self._tables[it.id] = table
         self._robots[it.id] = Robot(
             it.id,
             it.name or "",
@@ -171,8 +171,9 @@ class Fics(Family):
         live = self.site.events.live
         for robot in self.robots():
             yield watch(robot)
-            sources = [*(UnitSource(robot, unit, live) for unit in robot.units), ChannelSource(robot, live)]
-            yield Sampler(robot.line, live, sources, self._live_share[robot.id]).run()
+            table = self._tables[robot.id]
+            units = (UnitSource(robot, unit, live, table.move_samples_per_s) for unit in robot.units)
+            yield Sampler(robot.line, live, [*units, ChannelSource(robot, live)], table.live_share).run()
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every robot."""

@@ -27,11 +27,18 @@ class UnitSource(Source):
     robot: Robot
     unit: RobotUnit
     live: Live
+    samples_hz: float = 0.0
+    """How often a second it is asked for during a move."""
     subject: str = field(init=False)
     type: ClassVar = "robot.position"
 
     def __post_init__(self) -> None:
         self.subject = f"/robots/{self.unit.address}"
+
+    @property
+    def own_hz(self) -> float:
+        """While it moves, that of the samples which are kept with the move."""
+        return 0.0 if self.unit.way is None else self.samples_hz
 
     async def read(self, _: Sequence[Source]) -> list[Source]:
         """Ask, and put what was told."""

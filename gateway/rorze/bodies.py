@@ -10,6 +10,7 @@ from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move
 from gateway.core.waiting import happens
+from gateway.core.ways import Way
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.line import Line, lane_of
@@ -84,6 +85,10 @@ class Body:
     status_bits: int | None = None
     position: int | None = None
     position_at: float | None = None
+    way: Way[int] | None = None
+    """Where it is seen during the move that is not over yet."""
+    changes: int = 0
+    """Counts what may have changed its settings."""
     told: int = 0
     """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
     no_program_at: float | None = None
@@ -122,6 +127,11 @@ class Body:
     def online(self) -> bool:
         """Whether it can be asked now, as far as is known."""
         return self.line.state != "down" and self.number not in self.line.silent
+
+    @property
+    def settings(self) -> tuple[int, int]:
+        """Tells whether its settings may have changed: by what it was told, or with its power."""
+        return self.changes, self.power.losses
 
     @property
     def last_heard_at(self) -> float | None:
@@ -282,6 +292,7 @@ class Body:
         if command.effect is Effect.READ or isinstance(command, SetUserComment):
             return
         self.told += 1
+        self.changes += command.effect in (Effect.SETTING, Effect.MAINTENANCE)
         self.rest = None
         self.power.note_told(command)
         if isinstance(command, RENAMING):
@@ -321,6 +332,8 @@ class Body:
 
     def _saw_position(self, pulses: int, at: float) -> None:
         self.position, self.position_at = pulses, at
+        if self.way is not None:
+            self.way.add(at, pulses)
         if self.power.contradicts(pulses, 0xFF, self.position_tolerance):
             self.look_due.set()
 

@@ -110,6 +110,8 @@ class Line(tables.Line):
     groups: Array[Group] = ()
     health_share: float = Field(0.1, ge=0.01, le=0.5)
     """Share of the line's time that the questions how bodies are may take, where there are many."""
+    move_samples_per_s: float = Field(0, ge=0, le=50)
+    """Positions that are read of a body while it moves, and kept with the move; 0: only those read anyway."""
     sweep_groups: Array[GroupId] = ()
     """First and last number of the virtual bodies the gateway defines for itself, to ask many at once."""
 

@@ -81,9 +81,13 @@ class Rorze(Family):
         self._groups: dict[str, Group] = {}
         self._sweep_numbers: dict[str, range] = {}
         self._health: dict[str, Health] = {}
-        self._live_share: dict[str, float] = {}
+        self._tables: dict[str, config.Line] = {}
         self._defining = asyncio.Lock()
-        self.moves = Moves(self._publish_move, allow_endless_moves=site.allow_endless_moves)
+        self.moves = Moves(
+            self._publish_move,
+            allow_endless_moves=site.allow_endless_moves,
+            on_way=self._way_changes,
+        )
         self.sweeps: dict[str, Sweep] = {}
         """How many bodies of a line are asked at once, by the line's id."""
         self.stops = Stops(site.events, self.groups_of, self.sweeps)
@@ -127,7 +131,7 @@ class Rorze(Family):
             own.on_strangers = partial(self._on_strangers, own)
         self._sweep_numbers[line.id] = table.sweep_numbers
         self._health[line.id] = Health(line, table.health_share)
-        self._live_share[line.id] = table.live_share
+        self._tables[line.id] = table
         for group in table.groups:
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
@@ -261,13 +265,15 @@ class Rorze(Family):
             yield self._sampler(line).run()
 
     def _sampler(self, line: Line) -> Sampler:
-        live, sweep = self.site.events.live, self.sweeps[line.id]
-        sources = [
-            kind(body, sweep, live)
-            for kind in (PositionSource, SignalSource)
-            for body in self.bodies_of(line)
-        ]
-        return Sampler(line, live, sources, self._live_share[line.id])
+        live, sweep, table = self.site.events.live, self.sweeps[line.id], self._tables[line.id]
+        bodies = self.bodies_of(line)
+        places = (PositionSource(body, sweep, live, table.move_samples_per_s) for body in bodies)
+        signals = (SignalSource(body, sweep, live) for body in bodies)
+        return Sampler(line, live, [*places, *signals], table.live_share)
+
+    def _way_changes(self, body: Body) -> None:
+        if self._tables[body.line.id].move_samples_per_s:
+            self.site.events.live.demand_changes()
 
     def was_left_alone(self) -> None:
         """Look at every body."""

@@ -26,6 +26,8 @@ class BodySource(Source):
     body: Body
     sweep: Sweep
     live: Live
+    samples_hz: float = 0.0
+    """How often a second it is asked for during a move."""
     subject: str = field(init=False)
 
     def __post_init__(self) -> None:
@@ -54,6 +56,11 @@ class PositionSource(BodySource):
     """Where a body stands (6PD)."""
 
     type: ClassVar = "body.position"
+
+    @property
+    def own_hz(self) -> float:
+        """While it moves, that of the samples which are kept with the move."""
+        return 0.0 if self.body.way is None else self.samples_hz
 
     async def read(self, due: Sequence[Source]) -> list[Source]:
         """Ask, and put what was told."""

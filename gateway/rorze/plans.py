@@ -1,7 +1,7 @@
 """What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
 
 import asyncio
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, Field
 
@@ -53,6 +53,19 @@ class PlannedMove(Record):
     note: str | None = Field(None, description="Why something is not known, or would be refused.")
 
 
+class PlannedWay(NamedTuple):
+    """Where a move leads, by the time since its beginning."""
+
+    profile: Profile
+    start: int
+    pulses_per_count: float
+    """Negative where positions decrease."""
+
+    def position(self, seconds: float) -> float:
+        """The position as the controller would tell it."""
+        return self.start + self.profile.position(seconds) / self.pulses_per_count
+
+
 class GroupPlan(BaseModel):
     """A group's move that was checked and not sent."""
 
@@ -87,7 +100,7 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     if target is None or not isinstance(command, RelativeMove | AbsoluteMove):
         planned.note = "How far it goes is only known when it is done."
         return planned
-    planned.distance = await _pulses(body, abs(target - position.pulses))
+    planned.distance = round(abs(target - position.pulses) * await _pulses_per_count(body))
     try:
         profile = await _profile(body, command, planned.distance)
     except (ProfileError, ControllerRefused) as error:
@@ -117,16 +130,36 @@ async def _amount(body: Body, value: int | PositionReference | str, lane: Lane) 
     return None
 
 
-async def _pulses(body: Body, amount: int) -> int:
-    """An amount as the operating mode counts it, in pulses put out: encoder mode counts encoder steps."""
+async def way_of(body: Body, command: RorzeCommand[Any], start: int, target: int | None) -> PlannedWay | None:
+    """Work out the way of a move from the controller's present settings; None where only it can tell.
+
+    :raises ProfileError: the controller would not make such a move.
+    :raises GatewayError: the settings could not be read.
+    """
+    if not isinstance(command, RelativeMove | AbsoluteMove):
+        return None
+    endless = isinstance(command, RelativeMove) and command.distance == "endless"
+    if target is None and not endless:
+        return None
+    ratio = await _pulses_per_count(body)
+    distance = None if target is None else round(abs(target - start) * ratio)
+    clockwise = (
+        isinstance(command, MoveClockwise | MoveClockwiseSlowly) if target is None else target >= start
+    )
+    profile = await _profile(body, command, distance)
+    return PlannedWay(profile, start, ratio if clockwise else -ratio)
+
+
+async def _pulses_per_count(body: Body) -> float:
+    """How many pulses are put out for one of the operating mode: encoder mode counts encoder steps."""
     mode, _ = await body.ask(GetOperatingMode())
     if mode.mode != "encoder":
-        return amount
+        return 1.0
     ratio, _ = await body.ask(GetEncoderRatio())
-    return round(amount * ratio.ratio)
+    return ratio.ratio
 
 
-async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:
+async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int | None) -> Profile:
     up, down = await _parameters_of_pattern(body, command.pattern)
     make = plan_slow if isinstance(command, _SLOW) else plan
     return make(distance, up, down, await _speed_changes(body, command.pattern))

@@ -45,6 +45,8 @@ POST      /bodies/{body_id}/power-cycle/acknowledge      operate  body
 POST      /bodies/{body_id}/moves                        operate  body
 GET       /bodies/{body_id}/moves                        view     body
 GET       /bodies/{body_id}/moves/{move_id}              view     body
+GET       /bodies/{body_id}/moves/{move_id}/samples      view     body
+GET       /bodies/{body_id}/moves/{move_id}/samples.csv  view     body
 POST      /bodies/{body_id}/raw                          setup    body
 POST      /bodies/{body_id}/stop                         stop     body
 GET       /bodies/{body_id}/program                      view     body
@@ -85,6 +87,8 @@ POST      /robots/{robot_id}/units/{unit}/stop           stop     robot
 POST      /robots/{robot_id}/units/{unit}/moves          operate  robot
 GET       /robots/{robot_id}/units/{unit}/moves          view     robot
 GET       /robots/{robot_id}/units/{unit}/moves/{move_id} view    robot
+GET       /robots/{robot_id}/units/{unit}/moves/{move_id}/samples view robot
+GET       /robots/{robot_id}/units/{unit}/moves/{move_id}/samples.csv view robot
 POST      /robots/{robot_id}/macros/{name}/runs          operate  robot
 POST      /robots/{robot_id}/jogs                        operate  robot
 POST      /robots/{robot_id}/jogs/{jog_id}/heartbeat     operate  robot
