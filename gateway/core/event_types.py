@@ -147,6 +147,7 @@ class Signal(EventData):
 
     channel: int | None = Field(None, description="Of a robot: eight inputs or outputs, from 1.")
     number: int = Field(description="From 0; of a robot, within its channel.")
+    name: str | None = Field(None, description="As the configuration has it.")
     on: bool
 
 

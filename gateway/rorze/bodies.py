@@ -1,7 +1,7 @@
 """A body as the gateway sees it: its address, what was last known of it, and how to ask it something."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, TypeVar, cast
@@ -11,6 +11,7 @@ from gateway.core.lanes import Lane
 from gateway.core.move_record import Move
 from gateway.core.waiting import happens
 from gateway.core.ways import Way
+from gateway.rorze.edges import Edges
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.line import Line, lane_of
@@ -67,6 +68,8 @@ class Body:
     number: int
     name: str = ""
     scale: Scale | None = None
+    input_names: Mapping[int, str] = field(default_factory=dict)
+    output_names: Mapping[int, str] = field(default_factory=dict)
     position_tolerance: int = 0
     """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
     poll_interval_s: float = 0.2
@@ -75,6 +78,7 @@ class Body:
     """Told of what it is seen to do by itself: the kind of event, and its data."""
     power: Power = field(default_factory=Power)
     mark: Mark = field(init=False)
+    edges: Edges = field(init=False)
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
     look_due: asyncio.Event = field(default_factory=asyncio.Event)
@@ -112,6 +116,7 @@ class Body:
     def __post_init__(self) -> None:
         self.power.on_news = self._power_news
         self.mark = Mark(self)
+        self.edges = Edges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
 
     @cached_property
     def short(self) -> str:
@@ -319,6 +324,8 @@ class Body:
             self._saw_motion(bool(reply.bits & PULSES_RUNNING))
         elif isinstance(reply, ControllerStatus) and command == _RUNS:
             self._saw_motion(bool(reply.on))
+        else:
+            self.edges.read(reply)
 
     def _was_done(self, command: RorzeCommand[Any]) -> None:
         self.power.note_done(command)
@@ -343,6 +350,12 @@ class Body:
         expected = 0 if self.move is None else PULSES_RUNNING
         if before is None or (before ^ bits) & ~expected:
             self.on_news("body.status.changed", {"status": names_of(bits, CONTROLLER_STATUS_BITS)})
+
+    def reported(self, fields: Mapping[str, int]) -> None:
+        """It has told a change of its state by itself (RC-420 manual 13.11): a reason to look, no proof."""
+        self.edges.reported(fields)
+        if "C" in fields:
+            self.look_due.set()
 
     def _saw_motion(self, runs: bool) -> None:
         if self.move is not None:

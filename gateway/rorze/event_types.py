@@ -45,14 +45,35 @@ class MarkMissing(EventData):
 
 
 class ControllerEvent(EventData):
-    """A frame 7E: the fields that its ESS setting names, in the order they came."""
+    """A frame 7E: the fields that its ESS setting names, in the order they came (RC-420 manual 13.11.3)."""
 
-    C: int | None = Field(None, description="Sensors (CLD).")
-    M: int | None = Field(None, description="Controller status (9CD).")
-    S: int | None = None
+    C: int | None = Field(None, description="Controller status (9CD).")
+    M: int | None = Field(None, description="Cause of the end of the last move (9MD).")
+    S: int | None = Field(None, description="Sensors (CLD).")
     I: int | None = Field(None, description="Inputs.")  # noqa: E741  # the letter of the frame
     O: int | None = Field(None, description="Outputs.")  # noqa: E741  # the letter of the frame
     P: int | None = Field(None, description="Position in pulses.")
+
+
+class SensorChange(EventData):
+    """A sensor that is on or off now."""
+
+    sensor: str = Field(description="stall, origin, cw_limit, ccw_limit, in_position or ems.")
+    on: bool
+
+
+class InputChange(EventData):
+    """A general input that is on or off now."""
+
+    number: int
+    name: str | None = Field(description="As the configuration has it.")
+    on: bool
+
+
+class ProgramText(EventData):
+    """What a user program tells (SDC, SDD)."""
+
+    text: str
 
 
 class EndFrame(EventData):
@@ -107,6 +128,9 @@ BODIES = (
     EventType("body.power_cycle.acknowledged", BODY, PowerAcknowledged, "it may go to places again"),
     EventType("body.power_mark.missing", BODY, MarkMissing, "no mark can be kept in it"),
     EventType("body.controller_event", BODY, ControllerEvent, "it has reported a change of state (frame 7E)"),
+    EventType("body.sensor.changed", BODY, SensorChange, "a sensor is told to be another than before"),
+    EventType("body.input.changed", BODY, InputChange, "an input is told to be another than before"),
+    EventType("body.program.message", BODY, ProgramText, "its user program tells something (SDC, SDD)"),
     EventType("body.end_frame", BODY, EndFrame, "an unknown body has ended a move (frame 7D)"),
     *(
         EventType(f"body.program.upload.{news}", BODY, ProgramUpload, when)

@@ -17,6 +17,7 @@ from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_watch import BodyWatch, watch_sweep
+from gateway.rorze.event_settings import watch_events
 from gateway.rorze.event_types import TYPES
 from gateway.rorze.group_definition import define, planned_group, watch_groups
 from gateway.rorze.guards import Guards
@@ -33,7 +34,7 @@ from gateway.rorze.sweep import Sweep
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
-from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage
+from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage, program_text
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
 from transports.base import Transport
@@ -78,6 +79,7 @@ class Rorze(Family):
         super().__init__(site)
         self.lines: dict[str, Line] = {}
         self._bodies: dict[str, Body] = {}
+        self._events: dict[Body, config.Events] = {}
         self._groups: dict[str, Group] = {}
         self._sweep_numbers: dict[str, range] = {}
         self._health: dict[str, Health] = {}
@@ -119,12 +121,16 @@ class Rorze(Family):
                 it.number,
                 it.name or "",
                 it.units,
+                it.input_names,
+                it.output_names,
                 position_tolerance=it.position_tolerance,
                 poll_interval_s=table.poll_interval_s,
                 power=Power(it.power_comment, it.needs_origin),
             )
             body.on_news = partial(self._on_news, body)
             self._bodies[body.address] = body
+            if it.events is not None:
+                self._events[body] = it.events
         Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out)
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
         for own in sweep.groups:
@@ -259,6 +265,8 @@ class Rorze(Family):
         for body in self.bodies():
             line_id = body.line.id
             yield BodyWatch(body, self._health[line_id], self.sweeps[line_id], self.stops.on_line).run()
+        for body, events in self._events.items():
+            yield watch_events(body, events)
         for line in self.lines.values():
             yield watch_sweep(self._health[line.id], self.sweeps[line.id])
             yield watch_groups(line, partial(self._groups_on, line))
@@ -301,11 +309,15 @@ class Rorze(Family):
         publish = self.site.events.publish
         if isinstance(frame, UnknownMessage):
             publish("line.message", f"/lines/{line.id}", {"frame": frame.text})
+            if told := program_text(frame):
+                publish("body.program.message", f"/bodies/{line.id}.{told.body:02X}", {"text": told.text})
             return
         body = self._bodies.get(f"{line.id}.{frame.body:02X}")
         subject = f"/bodies/{line.id}.{frame.body:02X}"
         if isinstance(frame, StatusChanged):
             publish("body.controller_event", subject, dict(frame.fields))
+            if body is not None:
+                body.reported(frame.fields)
         elif body is None:
             publish("body.end_frame", subject, {"command": frame.code, "cause": frame.cause})
         else:

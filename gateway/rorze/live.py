@@ -1,6 +1,6 @@
 """Where bodies stand, and how their inputs and outputs are, for those who watch them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, cast
 
@@ -91,12 +91,12 @@ class SignalSource(BodySource):
         both = inputs.keys() & outputs.keys()
         for body in both:
             signals = Signals(
-                inputs=_signals(INPUTS, inputs[body][0].bits or 0),
-                outputs=_signals(OUTPUTS, outputs[body][0].bits or 0),
+                inputs=_signals(INPUTS, body.input_names, inputs[body][0].bits or 0),
+                outputs=_signals(OUTPUTS, body.output_names, outputs[body][0].bits or 0),
             )
             self.live.put(self.type, sources[body].subject, signals, inputs[body][1])
         return [sources[body] for body in both]
 
 
-def _signals(numbers: range, bits: int) -> list[Signal]:
-    return [Signal(number=number, on=bool(bits >> number & 1)) for number in numbers]
+def _signals(numbers: range, names: Mapping[int, str], bits: int) -> list[Signal]:
+    return [Signal(number=it, name=names.get(it), on=bool(bits >> it & 1)) for it in numbers]

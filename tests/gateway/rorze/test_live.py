@@ -3,6 +3,7 @@
 import asyncio
 from collections import Counter
 
+from protocols.rorze.inputs_outputs import SetOutputs
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
 from tests.gateway.rorze.full_line import full_line
@@ -60,13 +61,16 @@ async def test_many_who_watch_cost_no_more_than_the_one_who_wants_most() -> None
 
 @in_virtual_time
 async def test_inputs_and_outputs_come_twice_a_second_at_most() -> None:
-    async with rig() as running:
+    async with rig(body_options='outputs = {3 = "brake"}') as running:
+        await running.body().ask(SetOutputs(bits=0x0008))
         async with watching(running.plant.events, bodies=["3F"], types=["io"], sample=10) as watcher:
             await asyncio.sleep(10)
         signals = [it["data"] for it in watcher.of("io")]
         assert 19 <= len(signals) <= 21
         assert [it["number"] for it in signals[0]["inputs"]] == list(range(10))
         assert [it["number"] for it in signals[0]["outputs"]] == list(range(16))
+        [on] = [it for it in signals[0]["outputs"] if it["on"]]
+        assert (on["number"], on["name"]) == (3, "brake")
 
 
 @in_virtual_time
