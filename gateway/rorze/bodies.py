@@ -14,6 +14,7 @@ from gateway.core.ways import Way
 from gateway.rorze.edges import Edges
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
+from gateway.rorze.flash_state import FlashState
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.mark import Mark
 from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
@@ -77,6 +78,7 @@ class Body:
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
     """Told of what it is seen to do by itself: the kind of event, and its data."""
     power: Power = field(default_factory=Power)
+    flash: FlashState = field(default_factory=FlashState)
     mark: Mark = field(init=False)
     edges: Edges = field(init=False)
     moving: bool | None = None
@@ -166,7 +168,7 @@ class Body:
         outcome = await future
         self.was_told(command)
         if isinstance(outcome, NoReply):
-            self.power.note_done(command)
+            self.perhaps_did(command)
         answered = answer_or_raise(self.address, command, outcome)
         reply = reply_of(self.number, command, answered, self.address)
         self.heard(command, reply, answered.at)
@@ -272,6 +274,8 @@ class Body:
         return at is not None and asyncio.get_running_loop().time() - at < NO_PROGRAM_S
 
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
+        if kind == "body.power_cycled":
+            self.flash.note_power_on(certain=bool(facts["certain"]))
         self.no_program_at = None
         self.look_due.set()
         self.on_news(kind, facts)
@@ -294,7 +298,10 @@ class Body:
 
         What was read before it was written is heard in between, and is undone by the second time.
         """
-        if command.effect is Effect.READ or isinstance(command, SetUserComment):
+        if command.effect is Effect.READ:
+            return
+        self.flash.note_told(command, is_known=command.code in COMMANDS)
+        if isinstance(command, SetUserComment):
             return
         self.told += 1
         self.changes += command.effect in (Effect.SETTING, Effect.MAINTENANCE)
@@ -327,13 +334,20 @@ class Body:
         else:
             self.edges.read(reply)
 
+    def perhaps_did(self, command: RorzeCommand[Any]) -> None:
+        """Note what may have been done without a reply."""
+        self.power.note_done(command)
+        self.flash.note_done(command, certain=False)
+
     def _was_done(self, command: RorzeCommand[Any]) -> None:
         self.power.note_done(command)
+        self.flash.note_done(command, certain=True)
         if isinstance(command, SetPosition):
             self.power.note_position_set(command)
 
     def _saw_setting(self, question: RorzeCommand[Any], reply: Reply) -> None:
         self.power.note_read(question, reply)
+        self.flash.note_read(question, reply)
         if self.power.changed is not None:
             self.look_due.set()
 
@@ -498,7 +512,7 @@ class Group:
             if isinstance(result, Reply):
                 member.heard(command, result, answered.at)
             elif isinstance(result, NoReply):
-                member.power.note_done(command)
+                member.perhaps_did(command)
         return results
 
     def _were_told(self, command: RorzeCommand[Any]) -> None:
@@ -509,7 +523,7 @@ class Group:
         """Note what may have been done without a reply."""
         if isinstance(outcome, NoReply):
             for member in self.members:
-                member.power.note_done(command)
+                member.perhaps_did(command)
         return outcome
 
 

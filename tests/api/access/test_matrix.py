@@ -58,6 +58,15 @@ GET       /bodies/{body_id}/program/runs/current         view     body
 GET       /bodies/{body_id}/program/runs/{run_id}        view     body
 GET       /bodies/{body_id}/memories                     view     body
 PUT       /bodies/{body_id}/memories/{name}              operate  body
+GET       /bodies/{body_id}/speed-sets                   view     body
+GET       /bodies/{body_id}/speed-sets/{n}               view     body
+PUT       /bodies/{body_id}/speed-sets/{n}               setup    body
+PATCH     /bodies/{body_id}/speed-sets/{n}               setup    body
+GET       /bodies/{body_id}/patterns                     view     body
+GET       /bodies/{body_id}/patterns/{n}                 view     body
+PUT       /bodies/{body_id}/patterns/{n}                 setup    body
+PATCH     /bodies/{body_id}/patterns/{n}                 setup    body
+GET       /bodies/{body_id}/patterns/{n}/curve           view     body
 POST      /stop                                          stop     plant
 GET       /groups                                        view     any
 GET       /groups/{group_id}                             view     group
