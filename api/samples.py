@@ -35,14 +35,14 @@ async def get_samples(request: Request, body_id: BodyId, move_id: str) -> Respon
 
 @router.get(f"{OF_BODY}.csv", Right.VIEW, response_class=Response, responses=TABLE)
 async def download_samples(request: Request, body_id: BodyId, move_id: str) -> Response:
-    """Get the same as CSV: time, seconds, pulses, the planned pulses, and the value in the body's unit."""
+    """Get the same as CSV: time, time_s, pulses, the planned pulses, and the value in the body's unit."""
     told: BodySamples = await _samples(request, f"/bodies/{body_id}", move_id)
     scaled = [f"value {told.unit}"] if told.unit else []
     rows = (
-        [it.time.isoformat(), it.seconds, it.pulses, it.planned_pulses, *([it.value] if scaled else [])]
+        [it.time.isoformat(), it.time_s, it.pulses, it.planned_pulses, *([it.value] if scaled else [])]
         for it in told.samples
     )
-    return csv_response(["time", "seconds", "pulses", "planned_pulses", *scaled], rows)
+    return csv_response(["time", "time_s", "pulses", "planned_pulses", *scaled], rows)
 
 
 @router.get(OF_UNIT, Right.VIEW, response_model=RobotSamples)
@@ -55,11 +55,11 @@ async def get_robot_samples(request: Request, robot_id: RobotId, unit: UnitNumbe
 async def download_robot_samples(
     request: Request, robot_id: RobotId, unit: UnitNumber, move_id: str
 ) -> Response:
-    """Get the same as CSV: time, seconds, and a column for each axis with its unit."""
+    """Get the same as CSV: time, time_s, and a column for each axis with its unit."""
     told: RobotSamples = await _samples(request, f"/robots/{robot_id}/units/{unit}", move_id)
-    header = ["time", "seconds", *(f"{axis} {unit}" for axis, unit in told.units.items())]
+    header = ["time", "time_s", *(f"{axis} {unit}" for axis, unit in told.units.items())]
     rows = (
-        [it.time.isoformat(), it.seconds, *(it.axes.get(axis) for axis in told.units)] for it in told.samples
+        [it.time.isoformat(), it.time_s, *(it.axes.get(axis) for axis in told.units)] for it in told.samples
     )
     return csv_response(header, rows)
 

@@ -14,7 +14,7 @@ class RobotSample(Record):
     """Where the axes stood."""
 
     time: datetime = Field(description="When the robot's answer came.")
-    seconds: float = Field(description="Since the move's command was written.")
+    time_s: float = Field(description="Seconds since the move's command was written.")
     axes: dict[str, float | None] = Field(description="Null while the robot does not know it.")
 
 
@@ -38,7 +38,7 @@ def samples_of(move: RobotMove, way: Way[Places]) -> RobotSamples:
         coordinates=move.coordinates,
         units=move.units,
         samples=[
-            RobotSample(time=way.time_of(seconds), seconds=round(seconds, 6), axes=dict(places))
+            RobotSample(time=way.time_of(seconds), time_s=round(seconds, 6), axes=dict(places))
             for seconds, places in way.places
         ],
     )

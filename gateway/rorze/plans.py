@@ -65,6 +65,10 @@ class PlannedWay(NamedTuple):
         """The position as the controller would tell it."""
         return self.start + self.profile.position(seconds) / self.pulses_per_count
 
+    def speed(self, seconds: float) -> float:
+        """How fast that position changes a second; at the end as it arrives."""
+        return self.profile.curve.at(seconds).speed / self.pulses_per_count
+
 
 class GroupPlan(BaseModel):
     """A group's move that was checked and not sent."""

@@ -14,15 +14,26 @@ from gateway.rorze.plans import PlannedWay, way_of
 from protocols.rorze.profile import ProfileError
 from protocols.rorze.row import RorzeCommand
 
+PLAN_POINTS = 200
+"""Moments of a plan that are told, besides those where a part of its curve begins."""
+
 
 class BodySample(Record):
     """Where a motor stood."""
 
     time: datetime = Field(description="When the controller's answer came.")
-    seconds: float = Field(description="Since the move's command was written.")
+    time_s: float = Field(description="Seconds since the move's command was written.")
     pulses: int
     value: float | None = Field(description="The same in `unit`; null without a scale.")
     planned_pulses: float | None = Field(description="Where the plan has it then; null without a plan.")
+
+
+class PlannedPoint(Record):
+    """Where the plan has a motor, had it begun when its command was written."""
+
+    time_s: float
+    pulses: float
+    speed: float = Field(description="Pulses per second; below 0 where positions decrease.")
 
 
 class BodySamples(Record):
@@ -31,8 +42,12 @@ class BodySamples(Record):
     move_id: str
     body_id: str
     unit: str | None
+    pulses_per_unit: float | None = Field(description="The body's scale; null without one.")
     planned_s: float | None = Field(
         description="How long the plan has pulses run; null without a plan or an end."
+    )
+    plan: list[PlannedPoint] | None = Field(
+        description="Evenly spread, and where a part of the curve begins."
     )
     note: str | None = Field(description="Why there is no plan.")
     samples: list[BodySample]
@@ -78,12 +93,14 @@ async def samples_of(way: BodyWay) -> BodySamples:
         move_id=way.move.id,
         body_id=body.address,
         unit=scale.unit if scale else None,
+        pulses_per_unit=scale.pulses_per_unit if scale else None,
         planned_s=known.profile.duration_s if known else None,
+        plan=_points(known, way.places[-1][0]) if known else None,
         note=plan if isinstance(plan, str) else None,
         samples=[
             BodySample(
                 time=way.time_of(seconds),
-                seconds=round(seconds, 6),
+                time_s=round(seconds, 6),
                 pulses=pulses,
                 value=scale.value(pulses) if scale else None,
                 planned_pulses=round(known.position(seconds), 3) if known else None,
@@ -91,3 +108,15 @@ async def samples_of(way: BodyWay) -> BodySamples:
             for seconds, pulses in way.places
         ],
     )
+
+
+def _points(plan: PlannedWay, seen_s: float) -> list[PlannedPoint]:
+    """The plan to its end, or as far as an endless move was seen."""
+    end_s = plan.profile.duration_s
+    last_s = seen_s if end_s is None else end_s
+    even = (last_s * index / (PLAN_POINTS - 1) for index in range(PLAN_POINTS))
+    begins = (phase.start_s for phase in plan.profile.curve.phases if phase.start_s < last_s)
+    return [
+        PlannedPoint(time_s=at_s, pulses=round(plan.position(at_s), 3), speed=round(plan.speed(at_s), 3))
+        for at_s in sorted({*even, *begins})
+    ]

@@ -34,7 +34,7 @@ async def test_samples_are_a_table_too(stand: Stand) -> None:
     answer = await stand.get(f"/bodies/01/moves/{move['id']}/samples.csv")
     assert answer.headers["content-type"].startswith("text/csv")
     header, first, *_, last = rows_of(answer.text)
-    assert header == ["time", "seconds", "pulses", "planned_pulses", "value mm"]
+    assert header == ["time", "time_s", "pulses", "planned_pulses", "value mm"]
     assert first[1:] == ["0.0", "0", "0.0", "0.0"]
     assert last[2:] == ["50000", "50000.0", "50.0"]
 
@@ -59,11 +59,11 @@ async def test_a_robots_move_has_samples_by_axis(cell: Cell) -> None:
     places = [sample.axes["X"] for sample in told.samples]
     assert places[-1] == -200
     assert len(set(places)) > 5
-    gaps = told.samples[2].seconds - told.samples[1].seconds
+    gaps = told.samples[2].time_s - told.samples[1].time_s
     assert 0.15 < gaps < 0.25
 
     header, *rows = rows_of((await cell.get(f"{UNIT}/moves/{move['id']}/samples.csv")).text)
-    assert header == ["time", "seconds", "X mm", "Y mm", "Z mm"]
+    assert header == ["time", "time_s", "X mm", "Y mm", "Z mm"]
     assert len(rows) == len(places)
     assert float(rows[-1][2]) == -200
 

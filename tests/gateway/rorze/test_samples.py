@@ -32,7 +32,7 @@ async def samples(rig: Rig, move: Move) -> BodySamples:
     [
         (MoveClockwise(distance=40_000), 40_000),
         (MoveCounterclockwise(distance=40_000), -40_000),
-        (MoveTo(position=-10_000), -10_000),
+        (MoveTo(position=-30_000), -30_000),
     ],
 )
 @in_virtual_time
@@ -43,11 +43,16 @@ async def test_the_measured_way_is_the_planned_one(command: RorzeCommand[Ack], e
         assert told.note is None
         assert len(told.samples) > 5
         assert (told.samples[0].pulses, told.samples[-1].pulses) == (0, end)
-        assert told.samples[-1].seconds > (told.planned_s or 0) - 1e-6 > 0
+        assert told.samples[-1].time_s > (told.planned_s or 0) - 1e-6 > 0
         for sample in told.samples:
             # 20 ms at 20,000 pulses a second
             assert sample.planned_pulses == pytest.approx(sample.pulses, abs=400)
         assert told.samples[-1].planned_pulses == end
+        assert told.plan is not None
+        assert (told.plan[0].pulses, told.plan[-1].pulses) == (0, end)
+        assert told.plan[-1].time_s == told.planned_s
+        fastest = max(told.plan, key=lambda it: abs(it.speed)).speed
+        assert fastest == pytest.approx(20_000 if end > 0 else -20_000)
 
 
 @in_virtual_time
