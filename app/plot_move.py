@@ -15,8 +15,8 @@ from app.exits import Failure, fail
 from app.plotting import Output, require_drawable, write
 from app.targets import find
 
-SHORTEST_S: Final = 0.001
-"""Two answers closer to each other tell no speed."""
+SHORTEST_S: Final = 0.04
+"""From answers closer to each other no speed is worked out: each is some milliseconds old."""
 
 
 def move(
@@ -80,11 +80,14 @@ def panels_of_unit(told: dict[str, Any]) -> list[Panel]:
 
 
 def speeds_of(points: Sequence[Point]) -> list[Point]:
-    """The mean speed between each two places, in the middle of the time between them."""
+    """The mean speed between each two places that lie far enough apart, in the middle of the time between."""
+    apart: list[Point] = []
+    for point in points:
+        if not apart or point[0] - apart[-1][0] >= SHORTEST_S:
+            apart.append(point)
     return [
         ((sooner + later) / 2, (there - here) / (later - sooner))
-        for (sooner, here), (later, there) in pairwise(points)
-        if later - sooner >= SHORTEST_S
+        for (sooner, here), (later, there) in pairwise(apart)
     ]
 
 

@@ -6,7 +6,7 @@ from collections import Counter
 from protocols.rorze.inputs_outputs import SetOutputs
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
-from tests.gateway.rorze.full_line import full_line
+from tests.gateway.rorze.full_line import SWEEP_GROUPS, full_line
 from tests.plants import in_virtual_time, rig, start
 from tests.watching import watching
 
@@ -148,3 +148,19 @@ async def test_moves_end_as_they_should_while_they_are_watched() -> None:
             assert over.status == "succeeded"
             await asyncio.sleep(0.5)
         assert watcher.of()[-1]["data"]["pulses"] == 20_000
+
+
+@in_virtual_time
+async def test_a_stop_is_as_fast_as_ever() -> None:
+    async with full_line("live_share = 1.0\n" + SWEEP_GROUPS) as running:
+        body = running.body("3F")
+        async with watching(running.plant.events, types=[LIVE], sample=50):
+            for _ in range(20):
+                await asyncio.sleep(1.003)
+                asked_at, sent = asyncio.get_running_loop().time(), len(running.wire.sent)
+                stopping = asyncio.ensure_future(running.plant.stops.stop([body], "immediate"))
+                await asyncio.sleep(0.05)
+                first = next(it for it in running.wire.sent[sent:] if it.frame == "&3F5IS")
+                # at the end of the frame that is being written
+                assert first.at - asked_at < 0.01
+                await stopping
