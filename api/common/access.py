@@ -3,7 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import monotonic
 from typing import Final
 from urllib.parse import parse_qs, parse_qsl, urlencode
@@ -78,7 +78,7 @@ class _Counted(_Of):
 
     def __init__(self, principal: Principal, usages: Usages, use: Use) -> None:
         origin = current()
-        super().__init__(principal, Origin(f"{principal.name} ({origin.caller})", origin.request_id))
+        super().__init__(principal, replace(origin, caller=f"{principal.name} ({origin.caller})"))
         self._usages, self._key, self._use = usages, principal.id, use
 
     def __enter__(self) -> None:
@@ -145,6 +145,15 @@ class Access:
         :raises NotPermitted: who asks does not have the right there; nothing was sent.
         """
         self.territory.require(current_principal(), right, *addresses)
+
+    def caller_of(self, scope: Scope) -> str | None:
+        """Name who asks, as it stays the same over all requests; None where none may be answered."""
+        if self.is_open:
+            return current().caller
+        try:
+            return self._grant_of(scope)[0].principal.id
+        except (NotAuthenticated, NotPermitted):
+            return None
 
     def grant_of(self, scope: Scope) -> Grant:
         """Find what a request that has passed was let in for.

@@ -16,6 +16,8 @@ class Origin:
 
     caller: str
     request_id: str | None = None
+    key: str | None = None
+    """The Idempotency-Key that the request came with, within its scope."""
     work: Work = field(default="clients", compare=False)
 
 
