@@ -8,7 +8,10 @@ from motion_gateway_client.generated.types import (
     AbsoluteMoveRequest,
     BodyInfo,
     BodyList,
+    BodySamples,
     BodyStatus,
+    ChangedPattern,
+    ChangedSpeedSet,
     Channels,
     CommandList,
     ContinuousMoveRequest,
@@ -33,6 +36,10 @@ from motion_gateway_client.generated.types import (
     Move,
     MoveList,
     OutputState,
+    Pattern,
+    PatternChange,
+    Patterns,
+    PatternValues,
     PlannedMove,
     PlannedRobotMove,
     Position,
@@ -60,14 +67,20 @@ from motion_gateway_client.generated.types import (
     RobotRawReply,
     RobotRawRequest,
     RobotRelativeMoveRequest,
+    RobotSamples,
     RobotStepRequest,
     RunRequest,
     Scan,
     SettingsChange,
     SpeedAccepted,
+    SpeedCurve,
     SpeedDecrease,
     SpeedIncrease,
+    SpeedSet,
+    SpeedSetChange,
+    SpeedSets,
     SpeedSetting,
+    SpeedSetValues,
     Statuses,
     StopRequest,
     StopResult,
@@ -266,6 +279,50 @@ class Operations(Protocol):
         )
         return answer
 
+    def get_samples(self, body_id: str, move_id: str) -> BodySamples:
+        """Get where a body was seen during a move, and where the plan has it, for the settings of the move.
+
+        The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
+        samples until the gateway ends; one that is under way has those until now.
+        """
+        answer: BodySamples = self.call(
+            "GET", filled("/bodies/{body_id}/moves/{move_id}/samples", body_id=body_id, move_id=move_id)
+        )
+        return answer
+
+    def download_samples(self, body_id: str, move_id: str) -> str:
+        """Get the same as CSV: time, time_s, pulses, the planned pulses, and the value in the body's unit."""
+        answer: str = self.call(
+            "GET", filled("/bodies/{body_id}/moves/{move_id}/samples.csv", body_id=body_id, move_id=move_id)
+        )
+        return answer
+
+    def get_robot_samples(self, robot_id: str, unit: int, move_id: str) -> RobotSamples:
+        """Get where a unit was seen during a move. No command tells a robot's speed curve: nothing is planned."""
+        answer: RobotSamples = self.call(
+            "GET",
+            filled(
+                "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples",
+                robot_id=robot_id,
+                unit=unit,
+                move_id=move_id,
+            ),
+        )
+        return answer
+
+    def download_robot_samples(self, robot_id: str, unit: int, move_id: str) -> str:
+        """Get the same as CSV: time, time_s, and a column for each axis with its unit."""
+        answer: str = self.call(
+            "GET",
+            filled(
+                "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples.csv",
+                robot_id=robot_id,
+                unit=unit,
+                move_id=move_id,
+            ),
+        )
+        return answer
+
     def stop_all(self, body: StopRequest | None = None, /) -> StopResult:
         """Stop all bodies and robots of all lines by software. It does not replace a hardware stop."""
         answer: StopResult = self.call("POST", filled("/stop"), body=body)
@@ -353,13 +410,17 @@ class Operations(Protocol):
         bodies: str | None = None,
         types: str | None = None,
         limit: int | None = None,
+        sample: float | None = None,
     ) -> EventList:
         """List what has happened after a cursor, or from the oldest event that is kept.
 
         Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
+        With `sample` the values that are watched follow the events, as read within a second.
         """
         answer: EventList = self.call(
-            "GET", filled("/events"), query={"after": after, "bodies": bodies, "types": types, "limit": limit}
+            "GET",
+            filled("/events"),
+            query={"after": after, "bodies": bodies, "types": types, "limit": limit, "sample": sample},
         )
         return answer
 
@@ -512,6 +573,135 @@ class Operations(Protocol):
             filled("/bodies/{body_id}/memories/{name}", body_id=body_id, name=name),
             body=body,
             idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_speed_sets(
+        self, body_id: str, *, first: int | None = None, last: int | None = None
+    ) -> SpeedSets:
+        """Ask a body for its speed parameter sets, five frames for each."""
+        answer: SpeedSets = self.call(
+            "GET",
+            filled("/bodies/{body_id}/speed-sets", body_id=body_id),
+            query={"first": first, "last": last},
+        )
+        return answer
+
+    def read_speed_set(self, body_id: str, n: int) -> SpeedSet:
+        """Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD)."""
+        answer: SpeedSet = self.call("GET", filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n))
+        return answer
+
+    def set_speed_set(
+        self,
+        body_id: str,
+        n: int,
+        body: SpeedSetValues,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSpeedSet:
+        """Set the parameters of a set that differ, and read each back; refused while the motor moves."""
+        answer: ChangedSpeedSet = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def change_speed_set(
+        self,
+        body_id: str,
+        n: int,
+        body: SpeedSetChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSpeedSet:
+        """Set those of the named parameters that differ, and read each back; refused while the motor moves."""
+        answer: ChangedSpeedSet = self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_patterns(self, body_id: str, *, first: int | None = None, last: int | None = None) -> Patterns:
+        """Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set."""
+        answer: Patterns = self.call(
+            "GET", filled("/bodies/{body_id}/patterns", body_id=body_id), query={"first": first, "last": last}
+        )
+        return answer
+
+    def read_pattern(self, body_id: str, n: int) -> Pattern:
+        """Ask a body for an acceleration pattern (SPD) with its speed changes (SED)."""
+        answer: Pattern = self.call("GET", filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n))
+        return answer
+
+    def set_pattern(
+        self,
+        body_id: str,
+        n: int,
+        body: PatternValues,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedPattern:
+        """Set what differs of a pattern and its speed changes, and read it back; refused while the motor moves.
+
+        Where a change shall go, all are cleared (SES) and those that stay are set again.
+        """
+        answer: ChangedPattern = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def change_pattern(
+        self,
+        body_id: str,
+        n: int,
+        body: PatternChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedPattern:
+        """Set what differs of what is named, and read it back; refused while the motor moves."""
+        answer: ChangedPattern = self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_curve(
+        self,
+        body_id: str,
+        n: int,
+        *,
+        distance: float | None = None,
+        unit: Literal["pulse", "mm", "um", "deg", "mdeg"] | None = None,
+        speed: Literal["high", "low"] | None = None,
+        points: int | None = None,
+    ) -> SpeedCurve:
+        """Work out how a move with this pattern would go, with the settings of now; nothing moves."""
+        answer: SpeedCurve = self.call(
+            "GET",
+            filled("/bodies/{body_id}/patterns/{n}/curve", body_id=body_id, n=n),
+            query={"distance": distance, "unit": unit, "speed": speed, "points": points},
         )
         return answer
 

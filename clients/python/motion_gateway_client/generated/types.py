@@ -151,6 +151,22 @@ class BodyInfo(TypedDict):
     """The status bits that were set when last read."""
 
 
+class BodyInputChangedEvent(TypedDict):
+    """An input is told to be another than before; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.input.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: InputChange
+
+
 class BodyLeftMovingEvent(TypedDict):
     """The gateway ends, and it moves as far as is known; about `/bodies/{body_id}`."""
 
@@ -381,6 +397,29 @@ class BodyOnlineEvent(TypedDict):
     data: Nothing
 
 
+class BodyPosition(TypedDict):
+    """Where a motor stands (6PD)."""
+
+    pulses: int
+    value: float | None
+    """The same in `unit`; null without a scale."""
+    unit: str | None
+
+
+class BodyPositionEvent(TypedDict):
+    """Somebody watches it (`sample`); about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    data: BodyPosition
+    cursor: str
+
+
 class BodyPowerCycleAcknowledgedEvent(TypedDict):
     """It may go to places again; about `/bodies/{body_id}`."""
 
@@ -449,6 +488,22 @@ class BodyProgramEndedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: ProgramRun
+
+
+class BodyProgramMessageEvent(TypedDict):
+    """Its user program tells something (SDC, SDD); about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.program.message"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ProgramText
 
 
 class BodyProgramStartedEvent(TypedDict):
@@ -547,6 +602,53 @@ class BodyProgramUploadSucceededEvent(TypedDict):
     data: ProgramUpload
 
 
+class BodySample(TypedDict):
+    """Where a motor stood."""
+
+    time: str
+    """When the controller's answer came."""
+    time_s: float
+    """Seconds since the move's command was written."""
+    pulses: int
+    value: float | None
+    """The same in `unit`; null without a scale."""
+    planned_pulses: float | None
+    """Where the plan has it then; null without a plan."""
+
+
+class BodySamples(TypedDict):
+    """Where a body was seen during a move: each answer that told its position, 512 at most."""
+
+    move_id: str
+    body_id: str
+    unit: str | None
+    pulses_per_unit: float | None
+    """The body's scale; null without one."""
+    planned_s: float | None
+    """How long the plan has pulses run; null without a plan or an end."""
+    plan: list[PlannedPoint] | None
+    """Evenly spread, and where a part of the curve begins."""
+    note: str | None
+    """Why there is no plan."""
+    samples: list[BodySample]
+
+
+class BodySensorChangedEvent(TypedDict):
+    """A sensor is told to be another than before; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.sensor.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: SensorChange
+
+
 class BodyStatus(TypedDict):
     """The state of a controller."""
 
@@ -641,6 +743,60 @@ class BodyUnreadableEvent(TypedDict):
     data: Unreadable
 
 
+class ChangeStep(TypedDict):
+    """What became of one value that was asked for."""
+
+    name: str
+    command: str
+    """The command that sets it, without frame."""
+    outcome: Literal["unchanged", "changed"]
+    """unchanged: it was so already, and nothing was sent; changed: set, and read back."""
+    before: JsonValue
+
+
+class ChangedPattern(TypedDict):
+    """A pattern as it was read back after a change."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard one, which is made of set 30 and has no changes."""
+    acceleration_set: int | None
+    """Null where the pattern was never set."""
+    deceleration_set: int | None
+    changes: list[SpeedChangeInfo] | None
+    """Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them."""
+    flash: PatternSets | None
+    """What flash memory holds; null where that is not known."""
+    steps: list[ChangeStep]
+    """What the change took, in order."""
+
+
+class ChangedSpeedSet(TypedDict):
+    """A set as it was read back after a change."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard set."""
+    start_speed_pps: int
+    """OL, 1-30,000; 0 where it was never set."""
+    maximum_speed_pps: int
+    """OH, 1-1,000,000; 0 where it was never set."""
+    acceleration_pps_s: int
+    """OS, 1-10,000,000; 0 where it was never set."""
+    rising_percent: int
+    """OA, 0-100."""
+    falling_percent: int
+    """OB, 0-100."""
+    start_speed: Scaled | None
+    """In the body's unit; null without a scale."""
+    maximum_speed: Scaled | None
+    acceleration: Scaled | None
+    flash: InFlash | None
+    """What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS."""
+    steps: list[ChangeStep]
+    """What the change took, in order."""
+
+
 class Channel(TypedDict):
     """Eight inputs or outputs."""
 
@@ -713,13 +869,14 @@ class ContinuousMoveRequest(TypedDict):
 
 
 class ControllerEvent(TypedDict):
-    """A frame 7E: the fields that its ESS setting names, in the order they came."""
+    """A frame 7E: the fields that its ESS setting names, in the order they came (RC-420 manual 13.11.3)."""
 
     C: NotRequired[int | None]
-    """Sensors (CLD)."""
-    M: NotRequired[int | None]
     """Controller status (9CD)."""
+    M: NotRequired[int | None]
+    """Cause of the end of the last move (9MD)."""
     S: NotRequired[int | None]
+    """Sensors (CLD)."""
     I: NotRequired[int | None]
     """Inputs."""
     O: NotRequired[int | None]
@@ -737,6 +894,23 @@ class Crashed(TypedDict):
     """Moves that were not over: they are followed, or resolved."""
     commands: list[str]
     """Commands of which nobody knows what has become of them."""
+
+
+class CurvePoint(TypedDict):
+    """A moment of the move."""
+
+    time_s: float
+    """Seconds since the first pulse."""
+    position: float
+    """Pulses since the start."""
+    speed: float
+    """Pulses per second."""
+    acceleration: float
+    """Pulses per second, per second; below 0 while it slows down."""
+    position_in_unit: float | None
+    """In the body's unit; null without a scale."""
+    speed_in_unit: float | None
+    acceleration_in_unit: float | None
 
 
 class EndFrame(TypedDict):
@@ -767,6 +941,7 @@ class EventList(TypedDict):
         | GatewayLoopHeldEvent
         | GatewayShuttingDownEvent
         | StreamGapEvent
+        | IoEvent
         | BodyMoveQueuedEvent
         | BodyMoveSentEvent
         | BodyMoveStartedEvent
@@ -789,6 +964,9 @@ class EventList(TypedDict):
         | BodyPowerCycleAcknowledgedEvent
         | BodyPowerMarkMissingEvent
         | BodyControllerEventEvent
+        | BodySensorChangedEvent
+        | BodyInputChangedEvent
+        | BodyProgramMessageEvent
         | BodyEndFrameEvent
         | BodyProgramUploadStartedEvent
         | BodyProgramUploadProgressEvent
@@ -797,6 +975,7 @@ class EventList(TypedDict):
         | BodyProgramUploadCancelledEvent
         | BodyProgramStartedEvent
         | BodyProgramEndedEvent
+        | BodyPositionEvent
         | BodyLeftMovingEvent
         | GroupStrangersEvent
         | LineStrictEvent
@@ -836,6 +1015,7 @@ class EventList(TypedDict):
         | RobotJogLostEvent
         | RobotJogStoppedEvent
         | RobotJogNotStoppedEvent
+        | RobotPositionEvent
         | RobotLeftMovingEvent
     ]
     cursor: str
@@ -1052,6 +1232,25 @@ class HomeRequest(TypedDict):
     """Commands 00M, 01M, 02M, 03M and 04M, in this order. Left out: standard."""
 
 
+class InFlash(TypedDict):
+    """The parameters in flash memory."""
+
+    start_speed_pps: int | None
+    maximum_speed_pps: int | None
+    acceleration_pps_s: int | None
+    rising_percent: int | None
+    falling_percent: int | None
+
+
+class InputChange(TypedDict):
+    """A general input that is on or off now."""
+
+    number: int
+    name: str | None
+    """As the configuration has it."""
+    on: bool
+
+
 class InvalidField(TypedDict):
     """What is wrong with one part of the request."""
 
@@ -1062,6 +1261,20 @@ class InvalidField(TypedDict):
     """In a text of many lines: which one, from 1."""
     column: NotRequired[int | None]
     """Where in that line, from 1."""
+
+
+class IoEvent(TypedDict):
+    """Somebody watches it (`sample`); twice a second at most; about `/{bodies or robots}/{id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["io"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    data: Signals
+    cursor: str
 
 
 class JogRequest(TypedDict):
@@ -1151,7 +1364,7 @@ class LineInfo(TypedDict):
     waiting: dict[str, int]
     """Requests waiting in each lane."""
     load: dict[str, float]
-    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up."""
+    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
     """What has happened on the line since the start."""
     protocol: Literal["rorze"]
@@ -1282,6 +1495,15 @@ class LineUpEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: LineUp
+
+
+class LiveAxis(TypedDict):
+    """Where an axis stands."""
+
+    value: float | None
+    """Null while the robot does not know it."""
+    unit: str
+    """mm, pulse or degree."""
 
 
 class Liveness(TypedDict):
@@ -1432,6 +1654,57 @@ class Overdue(TypedDict):
     request_id: str | None
 
 
+class Pattern(TypedDict):
+    """An acceleration pattern as the body holds it in RAM."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard one, which is made of set 30 and has no changes."""
+    acceleration_set: int | None
+    """Null where the pattern was never set."""
+    deceleration_set: int | None
+    changes: list[SpeedChangeInfo] | None
+    """Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them."""
+    flash: PatternSets | None
+    """What flash memory holds; null where that is not known."""
+
+
+class PatternChange(TypedDict):
+    """What of a pattern shall change; the rest stays as it is."""
+
+    acceleration_set: NotRequired[int | None]
+    """0-29."""
+    deceleration_set: NotRequired[int | None]
+    """0-29."""
+    changes: NotRequired[list[SpeedChangeRequest] | None]
+
+
+class PatternSets(TypedDict):
+    """The speed parameter sets of a pattern."""
+
+    acceleration_set: int
+    deceleration_set: int
+
+
+class PatternValues(TypedDict):
+    """A pattern: two speed parameter sets, and its changes of speed."""
+
+    acceleration_set: int
+    """Speed parameter set of the acceleration, 0-29."""
+    deceleration_set: int
+    """Speed parameter set of the deceleration, 0-29."""
+    changes: NotRequired[list[SpeedChangeRequest]]
+    """All that it shall have."""
+
+
+class Patterns(TypedDict):
+    """Acceleration patterns of a body."""
+
+    body_id: str
+    patterns: list[Pattern]
+    """In the order of their numbers."""
+
+
 class PlannedMove(TypedDict):
     """A move that was checked and not sent."""
 
@@ -1446,6 +1719,15 @@ class PlannedMove(TypedDict):
     """How long pulses would run, with the settings of now."""
     note: str | None
     """Why something is not known, or would be refused."""
+
+
+class PlannedPoint(TypedDict):
+    """Where the plan has a motor, had it begun when its command was written."""
+
+    time_s: float
+    pulses: float
+    speed: float
+    """Pulses per second; below 0 where positions decrease."""
 
 
 class PlannedRobotMove(TypedDict):
@@ -1615,6 +1897,12 @@ class ProgramState(TypedDict):
     """How long the run takes, or took; null without one."""
     run: ProgramRun | None
     """Null where the gateway has started none."""
+
+
+class ProgramText(TypedDict):
+    """What a user program tells (SDC, SDD)."""
+
+    text: str
 
 
 class ProgramUpload(TypedDict):
@@ -1928,7 +2216,7 @@ class RobotLineInfo(TypedDict):
     waiting: dict[str, int]
     """Requests waiting in each lane."""
     load: dict[str, float]
-    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up."""
+    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
     """What has happened on the line since the start."""
     protocol: Literal["fics"]
@@ -2218,6 +2506,28 @@ class RobotOnlineEvent(TypedDict):
     data: Nothing
 
 
+class RobotPosition(TypedDict):
+    """Where the axes of a unit stand (APS)."""
+
+    unit: int
+    coordinates: Literal["user", "motor"]
+    axes: dict[str, LiveAxis]
+
+
+class RobotPositionEvent(TypedDict):
+    """Somebody watches it (`sample`), and the robot acts on that unit; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.position"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    data: RobotPosition
+    cursor: str
+
+
 class RobotPositionMoveRequest(TypedDict):
     """Move to a stored position (C-HOST manual 2-16)."""
 
@@ -2290,6 +2600,29 @@ class RobotRelativeMoveRequest(TypedDict):
     axes: dict[str, Any]
     """By name; an axis that is not named stays where it is."""
     kind: Literal["relative"]
+
+
+class RobotSample(TypedDict):
+    """Where the axes stood."""
+
+    time: str
+    """When the robot's answer came."""
+    time_s: float
+    """Seconds since the move's command was written."""
+    axes: dict[str, float | None]
+    """Null while the robot does not know it."""
+
+
+class RobotSamples(TypedDict):
+    """Where a unit was seen during a move: 512 answers at most."""
+
+    move_id: str
+    robot_id: str
+    unit: int
+    coordinates: Literal["user", "motor"]
+    units: dict[str, str]
+    """What positions are counted in, by axis: mm, pulse or degree."""
+    samples: list[RobotSample]
 
 
 class RobotSpeedsRestoredEvent(TypedDict):
@@ -2437,6 +2770,14 @@ class RunRequest(TypedDict):
     """Execute one instruction only; without label and address the next one. Left out: false."""
 
 
+class Scaled(TypedDict):
+    """A number of pulses, or of pulses per second, in the body's unit."""
+
+    value: float
+    unit: str
+    """Such as mm, mm/s or mm/s2."""
+
+
 class Scan(TypedDict):
     """One scan of a line."""
 
@@ -2460,6 +2801,14 @@ class SensorBits(TypedDict):
     ccw_limit: bool
     in_position: bool
     ems: bool
+
+
+class SensorChange(TypedDict):
+    """A sensor that is on or off now."""
+
+    sensor: str
+    """stall, origin, cw_limit, ccw_limit, in_position or ems."""
+    on: bool
 
 
 class SettingsChange(TypedDict):
@@ -2501,12 +2850,76 @@ class ShuttingDown(TypedDict):
     """What becomes of motors that move, as configured."""
 
 
+class Signal(TypedDict):
+    """One input or output."""
+
+    channel: NotRequired[int | None]
+    """Of a robot: eight inputs or outputs, from 1."""
+    number: int
+    """From 0; of a robot, within its channel."""
+    name: NotRequired[str | None]
+    """As the configuration has it."""
+    on: bool
+
+
+class Signals(TypedDict):
+    """The inputs and outputs of a body, or of a robot's first channel."""
+
+    inputs: list[Signal]
+    outputs: list[Signal]
+
+
 class SpeedAccepted(TypedDict):
     """The controller has accepted a change of speed."""
 
     body_id: str
     command: str
     """The three characters of the controller's command."""
+
+
+class SpeedChangeInfo(TypedDict):
+    """A change of speed as the body works it out."""
+
+    point: int
+    begin: int
+    """Pulses after the start at which it begins."""
+    end: int
+    """Pulses after the start at which it is done."""
+    speed_pps: int
+    begin_in_unit: Scaled | None
+    """In the body's unit; null without a scale."""
+    end_in_unit: Scaled | None
+    speed: Scaled | None
+
+
+class SpeedChangeRequest(TypedDict):
+    """A change of speed on the way: placed by where it begins, or by where it is done."""
+
+    point: int
+    """Number of the change, 0-15."""
+    begin: NotRequired[int | None]
+    """Pulses after the start at which it begins; or `end`."""
+    end: NotRequired[int | None]
+    """Pulses after the start at which it is done; or `begin`."""
+    speed_pps: int
+    """Speed after the change, 1-1,000,000 pps."""
+
+
+class SpeedCurve(TypedDict):
+    """The speed of a move from its first pulse to its last."""
+
+    body_id: str
+    pattern: int
+    distance: int
+    """In pulses."""
+    distance_in_unit: Scaled | None
+    unit: str | None
+    """The body's; null without a scale."""
+    total_time_s: float
+    top_speed: float
+    """The highest speed it comes to, in pulses per second."""
+    points: list[CurvePoint]
+    """Evenly spread, and each moment in which a part of the curve begins."""
 
 
 class SpeedDecrease(TypedDict):
@@ -2519,6 +2932,63 @@ class SpeedIncrease(TypedDict):
     """Accelerate to the maximum speed: command 5AS."""
 
     mode: Literal["accelerate"]
+
+
+class SpeedSet(TypedDict):
+    """A speed parameter set as the body holds it in RAM; a speed of 0 was never set."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard set."""
+    start_speed_pps: int
+    """OL, 1-30,000; 0 where it was never set."""
+    maximum_speed_pps: int
+    """OH, 1-1,000,000; 0 where it was never set."""
+    acceleration_pps_s: int
+    """OS, 1-10,000,000; 0 where it was never set."""
+    rising_percent: int
+    """OA, 0-100."""
+    falling_percent: int
+    """OB, 0-100."""
+    start_speed: Scaled | None
+    """In the body's unit; null without a scale."""
+    maximum_speed: Scaled | None
+    acceleration: Scaled | None
+    flash: InFlash | None
+    """What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS."""
+
+
+class SpeedSetChange(TypedDict):
+    """Parameters of a set to change; the others stay as they are."""
+
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+
+
+class SpeedSetValues(TypedDict):
+    """The five parameters of a set."""
+
+    start_speed_pps: int
+    """OL: 1 to 30,000 pps; 50 at first."""
+    maximum_speed_pps: int
+    """OH: 1 to 1,000,000 pps; 50,000 at first."""
+    acceleration_pps_s: int
+    """OS: 1 to 10,000,000 pps/s; 100,000 at first."""
+    rising_percent: int
+    """OA: percent of the ramp's time in which the acceleration rises; 50 at first."""
+    falling_percent: int
+    """OB: percent of the ramp's time in which it falls; 50 at first."""
+
+
+class SpeedSets(TypedDict):
+    """Speed parameter sets of a body."""
+
+    body_id: str
+    speed_sets: list[SpeedSet]
+    """In the order of their numbers."""
 
 
 class SpeedSetting(TypedDict):
@@ -2839,6 +3309,9 @@ Block: TypeAlias = Literal["a", "b", "c", "d"]
 DetailKind: TypeAlias = Literal["none", "emergency", "driver", "connection", "timeout", "fics", "unreadable"]
 
 
+JsonValue: TypeAlias = Any
+
+
 LineState: TypeAlias = Literal["down", "silent", "setting_up", "ready", "out_of_step"]
 
 
@@ -2863,6 +3336,7 @@ Event: TypeAlias = (
     | GatewayLoopHeldEvent
     | GatewayShuttingDownEvent
     | StreamGapEvent
+    | IoEvent
     | BodyMoveQueuedEvent
     | BodyMoveSentEvent
     | BodyMoveStartedEvent
@@ -2885,6 +3359,9 @@ Event: TypeAlias = (
     | BodyPowerCycleAcknowledgedEvent
     | BodyPowerMarkMissingEvent
     | BodyControllerEventEvent
+    | BodySensorChangedEvent
+    | BodyInputChangedEvent
+    | BodyProgramMessageEvent
     | BodyEndFrameEvent
     | BodyProgramUploadStartedEvent
     | BodyProgramUploadProgressEvent
@@ -2893,6 +3370,7 @@ Event: TypeAlias = (
     | BodyProgramUploadCancelledEvent
     | BodyProgramStartedEvent
     | BodyProgramEndedEvent
+    | BodyPositionEvent
     | BodyLeftMovingEvent
     | GroupStrangersEvent
     | LineStrictEvent
@@ -2932,5 +3410,6 @@ Event: TypeAlias = (
     | RobotJogLostEvent
     | RobotJogStoppedEvent
     | RobotJogNotStoppedEvent
+    | RobotPositionEvent
     | RobotLeftMovingEvent
 )
