@@ -1,8 +1,9 @@
 """Where bodies stand, and how their inputs and outputs are, for those who watch them."""
 
+import asyncio
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, cast
+from typing import ClassVar, Self, cast
 
 from gateway.core.errors import GatewayError
 from gateway.core.event_types import IO, Signal, Signals
@@ -17,6 +18,8 @@ from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
 
 INPUTS, OUTPUTS = range(10), range(16)
+FRESH = 0.5
+"""Share of the time between two values that one may be old which was told to somebody else."""
 
 
 @dataclass(eq=False)
@@ -33,7 +36,7 @@ class BodySource(Source):
     def __post_init__(self) -> None:
         self.subject = f"/bodies/{self.body.address}"
 
-    def company(self, due: Sequence[Source]) -> dict[Body, "BodySource"]:
+    def company(self, due: Sequence[Source]) -> dict[Body, Self]:
         """Those that one frame asks for, by their bodies."""
         alike = {it.body: it for it in self.among(due)}
         group = self.sweep.group_for(self.body, alike)
@@ -63,18 +66,30 @@ class PositionSource(BodySource):
         return 0.0 if self.body.way is None else self.samples_hz
 
     async def read(self, due: Sequence[Source]) -> list[Source]:
-        """Ask, and put what was told."""
+        """Put what somebody else has just been told, or ask."""
+        if self._put_if_fresh():
+            return [self]
         sources = self.company(due)
         told = await self.ask(list(sources), GetPosition())
         for body, (reply, at) in told.items():
-            scale = body.scale
-            position = BodyPosition(
-                pulses=reply.pulses,
-                value=scale.value(reply.pulses) if scale else None,
-                unit=scale.unit if scale else None,
-            )
-            self.live.put(self.type, sources[body].subject, position, at)
+            sources[body].put(reply.pulses, at)
         return [sources[body] for body in told]
+
+    def _put_if_fresh(self) -> bool:
+        body, hz = self.body, max(self.live.rate(self.type, self.subject), self.own_hz)
+        if body.position is None or body.position_at is None or hz <= 0:
+            return False
+        if asyncio.get_running_loop().time() - body.position_at > FRESH / hz:
+            return False
+        self.put(body.position, body.position_at)
+        return True
+
+    def put(self, pulses: int, at: float) -> None:
+        """Tell where it stood."""
+        scale = self.body.scale
+        value, unit = (scale.value(pulses), scale.unit) if scale else (None, None)
+        position = BodyPosition(pulses=pulses, value=value, unit=unit)
+        self.live.put(self.type, self.subject, position, at)
 
 
 class SignalSource(BodySource):

@@ -60,6 +60,20 @@ async def test_many_who_watch_cost_no_more_than_the_one_who_wants_most() -> None
 
 
 @in_virtual_time
+async def test_what_is_asked_anyway_is_not_asked_again() -> None:
+    async with rig() as running:
+        await start(running, MoveClockwise(distance=400_000))
+        asked = []
+        for hz in (None, 2.0):
+            sent = len(running.wire.sent)
+            async with watching(running.plant.events, bodies=["3F"], types=[LIVE], sample=hz) as watcher:
+                await asyncio.sleep(4)
+            asked.append(running.wire.frames(sent).count("&3F6PD"))
+        assert asked[0] == asked[1]
+        assert 7 <= len({it["data"]["pulses"] for it in watcher.of()}) <= 9
+
+
+@in_virtual_time
 async def test_inputs_and_outputs_come_twice_a_second_at_most() -> None:
     async with rig(body_options='outputs = {3 = "brake"}') as running:
         await running.body().ask(SetOutputs(bits=0x0008))
