@@ -14,7 +14,7 @@ from protocols.table import Ack
 from simulator.rorze.controller import Rc420
 from simulator.rorze.world import EMS
 from tests.gateway.rorze.test_body_power import brown_out
-from tests.plants import Rig, configuration, in_virtual_time, rig, start
+from tests.plants import Rig, configuration, ended, in_virtual_time, rig, start
 
 EVENTS = (
     'events = {sensors = ["ems"], inputs = [0, 9], status = ["ems_error"], position = true}, '
@@ -65,6 +65,19 @@ async def test_the_body_is_told_what_to_report_and_edges_have_names() -> None:
         ]
         assert edges(it, "sensor") == [EMS_ON]
         assert it.events("body.controller_event")[-1].data["P"] == 0
+
+
+@in_virtual_time
+async def test_an_error_that_is_reported_is_looked_at_at_once() -> None:
+    async with rig(body_options=EVENTS) as it:
+        await settled()
+        move = await start(it, MoveClockwise(distance=400_000))
+        await asyncio.sleep(1)
+        switch_ems(it, on=True)
+        await asyncio.sleep(0.25)
+        told = it.events("body.status.changed")[-1].data["status"]
+        assert "ems_error" in told
+        await ended(it, move)
 
 
 @in_virtual_time
