@@ -8,7 +8,7 @@ from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import catalogue, command_routes, health, lines, samples, sign_in, stops, streams, system
-from api.bodies import groups, info, memories, moves, patterns, programs, speed_sets, text_commands
+from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
@@ -86,10 +86,11 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.access = Access(plant, credentials)
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
+    body_data = (settings, speed_sets, patterns)
     modules = (info, moves, samples, stops, groups, lines, streams, catalogue, text_commands, health, system)
     routers = [
         info.reads,
-        *(module.router for module in (*modules, programs, memories, speed_sets, patterns)),
+        *(module.router for module in (*modules, programs, memories, *body_data)),
     ]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []

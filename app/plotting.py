@@ -55,7 +55,7 @@ def curve(
         found = client.request("GET", f"{target.path}/patterns/{pattern}/curve?{query}")
     except Failure as failure:
         fail(str(failure), failure.code)
-    far, long = f"{found['distance']:,} pulses", f"{found['total_time_s']:.3f} s"
+    far, long = f"{found['pulses']:,} pulses", f"{found['total_time_s']:.3f} s"
     title = f"{found['body_id']}, pattern {pattern}: {far} in {long}"
     write(output, chart(title, panels_of(found)))
 

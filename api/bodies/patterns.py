@@ -16,7 +16,9 @@ from gateway.rorze.speed_sets import STANDARD
 
 router = new_router("body settings")
 
-PatternNumber = Annotated[int, Path(ge=0, le=STANDARD, description="0-29, or 30: the standard pattern.")]
+PatternNumber = Annotated[
+    int, Path(ge=0, le=STANDARD, description="0-29, or 30: the standard pattern.", examples=[12])
+]
 Distance = Annotated[float, Query(gt=0, lt=1e9, allow_inf_nan=False, description="How far the move goes.")]
 CurveUnit = Annotated[
     Literal["pulse", "mm", "um", "deg", "mdeg"], Query(description="Of the distance; pulses are whole.")

@@ -13,7 +13,9 @@ from gateway.rorze.speed_sets import STANDARD, ChangedSpeedSet, SpeedSet, SpeedS
 
 router = new_router("body settings")
 
-SetNumber = Annotated[int, Path(ge=0, le=STANDARD, description="0-29, or 30: the standard set.")]
+SetNumber = Annotated[
+    int, Path(ge=0, le=STANDARD, description="0-29, or 30: the standard set.", examples=[12])
+]
 First = Annotated[int, Query(ge=0, le=STANDARD, description="The first of the list.")]
 Last = Annotated[int, Query(ge=0, le=STANDARD, description="The last of the list.")]
 Flash = Annotated[bool, Query(description="Write all settings of the body to flash memory afterwards (FIS).")]

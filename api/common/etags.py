@@ -29,8 +29,8 @@ DECLARED_HEADER: Final[dict[str, Any]] = {
 _TAG = re.compile(r'(?:W/)?"[^"]*"')
 
 
-NOT_TAGGED: Final = {"steps", "flash"}
-"""What a change took, and what is known of flash memory, are no part of what a change expects."""
+NOT_TAGGED: Final = {"steps", "flash", "last"}
+"""What a change took, what flash memory is known to hold, what was done last: no change expects that."""
 
 
 def etag_of(document: BaseModel) -> str:

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, Literal, NamedTuple, TypeVar, cast
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
@@ -22,10 +22,11 @@ from gateway.rorze.readings import believed, errs
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import Refusal
+from protocols.rorze.modes import GetOperatingMode, OperatingMode, SetOperatingMode
 from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
 from protocols.rorze.programs import EndProgram, ProgramStatus, RunProgram, StepProgram
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import ModeName, RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
     ControllerStatus,
@@ -45,6 +46,14 @@ NO_PROGRAM_S = 120.0
 """That no program runs is believed for so long: an autostart after a short loss of power may be unseen."""
 BELIEVED_S = 0.5
 """Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
+
+
+CountedIn = Literal["pulses", "encoder_counts"]
+
+
+def counted_in(mode: ModeName | None) -> CountedIn:
+    """What positions and amounts are counted in (RC-420 manual 13.1)."""
+    return "encoder_counts" if mode == "encoder" else "pulses"
 
 
 class MotorState(NamedTuple):
@@ -73,6 +82,8 @@ class Body:
     output_names: Mapping[int, str] = field(default_factory=dict)
     position_tolerance: int = 0
     """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
+    in_position: bool = False
+    """In servo mode a move has succeeded when INP is on."""
     poll_interval_s: float = 0.2
     """While it has a move, its state is asked for this often."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
@@ -83,6 +94,8 @@ class Body:
     edges: Edges = field(init=False)
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
+    changing: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held while its settings are being changed."""
     look_due: asyncio.Event = field(default_factory=asyncio.Event)
     """Its state is to be read now, not at the next poll."""
     rest: MotorState | None = None
@@ -95,6 +108,8 @@ class Body:
     """Where it is seen during the move that is not over yet."""
     changes: int = 0
     """Counts what may have changed its settings."""
+    mode: ModeName | None = None
+    """Its operating mode; None where it may have changed since it was read."""
     told: int = 0
     """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
     no_program_at: float | None = None
@@ -189,6 +204,15 @@ class Body:
             await self._weigh(state, lane, answer.at)
         return state
 
+    async def know_mode(self) -> ModeName:
+        """Its operating mode, which is asked for where it is not known (EAD).
+
+        :raises GatewayError: it did not tell.
+        """
+        if self.mode is None:
+            return (await self.ask(GetOperatingMode()))[0].mode
+        return self.mode
+
     async def where_it_rests(self) -> MotorState:
         """Give the state it was seen at rest in a moment ago; otherwise look: it may run.
 
@@ -276,7 +300,7 @@ class Body:
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
         if kind == "body.power_cycled":
             self.flash.note_power_on(certain=bool(facts["certain"]))
-        self.no_program_at = None
+        self.no_program_at = self.mode = None
         self.look_due.set()
         self.on_news(kind, facts)
 
@@ -307,6 +331,8 @@ class Body:
         self.changes += command.effect in (Effect.SETTING, Effect.MAINTENANCE)
         self.rest = None
         self.power.note_told(command)
+        if isinstance(command, SetOperatingMode):
+            self.mode = None
         if isinstance(command, RENAMING):
             self.position = self.position_at = None
             self.look_due.set()
@@ -348,6 +374,8 @@ class Body:
     def _saw_setting(self, question: RorzeCommand[Any], reply: Reply) -> None:
         self.power.note_read(question, reply)
         self.flash.note_read(question, reply)
+        if isinstance(reply, OperatingMode):
+            self.mode = reply.mode
         if self.power.changed is not None:
             self.look_due.set()
 
@@ -420,7 +448,7 @@ class Body:
     def out_of_sight(self) -> None:
         """What was moving counts as moving, what stood still may move, and nobody can look."""
         self.moving = self.moving or None
-        self.rest = self.no_program_at = None
+        self.rest = self.no_program_at = self.mode = None
         self.power.mark_due = True
 
     def fell_silent(self) -> None:

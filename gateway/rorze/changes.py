@@ -1,19 +1,27 @@
 """What a body keeps and takes by pairs of commands: read as values, and changed where it differs."""
 
-from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Mapping, Sequence
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, NamedTuple
 
 from pydantic import BaseModel, Field, JsonValue, ValidationError
 
-from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest, NoReply, Outdated
+from gateway.core.errors import (
+    CommandGarbled,
+    ControllerRefused,
+    GatewayError,
+    InvalidRequest,
+    NoReply,
+    Outdated,
+)
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import PartlyDone, TakenOtherwise
 from gateway.rorze.readings import believed
 from protocols.rorze.flash import SaveSettings
 from protocols.rorze.row import RorzeCommand
-from protocols.table import Ack, Reply
+from protocols.table import Ack, Reply, Retry
 from protocols.wording import expectation
 
 Query = RorzeCommand[Any]
@@ -21,7 +29,7 @@ Setter = RorzeCommand[Ack]
 Expectation = Callable[[BaseModel], None]
 """Refuses a present state that its sender does not know."""
 TRIES: Final = 2
-"""A setting whose acknowledgement was lost and that was not done is sent once more: it is absolute."""
+"""A setting that was not done, or whose command arrived garbled, is sent once more: it is absolute."""
 
 
 class Codec(NamedTuple):
@@ -105,9 +113,11 @@ async def read(body: Body, item: Item) -> Any:
 async def change(
     body: Body, wanted: Sequence[Wanted], *, flash: bool = False, told: int | None = None
 ) -> list[ChangeStep]:
-    """Set what differs, in order, and read each back, undivided; then write flash memory if asked for (FIS).
+    """Set what differs, in order, and read each back; then write flash memory if asked for (FIS).
 
-    `told` is how much the body had been told when it was as the sender expects, where that matters.
+    Each value is set and read back undivided; between two values others may ask, but no other change comes
+    between. A stop of the body ends it. `told` is how much the body had been told when it was as the sender
+    expects, where that matters.
 
     :raises InvalidRequest: one cannot be set; nothing was sent.
     :raises Outdated: it was told something since; nothing was sent.
@@ -116,18 +126,35 @@ async def change(
     """
     commands = [item.command(value) for item, value in wanted]
     steps: list[ChangeStep] = []
-    async with body.line.undivided([body.number]):
+    saved = False
+    async with body.changing:
         if told is not None and body.told != told:
             raise Outdated
+        epoch = body.line.gate.epoch(body.number)
         try:
             for (item, value), command in zip(wanted, commands, strict=True):
-                steps.append(await _step(body, item, value, command))
+                steps.append(await _step(body, item, value, command, epoch))
             if flash:
-                await body.ask(SaveSettings())
+                async with _undivided(body, epoch):
+                    await body.ask(SaveSettings())
+                saved = True
         except GatewayError as error:
             left = [_text(it) for it in commands[len(steps) :]] + ["FIS"] * flash
             raise _broken_off(body, steps, left, error) from error
+        finally:
+            if saved or _done(steps):
+                body.on_news("body.settings.changed", {"commands": _done(steps), "saved": saved})
     return steps
+
+
+@asynccontextmanager
+async def _undivided(body: Body, epoch: int) -> AsyncIterator[None]:
+    """Hold a body's lock for one value, unless a stop has come since the change began."""
+    gate = body.line.gate
+    async with body.line.undivided([body.number]):
+        if gate.epoch(body.number) != epoch:
+            raise gate.overtaken(body.number)
+        yield
 
 
 async def as_expected(
@@ -145,11 +172,12 @@ async def as_expected(
     return told
 
 
-async def _step(body: Body, item: Item, value: Any, command: Setter) -> ChangeStep:
+async def _step(body: Body, item: Item, value: Any, command: Setter, epoch: int) -> ChangeStep:
     before = await read(body, item)
     if _agree(before, value):
         return ChangeStep(name=item.name, command=_text(command), outcome="unchanged", before=before)
-    await _set(body, item, value, command)
+    async with _undivided(body, epoch):
+        await _set(body, item, value, command)
     return ChangeStep(name=item.name, command=_text(command), outcome="changed", before=before)
 
 
@@ -162,25 +190,29 @@ def _agree(found: Any, wanted: Any) -> bool:
 
 async def _set(body: Body, item: Item, value: Any, command: Setter) -> None:
     """Set a value, and see that it is kept."""
-    for left in reversed(range(TRIES)):
-        lost: NoReply | None = None
+    failed: GatewayError | None = None
+    for _ in range(TRIES if command.retry is Retry.SETTING else 1):
+        failed = None
         try:
             await body.ask(command)
-        except NoReply as error:
-            lost = error
+        except (NoReply, CommandGarbled) as error:
+            failed = error
         if _agree(found := await read(body, item), value):
             return
-        if lost is None or not left:
-            raise lost or TakenOtherwise(
-                f"{body.address} took {_text(command)}, and tells {found!r} afterwards.",
-                "Read it again; a user program or another host may have set it meanwhile.",
-            )
+    raise failed or TakenOtherwise(
+        f"{body.address} took {_text(command)}, and tells {found!r} afterwards.",
+        "Read it again; a user program or another host may have set it meanwhile.",
+    )
+
+
+def _done(steps: Iterable[ChangeStep]) -> list[str]:
+    return [step.command for step in steps if step.outcome == "changed"]
 
 
 def _broken_off(
     body: Body, steps: Iterable[ChangeStep], left: Sequence[str], cause: GatewayError
 ) -> GatewayError:
-    done = [step.command for step in steps if step.outcome == "changed"]
+    done = _done(steps)
     return PartlyDone(body.address, done, left, cause) if done else cause
 
 

@@ -1,6 +1,6 @@
 """How fast a move with a pattern would be at each moment, with the settings of now (RC-420 manual 13.3)."""
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pydantic import Field
 
@@ -8,14 +8,15 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body
 from gateway.rorze.patterns import read_pattern
+from gateway.rorze.plans import pulses_per_count
 from gateway.rorze.speed_sets import parameters_of
-from gateway.rorze.units import Scaled
+from gateway.rorze.units import Scale, Scaled
 from protocols.rorze.notation import BILLION
 from protocols.rorze.profile import Profile, ProfileError, SpeedChange, plan, plan_slow
 
 
 class CurvePoint(Record):
-    """A moment of the move."""
+    """A moment of the move, in the pulses that are put out."""
 
     time_s: float = Field(description="Seconds since the first pulse.")
     position: float = Field(description="Pulses since the start.")
@@ -31,7 +32,8 @@ class SpeedCurve(Record):
 
     body_id: str
     pattern: int
-    distance: int = Field(description="In pulses.")
+    distance: int = Field(description="In pulses; in encoder mode in encoder counts.")
+    pulses: int = Field(description="How many are put out.")
     distance_in_unit: Scaled | None
     unit: str | None = Field(description="The body's; null without a scale.")
     total_time_s: float
@@ -41,10 +43,21 @@ class SpeedCurve(Record):
     )
 
 
+class _Units(NamedTuple):
+    """How pulses that are put out come to the body's unit."""
+
+    scale: Scale | None
+    ratio: float
+    """Pulses put out for one of what the body counts."""
+
+    def of(self, pulses: float) -> float | None:
+        return None if self.scale is None else self.scale.value(pulses / self.ratio)
+
+
 async def curve_of(
     body: Body, number: int, distance: int, speed: Literal["high", "low"], points: int
 ) -> SpeedCurve:
-    """Work out a move of so many pulses with a pattern; only reads are sent.
+    """Work out a move of so many pulses, or encoder counts, with a pattern; only reads are sent.
 
     :raises InvalidRequest: there is no such move: it would be refused, or the pattern is not set.
     :raises GatewayError: the settings were not read.
@@ -53,11 +66,12 @@ async def curve_of(
         raise InvalidRequest(
             f"distance comes to {distance} pulses, and must be 1 to {BILLION - 1}; nothing was sent."
         )
+    ratio = await pulses_per_count(body)
     try:
-        profile = await _profile(body, number, distance, speed)
+        profile = await _profile(body, number, round(distance * ratio), speed)
     except ProfileError as error:
         raise InvalidRequest(f"A move with pattern {number} would be refused: {error}") from None
-    return _curve(body, number, distance, profile, points)
+    return _curve(body, number, distance, profile, _Units(body.scale, ratio), points)
 
 
 async def _profile(body: Body, number: int, distance: int, speed: Literal["high", "low"]) -> Profile:
@@ -75,15 +89,18 @@ async def _profile(body: Body, number: int, distance: int, speed: Literal["high"
     return (plan_slow if speed == "low" else plan)(distance, up, down, changes)
 
 
-def _curve(body: Body, number: int, distance: int, profile: Profile, points: int) -> SpeedCurve:
+def _curve(
+    body: Body, number: int, distance: int, profile: Profile, units: _Units, points: int
+) -> SpeedCurve:
     end_s = profile.duration_s or 0.0
     even = (end_s * index / (points - 1) for index in range(points))
     moments = sorted({*even, *(it.start_s for it in profile.curve.phases if it.start_s < end_s)})
-    rows = [_point(body, profile, at_s) for at_s in moments]
+    rows = [_point(profile, at_s, units) for at_s in moments]
     return SpeedCurve(
         body_id=body.address,
         pattern=number,
         distance=distance,
+        pulses=profile.distance or 0,
         distance_in_unit=Scaled.of(distance, body.scale),
         unit=None if body.scale is None else body.scale.unit,
         total_time_s=end_s,
@@ -92,10 +109,9 @@ def _curve(body: Body, number: int, distance: int, profile: Profile, points: int
     )
 
 
-def _point(body: Body, profile: Profile, at_s: float) -> CurvePoint:
+def _point(profile: Profile, at_s: float, units: _Units) -> CurvePoint:
     """The state at a moment; at the last one as it arrives, not as it stands."""
     phase = profile.curve.at(at_s)
     numbers = {"position": profile.position(at_s), "speed": phase.speed, "acceleration": phase.acceleration}
-    scale = body.scale
-    in_unit = {f"{name}_in_unit": None if scale is None else scale.value(it) for name, it in numbers.items()}
+    in_unit = {f"{name}_in_unit": units.of(it) for name, it in numbers.items()}
     return CurvePoint(time_s=at_s, **numbers, **in_unit)

@@ -128,6 +128,7 @@ class Rorze(Family):
                 it.input_names,
                 it.output_names,
                 position_tolerance=it.position_tolerance,
+                in_position=it.in_position,
                 poll_interval_s=table.poll_interval_s,
                 power=Power(it.power_comment, it.needs_origin),
             )

@@ -4,6 +4,7 @@ Nothing can ask a controller for it. But power-on loads the settings from flash 
 there: from then on a setting is the same in both until it is set.
 """
 
+import re
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -12,8 +13,9 @@ from protocols.rorze.programs import RunProgram, StepProgram
 from protocols.rorze.row import RorzeCommand
 from protocols.table import Effect, Reply
 
-CHANGES_WITHOUT_ITS_COMMAND: Final = frozenset({"3I", "CO"})
-"""The position index is stepped by moves, outputs are switched by pulses, interrupts and errors."""
+KEPT: Final = re.compile("0[BRS]|9V|C[CEFPS]|D[CIL]|E[ADP]|H[ACFTZ]|O[ABHLS]|P[ABEJKLST]|Q[IS]|SP|UA")
+"""What FIS keeps, by the first two characters of the commands; but the position index (3I), which moves step,
+and the outputs (CO), which pulses, interrupts and errors switch."""
 
 
 @dataclass(eq=False)
@@ -36,7 +38,10 @@ class FlashState:
 
     def note_read(self, question: RorzeCommand[Any], reply: Reply) -> None:
         """A question was answered."""
-        if self.known and question.effect is Effect.READ and question.code[:2] not in self._set:
+        if not self.known or question.effect is not Effect.READ:
+            return
+        kind = question.code[:2]
+        if kind not in self._set and KEPT.fullmatch(kind):
             self._replies[_text(question)] = reply
 
     def note_done(self, command: RorzeCommand[Any], *, certain: bool) -> None:
@@ -58,8 +63,6 @@ class FlashState:
 
     def held(self, question: RorzeCommand[Any]) -> Reply | None:
         """What flash memory holds, as the answer to a question; None where that is not known."""
-        if question.code[:2] in CHANGES_WITHOUT_ITS_COMMAND:
-            return None
         return self._replies.get(_text(question))
 
 

@@ -1,6 +1,7 @@
 """The acceleration patterns A[n] of a body with their speed changes (RC-420 manual 13.3.4, 13.3.7)."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from operator import attrgetter
 from typing import Annotated, Any, Final, Self
 
 from pydantic import BaseModel, Field, model_validator
@@ -9,7 +10,7 @@ from gateway.core.errors import InvalidRequest
 from gateway.core.records import WHOLE, RequestModel, example
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Codec, Expectation, Item, Wanted, as_expected, change, read
-from gateway.rorze.speed_sets import STANDARD
+from gateway.rorze.speed_sets import STANDARD, parameters_of
 from gateway.rorze.units import Scaled
 from protocols.rorze.notation import Amount, Slot, Speed
 from protocols.rorze.patterns import (
@@ -20,6 +21,7 @@ from protocols.rorze.patterns import (
     SetSpeedChange,
     SpeedChangePoint,
 )
+from protocols.rorze.profile import ProfileError, SpeedChange, resolve_changes
 
 POINTS: Final = range(16)
 """The speed changes that a pattern may have (SES)."""
@@ -50,6 +52,12 @@ class SpeedChangeRequest(RequestModel):
         if (self.begin is None) == (self.end is None):
             raise ValueError("give begin or end, one of them")
         return self
+
+    def planned(self) -> SpeedChange:
+        """The same as the speed curve takes it."""
+        if self.begin is not None:
+            return SpeedChange("F", self.begin, self.speed_pps)
+        return SpeedChange("T", self.end or 0, self.speed_pps)
 
 
 def _each_once(changes: list[SpeedChangeRequest] | None) -> None:
@@ -212,7 +220,8 @@ async def change_pattern(
 ) -> ChangedPattern:
     """Set what differs, and read it back; errors as of `changes.change`.
 
-    :raises InvalidRequest: it is the standard pattern, or one of two sets is missing; nothing was sent.
+    :raises InvalidRequest: it is the standard pattern, one of two sets is missing, or the changes of speed do
+        not suit the sets; nothing was sent.
     """
     if number == STANDARD:
         raise InvalidRequest(
@@ -220,27 +229,51 @@ async def change_pattern(
         )
     told = await as_expected(body, lambda: read_pattern(body, number), expects)
     present = await read_pattern(body, number)
-    steps = await change(body, list(_wanted(present, wanted)), flash=flash, told=told)
+    sets = _sets_of(present, wanted)
+    if wanted.changes:
+        await _require_fit(body, sets, wanted.changes)
+    steps = await change(body, list(_wanted(present, sets, wanted.changes)), flash=flash, told=told)
     return ChangedPattern(**dict(await read_pattern(body, number)), steps=steps)
 
 
-def _wanted(present: Pattern, wanted: PatternValues | PatternChange) -> Iterator[Wanted]:
-    if wanted.acceleration_set is not None or wanted.deceleration_set is not None:
-        sets = {name: getattr(wanted, name) for name in PatternSets.model_fields}
-        sets = {name: getattr(present, name) if it is None else it for name, it in sets.items()}
-        if None in sets.values():
-            raise InvalidRequest(
-                f"Pattern {present.number} was never set; nothing was sent.",
-                "Give acceleration_set and deceleration_set.",
-            )
-        yield _sets_item(present.number), sets
-    if wanted.changes is None:
+def _sets_of(present: Pattern, wanted: PatternValues | PatternChange) -> dict[str, int]:
+    """The speed sets that the pattern shall have.
+
+    :raises InvalidRequest: it has none, and one of them is not named.
+    """
+    named = {name: getattr(wanted, name) for name in PatternSets.model_fields}
+    sets = {name: getattr(present, name) if it is None else it for name, it in named.items()}
+    if None in sets.values():
+        raise InvalidRequest(
+            f"Pattern {present.number} was never set; nothing was sent.",
+            "Give acceleration_set and deceleration_set.",
+        )
+    return sets
+
+
+async def _require_fit(body: Body, sets: Mapping[str, int], changes: Sequence[SpeedChangeRequest]) -> None:
+    """Work out changes of speed as the controller does when it moves (RC-420 manual 13.3.7).
+
+    :raises InvalidRequest: a move would be refused for them.
+    """
+    try:
+        up = await parameters_of(body, sets["acceleration_set"])
+        down = await parameters_of(body, sets["deceleration_set"])
+        resolve_changes(up, down, [it.planned() for it in sorted(changes, key=attrgetter("point"))])
+    except ProfileError as error:
+        raise InvalidRequest(f"Moves with this pattern would be refused: {error} Nothing was sent.") from None
+
+
+def _wanted(
+    present: Pattern, sets: Mapping[str, int], changes: Sequence[SpeedChangeRequest] | None
+) -> Iterator[Wanted]:
+    yield _sets_item(present.number), sets
+    if changes is None:
         return
-    points = {it.point for it in wanted.changes}
-    there = POINTS if present.changes is None else (it.point for it in present.changes)
-    surplus = next((point for point in there if point not in points or present.changes is None), None)
-    if surplus is not None:
-        yield _clearing_item(present.number, surplus), None
-    for it in sorted(wanted.changes, key=lambda it: it.point):
-        value = it.model_dump(exclude={"point"}, exclude_none=True)
-        yield _point_item(present.number, it.point), value
+    points = {it.point for it in changes}
+    there = POINTS if present.changes is None else [it.point for it in present.changes]
+    surplus = [point for point in there if point not in points or present.changes is None]
+    if surplus:
+        yield _clearing_item(present.number, surplus[0]), None
+    for it in sorted(changes, key=attrgetter("point")):
+        yield _point_item(present.number, it.point), it.model_dump(exclude={"point"}, exclude_none=True)

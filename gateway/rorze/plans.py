@@ -104,7 +104,7 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     if target is None or not isinstance(command, RelativeMove | AbsoluteMove):
         planned.note = "How far it goes is only known when it is done."
         return planned
-    planned.distance = round(abs(target - position.pulses) * await _pulses_per_count(body))
+    planned.distance = round(abs(target - position.pulses) * await pulses_per_count(body))
     try:
         profile = await _profile(body, command, planned.distance)
     except (ProfileError, ControllerRefused) as error:
@@ -145,7 +145,7 @@ async def way_of(body: Body, command: RorzeCommand[Any], start: int, target: int
     endless = isinstance(command, RelativeMove) and command.distance == "endless"
     if target is None and not endless:
         return None
-    ratio = await _pulses_per_count(body)
+    ratio = await pulses_per_count(body)
     distance = None if target is None else round(abs(target - start) * ratio)
     clockwise = (
         isinstance(command, MoveClockwise | MoveClockwiseSlowly) if target is None else target >= start
@@ -154,8 +154,11 @@ async def way_of(body: Body, command: RorzeCommand[Any], start: int, target: int
     return PlannedWay(profile, start, ratio if clockwise else -ratio)
 
 
-async def _pulses_per_count(body: Body) -> float:
-    """How many pulses are put out for one of the operating mode: encoder mode counts encoder steps."""
+async def pulses_per_count(body: Body) -> float:
+    """How many pulses are put out for one of what the operating mode counts: encoder mode counts its steps.
+
+    :raises GatewayError: it was not read.
+    """
     mode, _ = await body.ask(GetOperatingMode())
     if mode.mode != "encoder":
         return 1.0

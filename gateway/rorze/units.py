@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from gateway.core.errors import InvalidRequest
 
+Per = Literal["", "/s", "/s2"]
 Unit = Literal["pulse", "mm", "um", "deg", "mdeg"]
 _IN_BASE: dict[str, tuple[str, float]] = {
     "mm": ("mm", 1.0),
@@ -53,7 +54,7 @@ class Scaled(BaseModel):
     unit: str = Field(description="Such as mm, mm/s or mm/s2.")
 
     @classmethod
-    def of(cls, pulses: float | None, scale: Scale | None, per: Literal["", "/s", "/s2"] = "") -> Self | None:
+    def of(cls, pulses: float | None, scale: Scale | None, per: Per = "") -> Self | None:
         """Convert pulses; None without a number, or without a scale."""
         if pulses is None or scale is None:
             return None

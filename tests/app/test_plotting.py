@@ -23,7 +23,7 @@ def points(scale: float | None) -> list[dict[str, Any]]:
 
 
 def gateway(scale: float | None = None) -> FakeGateway:
-    found = {"body_id": "arm.3F", "pattern": 12, "distance": 300, "total_time_s": 2.0}
+    found = {"body_id": "arm.3F", "pattern": 12, "distance": 300, "pulses": 300, "total_time_s": 2.0}
     found |= {"unit": "mm" if scale else None, "points": points(scale)}
     return FakeGateway({PATH: [(200, found)]})
 

@@ -58,6 +58,13 @@ GET       /bodies/{body_id}/program/runs/current         view     body
 GET       /bodies/{body_id}/program/runs/{run_id}        view     body
 GET       /bodies/{body_id}/memories                     view     body
 PUT       /bodies/{body_id}/memories/{name}              operate  body
+GET       /bodies/{body_id}/settings                     view     body
+PATCH     /bodies/{body_id}/settings                     setup    body
+GET       /bodies/{body_id}/encoder                      view     body
+PATCH     /bodies/{body_id}/encoder                      setup    body
+PUT       /bodies/{body_id}/encoder/resolution           setup    body
+GET       /bodies/{body_id}/homing                       view     body
+PATCH     /bodies/{body_id}/homing                       setup    body
 GET       /bodies/{body_id}/speed-sets                   view     body
 GET       /bodies/{body_id}/speed-sets/{n}               view     body
 PUT       /bodies/{body_id}/speed-sets/{n}               setup    body

@@ -98,6 +98,25 @@ async def test_changes_that_do_not_suit_the_speed_sets_can_be_cleared(stand: Sta
 
 
 @on_stand()
+async def test_changes_that_no_move_could_make_are_refused_before_anything_is_sent(stand: Stand) -> None:
+    await teach(stand)
+    frames = set_by(stand.frames())
+    for changes, said in (
+        ([{"point": 0, "begin": 100, "speed_pps": 10_000}], "are reached only at pulse"),
+        (
+            [{"point": 0, "begin": 30_000, "speed_pps": 9_000}, {"point": 1, "end": 31_000, "speed_pps": 1}],
+            "would start",
+        ),
+    ):
+        answer = await stand.client.patch(PATTERN, json={"changes": changes})
+        assert (answer.status_code, answer.json()["moved"]) == (422, "no")
+        assert said in answer.json()["detail"]
+    other = {"acceleration_set": 1, "deceleration_set": 2, "changes": SLOW_AT_THE_SENSOR}
+    assert (await stand.client.put("/bodies/01/patterns/3", json=other)).status_code == 422
+    assert set_by(stand.frames()) == frames
+
+
+@on_stand()
 async def test_a_stale_etag_leaves_a_pattern_alone(stand: Stand) -> None:
     seen = (await stand.get(PATTERN)).headers["etag"]
     await teach(stand)

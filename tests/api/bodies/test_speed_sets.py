@@ -44,6 +44,21 @@ async def test_a_set_is_put_by_the_commands_that_it_takes_and_no_other(stand: St
 
 
 @on_stand()
+async def test_a_change_is_an_event_where_it_has_changed_something(stand: Stand) -> None:
+    news = stand.plant.events.subscribe(types=["body.settings.changed"])
+    await stand.client.put(SET_12, json=QUICK)
+    await stand.client.put(SET_12, json=QUICK)
+    await stand.client.patch(SET_12 + "?flash=true", json={"rising_percent": 40})
+    first, second = await anext(news), await anext(news)
+    assert first.subject == "/bodies/arm.01"
+    assert first.data == {
+        "commands": ["OLSS[12],5000", "OHSS[12],50000", "OSSS[12],70000", "OASS[12],30", "OBSS[12],30"],
+        "saved": False,
+    }
+    assert second.data == {"commands": ["OASS[12],40"], "saved": True}
+
+
+@on_stand()
 async def test_a_change_names_what_shall_change(stand: Stand) -> None:
     told = (await stand.client.patch("/bodies/3F/speed-sets/30", json={"maximum_speed_pps": 20_000})).json()
     assert set_by(stand.frames()) == ["OHS20000"]

@@ -1,13 +1,21 @@
 """Changes of settings over a line that loses frames, and amid stops: what is told is what is so."""
 
 import asyncio
+from random import Random
+from typing import Final
 
 import pytest
 
+from gateway.rorze.errors import PartlyDone
+from gateway.rorze.settings import change_settings, read_settings
+from gateway.rorze.settings_document import BodySettingsChange
+from protocols.rorze.position import GetPosition
 from simulator.faults import Direction, Fault, Switch
+from tests.api.bodies.test_homing import axis_of
 from tests.api.bodies.test_info import brown_out
 from tests.api.bodies.test_speed_sets import set_by
 from tests.api.stand import Stand, on_stand
+from tests.plants import in_virtual_time, rig
 
 STANDARD = "/bodies/3F/speed-sets/30"
 WANTED = {"start_speed_pps": 100, "maximum_speed_pps": 20_000, "acceleration_pps_s": 50_000}
@@ -74,3 +82,78 @@ async def test_what_power_on_has_loaded_is_what_flash_memory_holds(stand: Stand)
     await asyncio.sleep(40)
     found = (await stand.get(STANDARD)).json()
     assert (found["maximum_speed_pps"], found["flash"]["maximum_speed_pps"]) == (50_000, 50_000)
+
+
+BROKEN: Final = (Fault.LOST, Fault.GARBLED, Fault.DOUBLED, Fault.LATE, Fault.MERGED)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_over_a_line_with_faults_nothing_is_called_changed_that_is_not(seed: int) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        dice = Random(seed)
+        for direction in Direction:
+            fault = dice.choice(BROKEN)
+            stand.port.machine.faults.set(Switch(fault, direction, probability=dice.uniform(0.02, 0.3)))
+        wanted = {"origin_offset": 4_321, "homing_retries": 7, "input_logic": {"d3": "normally_closed"}}
+        wanted |= {"stall_sensor_interval": 321, "noise_filters": {"d1": 5}, "start_speed_pps": 77}
+        answer = await stand.client.patch("/bodies/3F/settings", json=wanted)
+        held = axis_of(stand).settings
+        truth = {
+            "0SS4321": held.origin_offset == 4_321,
+            "0RS7": held.search_retries == 7,
+            "DIS3,1": held.input_logic == 1 << 3,
+            "QIS321": held.stall_interval == 321,
+            "DCS1,5": held.noise_counts[1] == 5,
+            "OLS77": held.speeds[30].low == 77,
+        }
+        told = answer.json()
+        if answer.status_code == 200:
+            assert all(truth.values()), (truth, told)
+        elif told["type"].endswith(":partly-done"):
+            done = told["detail"].partition(" took ")[2].partition(";")[0].split(", ")
+            assert done
+            assert all(truth[command] for command in done), (truth, told)
+        else:
+            assert answer.status_code in (409, 422, 503), (
+                told
+            )  # a garbled command may be refused for its form
+
+    story()
+
+
+@on_stand()
+async def test_what_clears_something_else_is_never_sent_twice(stand: Stand) -> None:
+    wanted = {"interrupt_edges": {"8": "rising"}}
+    change = asyncio.create_task(stand.client.patch("/bodies/3F/settings", json=wanted))
+    while "&3FCPD8" not in stand.frames():  # noqa: ASYNC110  # no event tells it
+        await asyncio.sleep(0)
+    lose_one(stand, Direction.REQUESTS)
+    problem = (await change).json()
+    assert problem["type"].endswith(":no-reply")
+    assert set_by(stand.frames()) == ["CPS8,2"]
+
+
+ALL_INPUTS: Final = {f"d{number}": "normally_closed" for number in range(10)}
+MANY: Final = {"input_logic": ALL_INPUTS, "noise_filters": {f"d{number}": 7 for number in range(8)}}
+
+
+@in_virtual_time
+async def test_beside_a_long_change_at_9600_baud_reads_and_a_stop_get_through() -> None:
+    async with rig(baud=9600) as it:
+        body, loop = it.body(), asyncio.get_running_loop()
+        wanted = BodySettingsChange.model_validate(MANY)
+        change = asyncio.create_task(change_settings(body, wanted, read_settings, None, flash=False))
+        waits: list[float] = []
+        while len(waits) < 20:
+            asked_at = loop.time()
+            await body.ask(GetPosition())
+            waits.append(loop.time() - asked_at)
+        assert not change.done()
+        assert max(waits) < 0.25
+        stopped_at = loop.time()
+        await it.plant.stops.stop([body], "immediate")
+        sent = next(frame for frame in it.wire.sent if frame.at >= stopped_at and "5IS" in frame.frame)
+        assert sent.at - stopped_at < 0.05
+        with pytest.raises(PartlyDone, match="DIS0,1"):
+            await change

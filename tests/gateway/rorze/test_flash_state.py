@@ -2,9 +2,12 @@
 
 import pytest
 
-from gateway.rorze.flash_state import FlashState
+from gateway.rorze.flash_state import KEPT, FlashState
+from gateway.rorze.settings_table import SETTINGS
+from protocols.rorze.commands import COMMANDS
 from protocols.rorze.flash import EraseFlash, SaveSettings
 from protocols.rorze.origin import GetOriginOffset, OriginOffset, SetOriginOffset
+from protocols.rorze.position import GetPosition
 from protocols.rorze.position_table import GetPositionIndex
 from protocols.rorze.programs import RunProgram
 from protocols.rorze.row import RorzeCommand
@@ -65,6 +68,15 @@ def test_saving_without_a_reply_or_an_uncertain_loss_of_power_leaves_it_open(cer
     for flash in (switched_on, saving):
         assert flash.known is certain
         assert flash.held(QUESTION) is None
+
+
+def test_it_keeps_what_fis_keeps_and_nothing_else() -> None:
+    flash = saved()
+    flash.note_read(GetPosition(), GetPosition().read_reply("+000000050"))
+    assert flash.held(GetPosition()) is None
+    of_documents = {it.question.code[:2] for setting in SETTINGS.values() for it in setting.items.values()}
+    kept = {code[:2] for code in COMMANDS if KEPT.fullmatch(code[:2])}
+    assert kept == of_documents - {"3I", "CO"} | {"SP"}
 
 
 def test_what_changes_without_its_command_is_never_said_to_be_in_flash_memory() -> None:

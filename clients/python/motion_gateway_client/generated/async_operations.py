@@ -9,12 +9,17 @@ from motion_gateway_client.generated.types import (
     BodyInfo,
     BodyList,
     BodySamples,
+    BodySettings,
+    BodySettingsChange,
     BodyStatus,
     ChangedPattern,
+    ChangedSettings,
     ChangedSpeedSet,
     Channels,
     CommandList,
     ContinuousMoveRequest,
+    Encoder,
+    EncoderChange,
     EventList,
     GroupDefinition,
     GroupInfo,
@@ -22,6 +27,8 @@ from motion_gateway_client.generated.types import (
     GroupMove,
     GroupPlan,
     HomeRequest,
+    Homing,
+    HomingChange,
     JogRequest,
     JogSession,
     Length,
@@ -55,6 +62,8 @@ from motion_gateway_client.generated.types import (
     RawRequest,
     Readiness,
     RelativeMoveRequest,
+    Resolution,
+    ResolutionRequest,
     RobotAbsoluteMoveRequest,
     RobotErrors,
     RobotHomeRequest,
@@ -114,7 +123,7 @@ class AsyncOperations(Protocol):
         """Send a request, and give the answer's content."""
 
     async def read_position(self, body_id: str) -> Position:
-        """Ask the controller where the motor stands (6PD)."""
+        """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
         answer: Position = await self.call("GET", filled("/bodies/{body_id}/position", body_id=body_id))
         return answer
 
@@ -131,7 +140,10 @@ class AsyncOperations(Protocol):
         return answer
 
     async def read_status(self, body_id: str) -> BodyStatus:
-        """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD)."""
+        """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
+
+        Where a STALL error stands it is asked who has found it (QRD, PRD).
+        """
         answer: BodyStatus = await self.call("GET", filled("/bodies/{body_id}/status", body_id=body_id))
         return answer
 
@@ -583,6 +595,104 @@ class AsyncOperations(Protocol):
         answer: Memory = await self.call(
             "PUT",
             filled("/bodies/{body_id}/memories/{name}", body_id=body_id, name=name),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_body_settings(self, body_id: str) -> BodySettings:
+        """Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
+
+        Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
+        """
+        answer: BodySettings = await self.call("GET", filled("/bodies/{body_id}/settings", body_id=body_id))
+        return answer
+
+    async def change_body_settings(
+        self,
+        body_id: str,
+        body: BodySettingsChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set those of the named settings that differ, one by one, and read each back; refused while it moves.
+
+        Null ends soft limits, error outputs and what interrupts do. With `If-Match` all settings are read before,
+        and nothing is sent where they are otherwise than they were.
+        """
+        answer: ChangedSettings = await self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/settings", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_homing(self, body_id: str) -> Homing:
+        """Ask a body how it searches its origin, and how far its last search went (0PD)."""
+        answer: Homing = await self.call("GET", filled("/bodies/{body_id}/homing", body_id=body_id))
+        return answer
+
+    async def change_homing(
+        self,
+        body_id: str,
+        body: HomingChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set what differs of the set-up of homing, and read it back; refused while the motor moves."""
+        answer: ChangedSettings = await self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/homing", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_encoder(self, body_id: str) -> Encoder:
+        """Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7)."""
+        answer: Encoder = await self.call("GET", filled("/bodies/{body_id}/encoder", body_id=body_id))
+        return answer
+
+    async def change_encoder(
+        self,
+        body_id: str,
+        body: EncoderChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set what differs of the set-up of the encoder, and read it back; refused while the motor moves."""
+        answer: ChangedSettings = await self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/encoder", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def set_encoder_resolution(
+        self,
+        body_id: str,
+        body: ResolutionRequest,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> Resolution:
+        """Set multiplier and ratio (PAS, PBS) by what a turn is to motor and encoder (RC-420 manual 13.7.2)."""
+        answer: Resolution = await self.call(
+            "PUT",
+            filled("/bodies/{body_id}/encoder/resolution", body_id=body_id),
+            query={"flash": flash},
             body=body,
             idempotency_key=idempotency_key,
         )

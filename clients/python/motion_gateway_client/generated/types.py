@@ -5,6 +5,19 @@ from __future__ import annotations
 from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
 
 
+class AboutSetting(TypedDict):
+    """What the manual says of a setting."""
+
+    command: str
+    """The code that sets it."""
+    unit: str | None
+    """pulse, pps, pps/s, percent, ms, um, pulse/count; null for none."""
+    minimum: float | None
+    maximum: float | None
+    default: JsonValue
+    """What it is when nothing was written to flash memory."""
+
+
 class AbsoluteMoveRequest(TypedDict):
     """Move to a position (RC-420 manual 13.2)."""
 
@@ -649,6 +662,121 @@ class BodySensorChangedEvent(TypedDict):
     data: SensorChange
 
 
+class BodySettings(TypedDict):
+    """The settings of a body."""
+
+    body_id: str
+    version: str
+    """Of the control software (9VD)."""
+    settings: Settings
+    """In RAM: those in force."""
+    in_unit: dict[str, Scaled]
+    """Those in pulses, in the body's unit, by their names; empty without a scale."""
+    unavailable: dict[str, str]
+    """Settings that cannot be read now, and why."""
+    flash: Settings | None
+    """In flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS. Position index and outputs change without a command, so they are never told."""
+    about: dict[str, AboutSetting]
+    """Units, ranges, and values of the factory, by name."""
+
+
+class BodySettingsChange(TypedDict):
+    """Settings to change; the others stay as they are.
+
+    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
+    """
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+    operating_mode: NotRequired[Literal["stepping", "encoder", "servo"] | None]
+    """EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1)."""
+    pulse_format: NotRequired[Literal["pulse_direction", "cw_ccw"] | None]
+    """EDS."""
+    soft_limits: NotRequired[Stretch | None]
+    """EPS: moves that would end outside are refused; null where there are none."""
+    input_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DIS."""
+    sensor_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DLS: the sensor inputs, and the CLR output."""
+    noise_filters: NotRequired[dict[str, int] | None]
+    """DCS: equal samples, one each ms, that make a change of level."""
+    outputs: NotRequired[dict[str, bool] | None]
+    """COS: general outputs; FIS keeps them as they are then."""
+    error_outputs: NotRequired[dict[str, ErrorOutputSetting | None] | None]
+    """CES: the output that reports an error; each needs one of its own."""
+    interrupt_edges: NotRequired[dict[str, Literal["off", "falling", "rising"]] | None]
+    """CPS: the edge that interrupts; setting it clears what is recorded and pulsed."""
+    interrupt_ranges: NotRequired[dict[str, Stretch | None] | None]
+    """CSS: where an interrupt is heeded; null for everywhere."""
+    interrupt_records: NotRequired[dict[str, dict[str, int | None]] | None]
+    """CFS: the positions of the table that take a value."""
+    interrupt_pulses: NotRequired[dict[str, InterruptPulse | None] | None]
+    """CFS: the pulse that an interrupt gives."""
+    clear_pulse_ms: NotRequired[int | None]
+    """CCS: the CLR signal's pulse; 0 gives none; servo mode only."""
+    robot_type: NotRequired[Literal["three_axes", "two_axes_belt_linked"] | None]
+    """HTS; not in encoder mode."""
+    driven_axis: NotRequired[int | None]
+    """HCS: the axis of a SCARA robot that it drives; not in encoder mode."""
+    arm_length_um: NotRequired[int | None]
+    """HAS; not in encoder mode."""
+    finger_length_um: NotRequired[int | None]
+    """HFS; not in encoder mode."""
+    pulses_per_turn: NotRequired[dict[str, float] | None]
+    """HZS: of each axis, with up to eight decimals; not in encoder mode."""
+    position_index: NotRequired[int | None]
+    """3IS: moves that step it change it, too."""
+    comments: NotRequired[dict[str, str] | None]
+    """9VS: up to 40 printable ASCII characters; the mark of the gateway is not shown."""
+    autostart: NotRequired[bool | None]
+    """UAS: whether the user program starts at power-on (RC-420 manual 15)."""
+
+
+class BodySettingsChangedEvent(TypedDict):
+    """Settings were changed by one of its documents; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.settings.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: SettingsNews
+
+
 class BodyStatus(TypedDict):
     """The state of a controller."""
 
@@ -656,6 +784,8 @@ class BodyStatus(TypedDict):
     moving: bool
     status: StatusBits
     sensors: SensorBits
+    stalls: list[StallFound]
+    """Which finder has raised a STALL error that stands."""
     end_causes: list[str]
     """Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; empty after a normal end, and while the motor moves."""
     read_at: str
@@ -767,6 +897,16 @@ class ChangedPattern(TypedDict):
     """Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them."""
     flash: PatternSets | None
     """What flash memory holds; null where that is not known."""
+    steps: list[ChangeStep]
+    """What the change took, in order."""
+
+
+class ChangedSettings(TypedDict):
+    """Settings after a change, as they were read back."""
+
+    body_id: str
+    settings: Settings
+    """Those that were named."""
     steps: list[ChangeStep]
     """What the change took, in order."""
 
@@ -897,7 +1037,7 @@ class Crashed(TypedDict):
 
 
 class CurvePoint(TypedDict):
-    """A moment of the move."""
+    """A moment of the move, in the pulses that are put out."""
 
     time_s: float
     """Seconds since the first pulse."""
@@ -913,12 +1053,95 @@ class CurvePoint(TypedDict):
     acceleration_in_unit: float | None
 
 
+class Encoder(TypedDict):
+    """The encoder of a body, and its set-up."""
+
+    body_id: str
+    operating_mode: Literal["stepping", "encoder", "servo"]
+    settings: EncoderSettings
+    """In RAM."""
+    in_unit: dict[str, Scaled]
+    """Those in pulses, in the body's unit, by their names."""
+    unavailable: dict[str, str]
+    """Settings that cannot be read now, and why."""
+    last: EncoderCounts
+    """What was counted when it was asked."""
+
+
+class EncoderChange(TypedDict):
+    """What of the set-up of the encoder shall change; the rest stays as it is."""
+
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+
+
+class EncoderCounts(TypedDict):
+    """Where the encoder is."""
+
+    counted_in: Literal["pulses", "encoder_counts"]
+    """What positions and amounts of this body are counted in."""
+    position: int
+    """6PD."""
+    position_in_unit: Scaled | None
+    count: int
+    """The encoder's count (6ED)."""
+    count_in_pulses: int
+    """The same, times the ratio (6MD)."""
+    difference: int | None
+    """Pulses put out beyond what the encoder has seen; null in encoder mode, where only the encoder is told."""
+    stalled: bool
+    """Whether the encoder has found a step-out that stands (PRD)."""
+
+
+class EncoderSettings(TypedDict):
+    """How the encoder is counted, watched and adjusted to (RC-420 manual 13.7)."""
+
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+
+
 class EndFrame(TypedDict):
     """A frame 7D of a body that is not in the configuration."""
 
     command: str
     cause: int
     """The byte of 9MD, 0 after a normal end."""
+
+
+class ErrorOutputSetting(TypedDict):
+    """The output that reports an error."""
+
+    output: int
+    on: bool
+    """The state that it takes on an error."""
 
 
 class ErrorsReset(TypedDict):
@@ -976,6 +1199,7 @@ class EventList(TypedDict):
         | BodyProgramStartedEvent
         | BodyProgramEndedEvent
         | BodyPositionEvent
+        | BodySettingsChangedEvent
         | BodyLeftMovingEvent
         | GroupStrangersEvent
         | LineStrictEvent
@@ -1223,13 +1447,73 @@ class GroupStrangersEvent(TypedDict):
 
 
 class HomeRequest(TypedDict):
-    """Search the origin (RC-420 manual 13.5)."""
+    """Search the origin (RC-420 manual 13.5), or the centre of the stall dog after that (13.6.2)."""
 
     kind: Literal["home"]
     method: NotRequired[
-        Literal["standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204"]
+        Literal[
+            "standard",
+            "stall_detection",
+            "fast_then_stop",
+            "fast_then_decelerate",
+            "rc204",
+            "centre_stall_dog",
+        ]
     ]
-    """Commands 00M, 01M, 02M, 03M and 04M, in this order. Left out: standard."""
+    """Commands 00M, 01M, 02M, 03M, 04M and 0QM, in this order. 0QM goes to the nearest dog, and makes no body `homed`. Left out: standard."""
+
+
+class Homing(TypedDict):
+    """How a body searches its origin."""
+
+    body_id: str
+    settings: HomingSettings
+    """In RAM; the speeds are those of the standard set."""
+    in_unit: dict[str, Scaled]
+    """Those in pulses, in the body's unit, by their names; empty without a scale."""
+    overrun: int
+    """Pulses to overrun the sensor: the offset times the factor."""
+    last: LastHoming
+
+
+class HomingChange(TypedDict):
+    """What of the set-up of homing shall change; the rest stays as it is."""
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+
+
+class HomingSettings(TypedDict):
+    """What origin searches and the centring of stall dogs go by (RC-420 manual 13.5, 13.6.2)."""
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
 
 
 class InFlash(TypedDict):
@@ -1249,6 +1533,15 @@ class InputChange(TypedDict):
     name: str | None
     """As the configuration has it."""
     on: bool
+
+
+class InterruptPulse(TypedDict):
+    """A one-shot pulse on an output."""
+
+    output: int
+    on: bool
+    """The state during the pulse."""
+    duration_ms: int
 
 
 class InvalidField(TypedDict):
@@ -1311,6 +1604,15 @@ class JournalTrouble(TypedDict):
     """Why the journal cannot be written."""
 
     reason: str
+
+
+class LastHoming(TypedDict):
+    """What became of the last search."""
+
+    homed: Literal["yes", "no", "unknown"]
+    distance: int
+    """Pulses from its end back to its start (0PD); 0 after power-on."""
+    in_unit: Scaled | None
 
 
 class LeftMoving(TypedDict):
@@ -1605,13 +1907,15 @@ class Move(TypedDict):
     """The group it was sent to, if it was."""
     kind: Literal["relative", "absolute", "home", "continuous", "interpolated"]
     end_cause: str | None
-    """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed or position_mismatch as the gateway found."""
+    """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed, position_mismatch or not_in_position as the gateway found."""
     start_position: int | None
     """In pulses, before the move."""
     target_position: int | None
     """In pulses, where it can be known beforehand."""
     position: int | None
     """In pulses, as last read."""
+    homing_distance: int | None
+    """Of a homing that ended well: pulses from its end back to its start (0PD)."""
     completion: Literal["frame", "polling"] | None
     """Whether the end was announced by the link master or found by polling."""
 
@@ -1756,6 +2060,9 @@ class Position(TypedDict):
 
     body_id: str
     pulses: int
+    """Or encoder counts: see `counted_in`."""
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known."""
     value: float | None
     """The same in `unit`; null without a scale."""
     unit: str | None
@@ -1968,6 +2275,34 @@ class RelativeMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+
+
+class Resolution(TypedDict):
+    """What comes of motor and encoder."""
+
+    body_id: str
+    encoder_multiplier: Literal["double", "quadruple"]
+    """PAS."""
+    encoder_ratio: float
+    """PBS: motor pulses for each count, rounded to two decimals."""
+    counts_per_turn: int
+    drift_per_turn: float
+    """Pulses by which motor and encoder come apart in each turn, because of the rounding."""
+    changed: ChangedSettings | None
+    """What was set; null after a dry run."""
+
+
+class ResolutionRequest(TypedDict):
+    """What a turn of the shaft is to the motor, and to the encoder."""
+
+    motor_steps_per_turn: int
+    """Pulses that turn the motor once."""
+    encoder_lines_per_turn: int
+    """Lines of the encoder, before any multiplication."""
+    multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """Left out: quadruple, or double where the ratio would be below 1."""
+    dry_run: NotRequired[bool]
+    """Only say what would be set. Left out: false."""
 
 
 class RobotAbsoluteMoveRequest(TypedDict):
@@ -2811,6 +3146,84 @@ class SensorChange(TypedDict):
     on: bool
 
 
+class Settings(TypedDict):
+    """Settings by name; null is one that is not set, or not known."""
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+    operating_mode: NotRequired[Literal["stepping", "encoder", "servo"] | None]
+    """EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1)."""
+    pulse_format: NotRequired[Literal["pulse_direction", "cw_ccw"] | None]
+    """EDS."""
+    soft_limits: NotRequired[Stretch | None]
+    """EPS: moves that would end outside are refused; null where there are none."""
+    input_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DIS."""
+    sensor_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DLS: the sensor inputs, and the CLR output."""
+    noise_filters: NotRequired[dict[str, int] | None]
+    """DCS: equal samples, one each ms, that make a change of level."""
+    outputs: NotRequired[dict[str, bool] | None]
+    """COS: general outputs; FIS keeps them as they are then."""
+    error_outputs: NotRequired[dict[str, ErrorOutputSetting | None] | None]
+    """CES: the output that reports an error; each needs one of its own."""
+    interrupt_edges: NotRequired[dict[str, Literal["off", "falling", "rising"]] | None]
+    """CPS: the edge that interrupts; setting it clears what is recorded and pulsed."""
+    interrupt_ranges: NotRequired[dict[str, Stretch | None] | None]
+    """CSS: where an interrupt is heeded; null for everywhere."""
+    interrupt_records: NotRequired[dict[str, dict[str, int | None]] | None]
+    """CFS: the positions of the table that take a value."""
+    interrupt_pulses: NotRequired[dict[str, InterruptPulse | None] | None]
+    """CFS: the pulse that an interrupt gives."""
+    clear_pulse_ms: NotRequired[int | None]
+    """CCS: the CLR signal's pulse; 0 gives none; servo mode only."""
+    robot_type: NotRequired[Literal["three_axes", "two_axes_belt_linked"] | None]
+    """HTS; not in encoder mode."""
+    driven_axis: NotRequired[int | None]
+    """HCS: the axis of a SCARA robot that it drives; not in encoder mode."""
+    arm_length_um: NotRequired[int | None]
+    """HAS; not in encoder mode."""
+    finger_length_um: NotRequired[int | None]
+    """HFS; not in encoder mode."""
+    pulses_per_turn: NotRequired[dict[str, float] | None]
+    """HZS: of each axis, with up to eight decimals; not in encoder mode."""
+    position_index: NotRequired[int | None]
+    """3IS: moves that step it change it, too."""
+    comments: NotRequired[dict[str, str] | None]
+    """9VS: up to 40 printable ASCII characters; the mark of the gateway is not shown."""
+    autostart: NotRequired[bool | None]
+    """UAS: whether the user program starts at power-on (RC-420 manual 15)."""
+
+
 class SettingsChange(TypedDict):
     """Settings to change; what is not named stays as it is, and so do axes that are not named."""
 
@@ -2841,6 +3254,15 @@ class SettingsChange(TypedDict):
     """In milliseconds, 1-9999."""
     motor_upper_soft_limit: NotRequired[dict[str, Any] | None]
     motor_lower_soft_limit: NotRequired[dict[str, Any] | None]
+
+
+class SettingsNews(TypedDict):
+    """What of its settings, speed sets or patterns is otherwise now."""
+
+    commands: list[str]
+    """What was sent and read back, in order, without frames."""
+    saved: bool
+    """Whether all its settings were written to flash memory then (FIS)."""
 
 
 class ShuttingDown(TypedDict):
@@ -2911,7 +3333,9 @@ class SpeedCurve(TypedDict):
     body_id: str
     pattern: int
     distance: int
-    """In pulses."""
+    """In pulses; in encoder mode in encoder counts."""
+    pulses: int
+    """How many are put out."""
     distance_in_unit: Scaled | None
     unit: str | None
     """The body's; null without a scale."""
@@ -3004,6 +3428,15 @@ class SpeedsKnown(TypedDict):
 
     speeds: dict[str, dict[str, dict[str, float]]]
     full_speed: dict[str, dict[str, list[str]]]
+
+
+class StallFound(TypedDict):
+    """A STALL error that stands: moves are refused until it is cleared or the axis homed."""
+
+    finder: Literal["stall_sensor", "encoder"]
+    """By QRD, or by PRD."""
+    reset: str
+    """The route that clears it: POST, with {}."""
 
 
 class StatusBits(TypedDict):
@@ -3107,6 +3540,14 @@ class StreamGapEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: Gap
+
+
+class Stretch(TypedDict):
+    """Positions from the lower to the upper, in pulses."""
+
+    lower: int
+    """Below `upper`."""
+    upper: int
 
 
 class Strictness(TypedDict):
@@ -3371,6 +3812,7 @@ Event: TypeAlias = (
     | BodyProgramStartedEvent
     | BodyProgramEndedEvent
     | BodyPositionEvent
+    | BodySettingsChangedEvent
     | BodyLeftMovingEvent
     | GroupStrangersEvent
     | LineStrictEvent
