@@ -4,6 +4,7 @@ from pydantic import Field
 
 from gateway.core.event_types import LINE, EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
 from gateway.core.move_record import Move
+from gateway.rorze.bodies import CountedIn
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
@@ -86,7 +87,8 @@ class EndFrame(EventData):
 class BodyPosition(EventData):
     """Where a motor stands (6PD)."""
 
-    pulses: int
+    pulses: int = Field(description="Or encoder counts: see `counted_in`.")
+    counted_in: CountedIn | None = Field(description="Null where its operating mode was not read yet.")
     value: float | None = Field(description="The same in `unit`; null without a scale.")
     unit: str | None
 

@@ -10,7 +10,7 @@ from gateway.core.event_types import IO, Signal, Signals
 from gateway.core.lanes import Lane
 from gateway.core.live import Live
 from gateway.core.sampler import IO_HZ, Source
-from gateway.rorze.bodies import Body, R
+from gateway.rorze.bodies import Body, R, counted_in
 from gateway.rorze.event_types import BodyPosition
 from gateway.rorze.sweep import Sweep, Told
 from protocols.rorze.inputs_outputs import GetInputs, GetOutputs
@@ -86,9 +86,13 @@ class PositionSource(BodySource):
 
     def put(self, pulses: int, at: float) -> None:
         """Tell where it stood."""
-        scale = self.body.scale
-        value, unit = (scale.value(pulses), scale.unit) if scale else (None, None)
-        position = BodyPosition(pulses=pulses, value=value, unit=unit)
+        scale, mode = self.body.scale, self.body.mode
+        position = BodyPosition(
+            pulses=pulses,
+            counted_in=None if mode is None else counted_in(mode),
+            value=scale.value(pulses) if scale else None,
+            unit=scale.unit if scale else None,
+        )
         self.live.put(self.type, self.subject, position, at)
 
 

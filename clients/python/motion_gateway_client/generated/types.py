@@ -414,6 +414,9 @@ class BodyPosition(TypedDict):
     """Where a motor stands (6PD)."""
 
     pulses: int
+    """Or encoder counts: see `counted_in`."""
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """Null where its operating mode was not read yet."""
     value: float | None
     """The same in `unit`; null without a scale."""
     unit: str | None
