@@ -7,7 +7,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import backups, catalogue, command_routes, health, lines, sign_in, stops, streams, system
+from api import backups, catalogue, command_routes, health, lines, samples, sign_in, stops, streams, system
 from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
 from api.bodies import routes as bodies
 from api.common import problems, request_ids, schemas
@@ -88,7 +88,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.access = Access(plant, credentials)
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
-    modules = [info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system]
+    modules = [info, moves, samples, stops, groups, lines, streams, catalogue, text_commands, health, system]
     modules += [programs, memories, settings, speed_sets, patterns, backups]
     routers = [info.reads, *(module.router for module in modules), *scaras.routers(), *bodies.routers()]
     for name, family in plant.families.items():

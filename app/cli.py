@@ -12,6 +12,7 @@ from app import (
     journal,
     keys,
     moving,
+    plot_move,
     plotting,
     program,
     serving,
@@ -41,6 +42,7 @@ app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
 app.add_typer(keys.app, name="keys")
 app.add_typer(program.program, name="program")
+plotting.plot.command("move")(plot_move.move)
 app.add_typer(plotting.plot, name="plot")
 
 

@@ -22,7 +22,10 @@ SCAN_S = 60.0
 SILENT_S = 45.0
 """A stream says that it is still here every 15 s; one that does not is begun anew."""
 TRY_AGAIN_S = 1.0
-SHOWN = ("status", "state", "command", "position", "end_cause", "reason", "detail", "seconds")
+SHOWN = (
+    *("status", "state", "command", "position", "end_cause", "reason", "detail", "seconds"),
+    *("pulses", "value", "sensor", "number", "name", "on", "text"),
+)
 """What of an event's data stands in its line."""
 
 
@@ -110,6 +113,9 @@ def watch(
         str | None, typer.Option(help="Only these: addresses or names joined by commas, 3F,lift,r1.")
     ] = None,
     types: Annotated[str | None, typer.Option(help="Only these types: body.move.*,line.down.")] = None,
+    sample: Annotated[
+        float | None, typer.Option(min=0.1, max=50, help="Live values too, so many times a second at most.")
+    ] = None,
     after: Annotated[str | None, typer.Option(help="Begin after this cursor; left out, now.")] = None,
     count: Annotated[int | None, typer.Option(min=1, help="End after so many events.")] = None,
     url: Url = LOCAL,
@@ -120,6 +126,7 @@ def watch(
     client = Client.at(url, key_file)
     try:
         query = {"types": types, "bodies": bodies and _addresses(client, bodies)}
+        query["sample"] = None if sample is None else f"{sample:g}"
         events = _events(client, {name: it for name, it in query.items() if it}, after)
         for event in islice(events, count):
             typer.echo(json.dumps(event, ensure_ascii=False) if as_json else _line(event))

@@ -39,6 +39,8 @@ class EventType:
     """One sentence, without its full stop."""
     since: str = "0.1.0"
     """The version of the gateway that brought it."""
+    live: bool = False
+    """Whether it is a value that is told while somebody watches it, and is not kept."""
 
 
 def table_of(*types: Iterable[EventType]) -> Mapping[str, EventType]:
@@ -184,4 +186,33 @@ OF_THE_GATEWAY = (
     EventType("stream.gap", EVENTS, Gap, "events are missing at this place of the stream"),
 )
 
-CORE = (*LINES, *OF_THE_GATEWAY)
+# live values
+
+IO = "io"
+
+
+class Signal(EventData):
+    """One input or output."""
+
+    channel: int | None = Field(None, description="Of a robot: eight inputs or outputs, from 1.")
+    number: int = Field(description="From 0; of a robot, within its channel.")
+    name: str | None = Field(None, description="As the configuration has it.")
+    on: bool
+
+
+class Signals(EventData):
+    """The inputs and outputs of a body, or of a robot's first channel."""
+
+    inputs: list[Signal]
+    outputs: list[Signal]
+
+
+SIGNALS = EventType(
+    IO,
+    "/{bodies or robots}/{id}",
+    Signals,
+    "somebody watches it (`sample`); twice a second at most",
+    live=True,
+)
+
+CORE = (*LINES, *OF_THE_GATEWAY, SIGNALS)

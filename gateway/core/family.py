@@ -84,7 +84,8 @@ class PortInfo(BaseModel):
     waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
     load: dict[str, float] = Field(
         description="Percent of the last ten seconds that the line was taken up by clients, followers (they "
-        "see moves to their ends), health, probes (of the silent), fences, stops and set_up."
+        "see moves to their ends), health, live (values that somebody watches), probes (of the silent), "
+        "fences, stops and set_up."
     )
     counters: dict[str, int] = Field(description="What has happened on the line since the start.")
 

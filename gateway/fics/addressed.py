@@ -11,6 +11,7 @@ from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.moves import RobotMoves
 from gateway.fics.plans import PlannedRobotMove, plan_of
 from gateway.fics.robot import Robot
+from gateway.fics.samples import RobotSamples, samples_of
 from gateway.fics.soft_limits import uncrossed
 from gateway.fics.units import RobotUnit
 from protocols.fics import commands
@@ -107,6 +108,10 @@ class UnitTarget(RobotTarget):
             raise
         self.robot.macros.note(command, None)
         return Begun(self.path, [move])
+
+    async def samples(self, move_id: str) -> RobotSamples:
+        """Give where it was seen during a move; errors as of `Ways.of`."""
+        return samples_of(self._moves.log.get(move_id), self._moves.ways.of(move_id))
 
     async def jog(self, command: StartJog) -> Opened:
         """Jog an axis, only as long as heartbeats come; errors as of `Jogs.start`."""

@@ -54,6 +54,21 @@ class RobotPowerLoss(SpeedsKnown):
     certain: bool
 
 
+class LiveAxis(EventData):
+    """Where an axis stands."""
+
+    value: float | None = Field(description="Null while the robot does not know it.")
+    unit: str = Field(description="mm, pulse or degree.")
+
+
+class RobotPosition(EventData):
+    """Where the axes of a unit stand (APS)."""
+
+    unit: int
+    coordinates: Coordinates
+    axes: dict[str, LiveAxis]
+
+
 class BitMismatch(EventData):
     """What a unit shows at rest that the configured order of bits does not explain."""
 
@@ -112,5 +127,12 @@ TYPES = (
         }.items()
     ),
     *restore_types("robot", ROBOT, Restore),
+    EventType(
+        "robot.position",
+        UNIT,
+        RobotPosition,
+        "somebody watches it (`sample`), and the robot acts on that unit",
+        live=True,
+    ),
     EventType("robot.left_moving", ROBOT, LeftMoving, "the gateway ends, and it moves as far as is known"),
 )

@@ -14,6 +14,7 @@ from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
+from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
 from gateway.core.targets import Replies, Stopped, Target, stopped
 from gateway.fics import config
@@ -26,6 +27,7 @@ from gateway.fics.exchange import FicsExchange
 from gateway.fics.guards import amid_a_restore, motion_without_proof
 from gateway.fics.jogs import JogSession
 from gateway.fics.line import FicsLine
+from gateway.fics.live import ChannelSource, UnitSource
 from gateway.fics.macros import Macros
 from gateway.fics.move_record import RobotMove
 from gateway.fics.moves import RobotMoves
@@ -67,7 +69,8 @@ class Fics(Family):
     def __init__(self, site: Site) -> None:
         super().__init__(site)
         self._robots: dict[str, Robot] = {}
-        self.moves = RobotMoves()
+        self._tables: dict[str, config.Line] = {}
+        self.moves = RobotMoves(site.events.live.demand_changes)
         self.restores: Restores[RobotRestore] = Restores(self._publish_restore)
 
     def add(self, table: config.Line, port: Transport) -> FicsLine:
@@ -89,6 +92,7 @@ class Fics(Family):
         ]
         line.gate.add(motion_without_proof)
         line.gate.add(amid_a_restore(partial(self._amid_a_restore, it.id)))
+        self._tables[it.id] = table
         self._robots[it.id] = Robot(
             it.id,
             it.name or "",
@@ -196,7 +200,12 @@ class Fics(Family):
 
     def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
         """Look after each robot."""
-        return map(watch, self.robots())
+        live = self.site.events.live
+        for robot in self.robots():
+            yield watch(robot)
+            table = self._tables[robot.id]
+            units = (UnitSource(robot, unit, live, table.move_samples_per_s) for unit in robot.units)
+            yield Sampler(robot.line, live, [*units, ChannelSource(robot, live)], table.live_share).run()
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every robot."""

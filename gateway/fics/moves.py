@@ -1,7 +1,7 @@
 """The moves of robots: started at most once each, remembered when they are over."""
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any
@@ -9,6 +9,8 @@ from typing import Any
 from gateway.core.errors import GatewayError, RestartedFirst
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import MoveError, MoveStatus
+from gateway.core.ways import Way, Ways
+from gateway.fics.axes import Places
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.move_runs import MoveRun
@@ -21,8 +23,11 @@ from protocols.fics.row import FicsCommand
 class RobotMoves:
     """All moves of all robots: starts them, follows them, remembers them."""
 
-    def __init__(self) -> None:
+    def __init__(self, on_way: Callable[[], None] = lambda: None) -> None:
+        self._on_way = on_way
+        """Called when the way of a move begins, or has ended."""
         self.log = MoveLog[RobotMove]()
+        self.ways = Ways[Way[Places]]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
         """With what is known when the robot has taken the command, or why it has not."""
 
@@ -139,12 +144,21 @@ class RobotMoves:
             move.error = MoveError.of(error)
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
+            self._begin_way(robot.unit(move.unit), move, move.sent_at)
         if status.final:
             move.ended_at = datetime.now(UTC)
+            robot.unit(move.unit).way = None
+            self._on_way()
             robot.motion.end_move(move.unit)
             self.log.end(move)
         _publish("started" if status is MoveStatus.MOVING else status, robot, move)
         self.log.on_change(move)
+
+    def _begin_way(self, unit: RobotUnit, move: RobotMove, sent_at: datetime) -> None:
+        start = move.start_position or dict.fromkeys(move.units)
+        unit.way = Way(sent_at, asyncio.get_running_loop().time(), start)
+        self.ways.begin(move.id, unit.way)
+        self._on_way()
 
 
 def _command_of(move: RobotMove) -> FicsCommand[Any]:

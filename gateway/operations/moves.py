@@ -58,3 +58,13 @@ async def get(plant: Plant, target: str, move_id: str, wait_s: float = 0.0) -> M
         raise NotFound(f"{addressed.address} has no move {move_id}.")
     await addressed.log.wait(move_id, wait_s)
     return move
+
+
+@for_caller
+async def samples(plant: Plant, target: str, move_id: str) -> Any:
+    """Give where a body or a unit was seen during a move, and where the plan has it, if there is one.
+
+    :raises NotFound: the target has none of this id, or nothing is kept of it.
+    """
+    await get(plant, target, move_id)
+    return await plant.target(target).samples(move_id)

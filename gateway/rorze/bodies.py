@@ -10,6 +10,8 @@ from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move
 from gateway.core.waiting import happens
+from gateway.core.ways import Way
+from gateway.rorze.edges import Edges
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.flash_state import FlashState
@@ -89,6 +91,7 @@ class Body:
     power: Power = field(default_factory=Power)
     flash: FlashState = field(default_factory=FlashState)
     mark: Mark = field(init=False)
+    edges: Edges = field(init=False)
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
     changing: asyncio.Lock = field(default_factory=asyncio.Lock)
@@ -101,6 +104,10 @@ class Body:
     status_bits: int | None = None
     position: int | None = None
     position_at: float | None = None
+    way: Way[int] | None = None
+    """Where it is seen during the move that is not over yet."""
+    changes: int = 0
+    """Counts what may have changed its settings."""
     mode: ModeName | None = None
     """Its operating mode; None where it may have changed since it was read."""
     told: int = 0
@@ -128,6 +135,7 @@ class Body:
     def __post_init__(self) -> None:
         self.power.on_news = self._power_news
         self.mark = Mark(self)
+        self.edges = Edges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
 
     @cached_property
     def short(self) -> str:
@@ -143,6 +151,11 @@ class Body:
     def online(self) -> bool:
         """Whether it can be asked now, as far as is known."""
         return self.line.state != "down" and self.number not in self.line.silent
+
+    @property
+    def settings(self) -> tuple[int, int]:
+        """Tells whether its settings may have changed: by what it was told, or with its power."""
+        return self.changes, self.power.losses
 
     @property
     def last_heard_at(self) -> float | None:
@@ -317,6 +330,7 @@ class Body:
         if isinstance(command, SetUserComment):
             return
         self.told += 1
+        self.changes += command.effect in (Effect.SETTING, Effect.MAINTENANCE)
         self.rest = None
         self.power.note_told(command)
         if isinstance(command, SetOperatingMode):
@@ -345,6 +359,8 @@ class Body:
             self._saw_motion(bool(reply.bits & PULSES_RUNNING))
         elif isinstance(reply, ControllerStatus) and command == _RUNS:
             self._saw_motion(bool(reply.on))
+        else:
+            self.edges.read(reply)
 
     def perhaps_did(self, command: RorzeCommand[Any]) -> None:
         """Note what may have been done without a reply."""
@@ -367,6 +383,8 @@ class Body:
 
     def _saw_position(self, pulses: int, at: float) -> None:
         self.position, self.position_at = pulses, at
+        if self.way is not None:
+            self.way.add(at, pulses)
         if self.power.contradicts(pulses, 0xFF, self.position_tolerance):
             self.look_due.set()
 
@@ -376,6 +394,12 @@ class Body:
         expected = 0 if self.move is None else PULSES_RUNNING
         if before is None or (before ^ bits) & ~expected:
             self.on_news("body.status.changed", {"status": names_of(bits, CONTROLLER_STATUS_BITS)})
+
+    def reported(self, fields: Mapping[str, int]) -> None:
+        """It has told a change of its state by itself (RC-420 manual 13.11): a reason to look, no proof."""
+        self.edges.reported(fields)
+        if "C" in fields:
+            self.look_due.set()
 
     def _saw_motion(self, runs: bool) -> None:
         if self.move is not None:

@@ -15,18 +15,21 @@ from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
+from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_watch import BodyWatch, watch_sweep
+from gateway.rorze.event_settings import watch_events
 from gateway.rorze.event_types import TYPES
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.group_definition import define, planned_group, watch_groups
 from gateway.rorze.guards import Guards
 from gateway.rorze.jogs import BodyJog, BodyJogs
 from gateway.rorze.line import Line
+from gateway.rorze.live import PositionSource, SignalSource
 from gateway.rorze.moves import Moves
 from gateway.rorze.pace import Health
 from gateway.rorze.power import Power
@@ -43,7 +46,7 @@ from gateway.rorze.sweep import Sweep
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
-from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage
+from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage, program_text
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
 from transports.base import Transport
@@ -92,11 +95,17 @@ class Rorze(Family):
         super().__init__(site)
         self.lines: dict[str, Line] = {}
         self._bodies: dict[str, Body] = {}
+        self._events: dict[Body, config.Events] = {}
         self._groups: dict[str, Group] = {}
         self._sweep_numbers: dict[str, range] = {}
         self._health: dict[str, Health] = {}
+        self._tables: dict[str, config.Line] = {}
         self._defining = asyncio.Lock()
-        self.moves = Moves(self._publish_move, allow_endless_moves=site.allow_endless_moves)
+        self.moves = Moves(
+            self._publish_move,
+            allow_endless_moves=site.allow_endless_moves,
+            on_way=self._way_changes,
+        )
         self.sweeps: dict[str, Sweep] = {}
         """How many bodies of a line are asked at once, by the line's id."""
         self.stops = Stops(site.events, self.groups_of, self.sweeps)
@@ -142,12 +151,15 @@ class Rorze(Family):
             )
             body.on_news = partial(self._on_news, body)
             self._bodies[body.address] = body
+            if it.events is not None:
+                self._events[body] = it.events
         Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out, self._amid_a_restore)
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
         for own in sweep.groups:
             own.on_strangers = partial(self._on_strangers, own)
         self._sweep_numbers[line.id] = table.sweep_numbers
         self._health[line.id] = Health(line, table.health_share)
+        self._tables[line.id] = table
         for group in table.groups:
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
@@ -341,9 +353,23 @@ class Rorze(Family):
         for body in self.bodies():
             line_id = body.line.id
             yield BodyWatch(body, self._health[line_id], self.sweeps[line_id], self.stops.on_line).run()
+        for body, events in self._events.items():
+            yield watch_events(body, events)
         for line in self.lines.values():
             yield watch_sweep(self._health[line.id], self.sweeps[line.id])
             yield watch_groups(line, partial(self._groups_on, line))
+            yield self._sampler(line).run()
+
+    def _sampler(self, line: Line) -> Sampler:
+        live, sweep, table = self.site.events.live, self.sweeps[line.id], self._tables[line.id]
+        bodies = self.bodies_of(line)
+        places = (PositionSource(body, sweep, live, table.move_samples_per_s) for body in bodies)
+        signals = (SignalSource(body, sweep, live) for body in bodies)
+        return Sampler(line, live, [*places, *signals], table.live_share)
+
+    def _way_changes(self, body: Body) -> None:
+        if self._tables[body.line.id].move_samples_per_s:
+            self.site.events.live.demand_changes()
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every body."""
@@ -390,11 +416,15 @@ class Rorze(Family):
         publish = self.site.events.publish
         if isinstance(frame, UnknownMessage):
             publish("line.message", f"/lines/{line.id}", {"frame": frame.text})
+            if told := program_text(frame):
+                publish("body.program.message", f"/bodies/{line.id}.{told.body:02X}", {"text": told.text})
             return
         body = self._bodies.get(f"{line.id}.{frame.body:02X}")
         subject = f"/bodies/{line.id}.{frame.body:02X}"
         if isinstance(frame, StatusChanged):
             publish("body.controller_event", subject, dict(frame.fields))
+            if body is not None:
+                body.reported(frame.fields)
         elif body is None:
             publish("body.end_frame", subject, {"command": frame.code, "cause": frame.cause})
         else:

@@ -18,11 +18,13 @@ from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import Move, MoveError, MoveKind, MoveStatus
 from gateway.core.origin import working
+from gateway.core.ways import Ways
 from gateway.rorze.bodies import Body, Group, MotorState
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Stretch, Verdict
 from gateway.rorze.pace import follow_s
 from gateway.rorze.power import ProofTooOld
+from gateway.rorze.samples import BodyWay
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.origin import CentreStallDog, OriginSearch
@@ -39,11 +41,18 @@ class Moves:
     """All moves of a plant: starts them, follows them, remembers them."""
 
     def __init__(
-        self, publish: Callable[[str, Body, Move], str], *, allow_endless_moves: bool = False
+        self,
+        publish: Callable[[str, Body, Move], str],
+        *,
+        allow_endless_moves: bool = False,
+        on_way: Callable[[Body], None] = lambda _: None,
     ) -> None:
+        self._on_way = on_way
+        """Called when the way of a move begins, or has ended."""
         self._publish = publish
         self._allow_endless_moves = allow_endless_moves
         self.log = MoveLog[Move]()
+        self.ways = Ways[BodyWay]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
         self._no_set_up_before: dict[Line, float] = {}
 
@@ -165,10 +174,11 @@ class Moves:
             move.sent_at = datetime.now(UTC)
         if status.final:
             move.ended_at = datetime.now(UTC)
-            body.move = None
+            body.move = body.way = None
             body.line.followed -= 1
             body.free.set()
             self.log.end(move)
+            self._on_way(body)
         self._publish(
             "body.move.started" if status is MoveStatus.MOVING else f"body.move.{status}", body, move
         )
@@ -206,11 +216,14 @@ class Moves:
                 continue
 
     async def _write(self, flight: "_Flight", expires_at: float) -> "_Results":
-        def written(_: float) -> None:
+        def written(at: float) -> None:
             for case in flight.cases:
                 case.body.was_set_going()
                 self._advance(case.body, case.move, MoveStatus.SENT)
                 flight.on_sent(case.move)
+                case.body.way = BodyWay(case.body, case.move, flight.command, at)
+                self.ways.begin(case.move.id, case.body.way)
+                self._on_way(case.body)
 
         target = flight.target
         if target.line.gate.epoch(target.number) != flight.epoch:

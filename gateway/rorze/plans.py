@@ -1,7 +1,7 @@
 """What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
 
 import asyncio
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from pydantic import BaseModel, Field
 
@@ -51,6 +51,23 @@ class PlannedMove(Record):
     target_position: int | None = Field(description="In pulses, where it can be known beforehand.")
     duration_s: float | None = Field(description="How long pulses would run, with the settings of now.")
     note: str | None = Field(None, description="Why something is not known, or would be refused.")
+
+
+class PlannedWay(NamedTuple):
+    """Where a move leads, by the time since its beginning."""
+
+    profile: Profile
+    start: int
+    pulses_per_count: float
+    """Negative where positions decrease."""
+
+    def position(self, seconds: float) -> float:
+        """The position as the controller would tell it."""
+        return self.start + self.profile.position(seconds) / self.pulses_per_count
+
+    def speed(self, seconds: float) -> float:
+        """How fast that position changes a second; at the end as it arrives."""
+        return self.profile.curve.at(seconds).speed / self.pulses_per_count
 
 
 class GroupPlan(BaseModel):
@@ -117,6 +134,26 @@ async def _amount(body: Body, value: int | PositionReference | str, lane: Lane) 
     return None
 
 
+async def way_of(body: Body, command: RorzeCommand[Any], start: int, target: int | None) -> PlannedWay | None:
+    """Work out the way of a move from the controller's present settings; None where only it can tell.
+
+    :raises ProfileError: the controller would not make such a move.
+    :raises GatewayError: the settings could not be read.
+    """
+    if not isinstance(command, RelativeMove | AbsoluteMove):
+        return None
+    endless = isinstance(command, RelativeMove) and command.distance == "endless"
+    if target is None and not endless:
+        return None
+    ratio = await pulses_per_count(body)
+    distance = None if target is None else round(abs(target - start) * ratio)
+    clockwise = (
+        isinstance(command, MoveClockwise | MoveClockwiseSlowly) if target is None else target >= start
+    )
+    profile = await _profile(body, command, distance)
+    return PlannedWay(profile, start, ratio if clockwise else -ratio)
+
+
 async def pulses_per_count(body: Body) -> float:
     """How many pulses are put out for one of what the operating mode counts: encoder mode counts its steps.
 
@@ -151,7 +188,7 @@ async def top_speed_of(body: Body, speed: Literal["high", "low"], pattern: int |
     return reply.speed
 
 
-async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:
+async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int | None) -> Profile:
     up, down = await parameters_of_pattern(body, command.pattern)
     make = plan_slow if isinstance(command, _SLOW) else plan
     return make(distance, up, down, await _speed_changes(body, command.pattern))

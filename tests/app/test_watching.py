@@ -174,6 +174,15 @@ def test_filters_take_names_and_the_beginning_a_cursor(monkeypatch: pytest.Monke
     assert stream.resumed == ["e-7"]
 
 
+def test_live_values_are_lines_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = {"time": "2026-01-02T03:04:05Z", "type": "body.position", "subject": "/bodies/a.3F"}
+    told = {**known, "data": {"pulses": 500, "value": 0.5, "unit": "mm"}}
+    stream = FakeStream(f"id: e-8\nevent: body.position\ndata: {json.dumps(told)}\n\n")
+    said = stream.watch(monkeypatch, "--sample", "5", "--count", "1")
+    assert stream.queries == [{"sample": "5"}]
+    assert said.stdout.strip().endswith("pulses=500  value=0.5")
+
+
 @pytest.mark.parametrize(("beginning", "code"), [(httpx.ConnectError("refused"), 3), (403, 1), (422, 2)])
 def test_what_cannot_begin_is_told(
     beginning: Exception | int, code: int, monkeypatch: pytest.MonkeyPatch

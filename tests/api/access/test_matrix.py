@@ -66,6 +66,8 @@ GET       /bodies/{body_id}/captures                     view     body
 GET       /bodies/{body_id}/captures/{port}              view     body
 PUT       /bodies/{body_id}/captures/{port}              operate  body
 DELETE    /bodies/{body_id}/captures/{port}              operate  body
+GET       /bodies/{body_id}/moves/{move_id}/samples      view     body
+GET       /bodies/{body_id}/moves/{move_id}/samples.csv  view     body
 POST      /bodies/{body_id}/raw                          setup    body
 POST      /bodies/{body_id}/stop                         stop     body
 GET       /bodies/{body_id}/program                      view     body
@@ -145,6 +147,8 @@ POST      /robots/{robot_id}/units/{unit}/moves          operate  robot
 GET       /robots/{robot_id}/units/{unit}/moves          view     robot
 GET       /robots/{robot_id}/units/{unit}/moves/{move_id} view    robot
 GET       /robots/{robot_id}/macros                      view     robot
+GET       /robots/{robot_id}/units/{unit}/moves/{move_id}/samples view robot
+GET       /robots/{robot_id}/units/{unit}/moves/{move_id}/samples.csv view robot
 POST      /robots/{robot_id}/macros/{name}/runs          operate  robot
 POST      /robots/{robot_id}/jogs                        operate  robot
 POST      /robots/{robot_id}/jogs/{jog_id}/heartbeat     operate  robot

@@ -8,10 +8,18 @@ from motion_gateway_client.generated.types import (
     AbsoluteMoveRequest,
     BodyInfo,
     BodyList,
+    BodySamples,
+    BodySettings,
+    BodySettingsChange,
     BodyStatus,
+    ChangedPattern,
+    ChangedSettings,
+    ChangedSpeedSet,
     Channels,
     CommandList,
     ContinuousMoveRequest,
+    Encoder,
+    EncoderChange,
     EventList,
     GroupDefinition,
     GroupInfo,
@@ -19,6 +27,8 @@ from motion_gateway_client.generated.types import (
     GroupMove,
     GroupPlan,
     HomeRequest,
+    Homing,
+    HomingChange,
     JogRequest,
     JogSession,
     Length,
@@ -33,6 +43,10 @@ from motion_gateway_client.generated.types import (
     Move,
     MoveList,
     OutputState,
+    Pattern,
+    PatternChange,
+    Patterns,
+    PatternValues,
     PlannedMove,
     PlannedRobotMove,
     Position,
@@ -48,6 +62,8 @@ from motion_gateway_client.generated.types import (
     RawRequest,
     Readiness,
     RelativeMoveRequest,
+    Resolution,
+    ResolutionRequest,
     RobotAbsoluteMoveRequest,
     RobotErrors,
     RobotHomeRequest,
@@ -60,14 +76,20 @@ from motion_gateway_client.generated.types import (
     RobotRawReply,
     RobotRawRequest,
     RobotRelativeMoveRequest,
+    RobotSamples,
     RobotStepRequest,
     RunRequest,
     Scan,
     SettingsChange,
     SpeedAccepted,
+    SpeedCurve,
     SpeedDecrease,
     SpeedIncrease,
+    SpeedSet,
+    SpeedSetChange,
+    SpeedSets,
     SpeedSetting,
+    SpeedSetValues,
     Statuses,
     StopRequest,
     StopResult,
@@ -101,7 +123,7 @@ class AsyncOperations(Protocol):
         """Send a request, and give the answer's content."""
 
     async def read_position(self, body_id: str) -> Position:
-        """Ask the controller where the motor stands (6PD)."""
+        """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
         answer: Position = await self.call("GET", filled("/bodies/{body_id}/position", body_id=body_id))
         return answer
 
@@ -118,7 +140,10 @@ class AsyncOperations(Protocol):
         return answer
 
     async def read_status(self, body_id: str) -> BodyStatus:
-        """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD)."""
+        """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
+
+        Where a STALL error stands it is asked who has found it (QRD, PRD).
+        """
         answer: BodyStatus = await self.call("GET", filled("/bodies/{body_id}/status", body_id=body_id))
         return answer
 
@@ -270,6 +295,50 @@ class AsyncOperations(Protocol):
         )
         return answer
 
+    async def get_samples(self, body_id: str, move_id: str) -> BodySamples:
+        """Get where a body was seen during a move, and where the plan has it, for the settings of the move.
+
+        The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
+        samples until the gateway ends; one that is under way has those until now.
+        """
+        answer: BodySamples = await self.call(
+            "GET", filled("/bodies/{body_id}/moves/{move_id}/samples", body_id=body_id, move_id=move_id)
+        )
+        return answer
+
+    async def download_samples(self, body_id: str, move_id: str) -> str:
+        """Get the same as CSV: time, time_s, pulses, the planned pulses, and the value in the body's unit."""
+        answer: str = await self.call(
+            "GET", filled("/bodies/{body_id}/moves/{move_id}/samples.csv", body_id=body_id, move_id=move_id)
+        )
+        return answer
+
+    async def get_robot_samples(self, robot_id: str, unit: int, move_id: str) -> RobotSamples:
+        """Get where a unit was seen during a move. No command tells a robot's speed curve: nothing is planned."""
+        answer: RobotSamples = await self.call(
+            "GET",
+            filled(
+                "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples",
+                robot_id=robot_id,
+                unit=unit,
+                move_id=move_id,
+            ),
+        )
+        return answer
+
+    async def download_robot_samples(self, robot_id: str, unit: int, move_id: str) -> str:
+        """Get the same as CSV: time, time_s, and a column for each axis with its unit."""
+        answer: str = await self.call(
+            "GET",
+            filled(
+                "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples.csv",
+                robot_id=robot_id,
+                unit=unit,
+                move_id=move_id,
+            ),
+        )
+        return answer
+
     async def stop_all(self, body: StopRequest | None = None, /) -> StopResult:
         """Stop all bodies and robots of all lines by software. It does not replace a hardware stop."""
         answer: StopResult = await self.call("POST", filled("/stop"), body=body)
@@ -359,13 +428,17 @@ class AsyncOperations(Protocol):
         bodies: str | None = None,
         types: str | None = None,
         limit: int | None = None,
+        sample: float | None = None,
     ) -> EventList:
         """List what has happened after a cursor, or from the oldest event that is kept.
 
         Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
+        With `sample` the values that are watched follow the events, as read within a second.
         """
         answer: EventList = await self.call(
-            "GET", filled("/events"), query={"after": after, "bodies": bodies, "types": types, "limit": limit}
+            "GET",
+            filled("/events"),
+            query={"after": after, "bodies": bodies, "types": types, "limit": limit, "sample": sample},
         )
         return answer
 
@@ -524,6 +597,239 @@ class AsyncOperations(Protocol):
             filled("/bodies/{body_id}/memories/{name}", body_id=body_id, name=name),
             body=body,
             idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_body_settings(self, body_id: str) -> BodySettings:
+        """Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
+
+        Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
+        """
+        answer: BodySettings = await self.call("GET", filled("/bodies/{body_id}/settings", body_id=body_id))
+        return answer
+
+    async def change_body_settings(
+        self,
+        body_id: str,
+        body: BodySettingsChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set those of the named settings that differ, one by one, and read each back; refused while it moves.
+
+        Null ends soft limits, error outputs and what interrupts do. With `If-Match` all settings are read before,
+        and nothing is sent where they are otherwise than they were.
+        """
+        answer: ChangedSettings = await self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/settings", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_homing(self, body_id: str) -> Homing:
+        """Ask a body how it searches its origin, and how far its last search went (0PD)."""
+        answer: Homing = await self.call("GET", filled("/bodies/{body_id}/homing", body_id=body_id))
+        return answer
+
+    async def change_homing(
+        self,
+        body_id: str,
+        body: HomingChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set what differs of the set-up of homing, and read it back; refused while the motor moves."""
+        answer: ChangedSettings = await self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/homing", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_encoder(self, body_id: str) -> Encoder:
+        """Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7)."""
+        answer: Encoder = await self.call("GET", filled("/bodies/{body_id}/encoder", body_id=body_id))
+        return answer
+
+    async def change_encoder(
+        self,
+        body_id: str,
+        body: EncoderChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set what differs of the set-up of the encoder, and read it back; refused while the motor moves."""
+        answer: ChangedSettings = await self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/encoder", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def set_encoder_resolution(
+        self,
+        body_id: str,
+        body: ResolutionRequest,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> Resolution:
+        """Set multiplier and ratio (PAS, PBS) by what a turn is to motor and encoder (RC-420 manual 13.7.2)."""
+        answer: Resolution = await self.call(
+            "PUT",
+            filled("/bodies/{body_id}/encoder/resolution", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def list_speed_sets(
+        self, body_id: str, *, first: int | None = None, last: int | None = None
+    ) -> SpeedSets:
+        """Ask a body for its speed parameter sets, five frames for each."""
+        answer: SpeedSets = await self.call(
+            "GET",
+            filled("/bodies/{body_id}/speed-sets", body_id=body_id),
+            query={"first": first, "last": last},
+        )
+        return answer
+
+    async def read_speed_set(self, body_id: str, n: int) -> SpeedSet:
+        """Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD)."""
+        answer: SpeedSet = await self.call(
+            "GET", filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n)
+        )
+        return answer
+
+    async def set_speed_set(
+        self,
+        body_id: str,
+        n: int,
+        body: SpeedSetValues,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSpeedSet:
+        """Set the parameters of a set that differ, and read each back; refused while the motor moves."""
+        answer: ChangedSpeedSet = await self.call(
+            "PUT",
+            filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def change_speed_set(
+        self,
+        body_id: str,
+        n: int,
+        body: SpeedSetChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSpeedSet:
+        """Set those of the named parameters that differ, and read each back; refused while the motor moves."""
+        answer: ChangedSpeedSet = await self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def list_patterns(
+        self, body_id: str, *, first: int | None = None, last: int | None = None
+    ) -> Patterns:
+        """Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set."""
+        answer: Patterns = await self.call(
+            "GET", filled("/bodies/{body_id}/patterns", body_id=body_id), query={"first": first, "last": last}
+        )
+        return answer
+
+    async def read_pattern(self, body_id: str, n: int) -> Pattern:
+        """Ask a body for an acceleration pattern (SPD) with its speed changes (SED)."""
+        answer: Pattern = await self.call(
+            "GET", filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n)
+        )
+        return answer
+
+    async def set_pattern(
+        self,
+        body_id: str,
+        n: int,
+        body: PatternValues,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedPattern:
+        """Set what differs of a pattern and its speed changes, and read it back; refused while the motor moves.
+
+        Where a change shall go, all are cleared (SES) and those that stay are set again.
+        """
+        answer: ChangedPattern = await self.call(
+            "PUT",
+            filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def change_pattern(
+        self,
+        body_id: str,
+        n: int,
+        body: PatternChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedPattern:
+        """Set what differs of what is named, and read it back; refused while the motor moves."""
+        answer: ChangedPattern = await self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_curve(
+        self,
+        body_id: str,
+        n: int,
+        *,
+        distance: float | None = None,
+        unit: Literal["pulse", "mm", "um", "deg", "mdeg"] | None = None,
+        speed: Literal["high", "low"] | None = None,
+        points: int | None = None,
+    ) -> SpeedCurve:
+        """Work out how a move with this pattern would go, with the settings of now; nothing moves."""
+        answer: SpeedCurve = await self.call(
+            "GET",
+            filled("/bodies/{body_id}/patterns/{n}/curve", body_id=body_id, n=n),
+            query={"distance": distance, "unit": unit, "speed": speed, "points": points},
         )
         return answer
 

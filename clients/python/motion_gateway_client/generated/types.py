@@ -5,6 +5,19 @@ from __future__ import annotations
 from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
 
 
+class AboutSetting(TypedDict):
+    """What the manual says of a setting."""
+
+    command: str
+    """The code that sets it."""
+    unit: str | None
+    """pulse, pps, pps/s, percent, ms, um, pulse/count; null for none."""
+    minimum: float | None
+    maximum: float | None
+    default: JsonValue
+    """What it is when nothing was written to flash memory."""
+
+
 class AbsoluteMoveRequest(TypedDict):
     """Move to a position (RC-420 manual 13.2)."""
 
@@ -149,6 +162,22 @@ class BodyInfo(TypedDict):
     position_read_at: str | None
     status: list[str] | None
     """The status bits that were set when last read."""
+
+
+class BodyInputChangedEvent(TypedDict):
+    """An input is told to be another than before; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.input.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: InputChange
 
 
 class BodyLeftMovingEvent(TypedDict):
@@ -381,6 +410,32 @@ class BodyOnlineEvent(TypedDict):
     data: Nothing
 
 
+class BodyPosition(TypedDict):
+    """Where a motor stands (6PD)."""
+
+    pulses: int
+    """Or encoder counts: see `counted_in`."""
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """Null where its operating mode was not read yet."""
+    value: float | None
+    """The same in `unit`; null without a scale."""
+    unit: str | None
+
+
+class BodyPositionEvent(TypedDict):
+    """Somebody watches it (`sample`); about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    data: BodyPosition
+    cursor: str
+
+
 class BodyPowerCycleAcknowledgedEvent(TypedDict):
     """It may go to places again; about `/bodies/{body_id}`."""
 
@@ -449,6 +504,22 @@ class BodyProgramEndedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: ProgramRun
+
+
+class BodyProgramMessageEvent(TypedDict):
+    """Its user program tells something (SDC, SDD); about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.program.message"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ProgramText
 
 
 class BodyProgramStartedEvent(TypedDict):
@@ -547,6 +618,168 @@ class BodyProgramUploadSucceededEvent(TypedDict):
     data: ProgramUpload
 
 
+class BodySample(TypedDict):
+    """Where a motor stood."""
+
+    time: str
+    """When the controller's answer came."""
+    time_s: float
+    """Seconds since the move's command was written."""
+    pulses: int
+    value: float | None
+    """The same in `unit`; null without a scale."""
+    planned_pulses: float | None
+    """Where the plan has it then; null without a plan."""
+
+
+class BodySamples(TypedDict):
+    """Where a body was seen during a move: each answer that told its position, 512 at most."""
+
+    move_id: str
+    body_id: str
+    unit: str | None
+    pulses_per_unit: float | None
+    """The body's scale; null without one."""
+    planned_s: float | None
+    """How long the plan has pulses run; null without a plan or an end."""
+    plan: list[PlannedPoint] | None
+    """Evenly spread, and where a part of the curve begins."""
+    note: str | None
+    """Why there is no plan."""
+    samples: list[BodySample]
+
+
+class BodySensorChangedEvent(TypedDict):
+    """A sensor is told to be another than before; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.sensor.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: SensorChange
+
+
+class BodySettings(TypedDict):
+    """The settings of a body."""
+
+    body_id: str
+    version: str
+    """Of the control software (9VD)."""
+    settings: Settings
+    """In RAM: those in force."""
+    in_unit: dict[str, Scaled]
+    """Those in pulses, in the body's unit, by their names; empty without a scale."""
+    unavailable: dict[str, str]
+    """Settings that cannot be read now, and why."""
+    flash: Settings | None
+    """In flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS. Position index and outputs change without a command, so they are never told."""
+    about: dict[str, AboutSetting]
+    """Units, ranges, and values of the factory, by name."""
+
+
+class BodySettingsChange(TypedDict):
+    """Settings to change; the others stay as they are.
+
+    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
+    """
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+    operating_mode: NotRequired[Literal["stepping", "encoder", "servo"] | None]
+    """EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1)."""
+    pulse_format: NotRequired[Literal["pulse_direction", "cw_ccw"] | None]
+    """EDS."""
+    soft_limits: NotRequired[Stretch | None]
+    """EPS: moves that would end outside are refused; null where there are none."""
+    input_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DIS."""
+    sensor_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DLS: the sensor inputs, and the CLR output."""
+    noise_filters: NotRequired[dict[str, int] | None]
+    """DCS: equal samples, one each ms, that make a change of level."""
+    outputs: NotRequired[dict[str, bool] | None]
+    """COS: general outputs; FIS keeps them as they are then."""
+    error_outputs: NotRequired[dict[str, ErrorOutputSetting | None] | None]
+    """CES: the output that reports an error; each needs one of its own."""
+    interrupt_edges: NotRequired[dict[str, Literal["off", "falling", "rising"]] | None]
+    """CPS: the edge that interrupts; setting it clears what is recorded and pulsed."""
+    interrupt_ranges: NotRequired[dict[str, Stretch | None] | None]
+    """CSS: where an interrupt is heeded; null for everywhere."""
+    interrupt_records: NotRequired[dict[str, dict[str, int | None]] | None]
+    """CFS: the positions of the table that take a value."""
+    interrupt_pulses: NotRequired[dict[str, InterruptPulse | None] | None]
+    """CFS: the pulse that an interrupt gives."""
+    clear_pulse_ms: NotRequired[int | None]
+    """CCS: the CLR signal's pulse; 0 gives none; servo mode only."""
+    robot_type: NotRequired[Literal["three_axes", "two_axes_belt_linked"] | None]
+    """HTS; not in encoder mode."""
+    driven_axis: NotRequired[int | None]
+    """HCS: the axis of a SCARA robot that it drives; not in encoder mode."""
+    arm_length_um: NotRequired[int | None]
+    """HAS; not in encoder mode."""
+    finger_length_um: NotRequired[int | None]
+    """HFS; not in encoder mode."""
+    pulses_per_turn: NotRequired[dict[str, float] | None]
+    """HZS: of each axis, with up to eight decimals; not in encoder mode."""
+    position_index: NotRequired[int | None]
+    """3IS: moves that step it change it, too."""
+    comments: NotRequired[dict[str, str] | None]
+    """9VS: up to 40 printable ASCII characters; the mark of the gateway is not shown."""
+    autostart: NotRequired[bool | None]
+    """UAS: whether the user program starts at power-on (RC-420 manual 15)."""
+
+
+class BodySettingsChangedEvent(TypedDict):
+    """Settings were changed by one of its documents; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.settings.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: SettingsNews
+
+
 class BodyStatus(TypedDict):
     """The state of a controller."""
 
@@ -554,6 +787,8 @@ class BodyStatus(TypedDict):
     moving: bool
     status: StatusBits
     sensors: SensorBits
+    stalls: list[StallFound]
+    """Which finder has raised a STALL error that stands."""
     end_causes: list[str]
     """Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; empty after a normal end, and while the motor moves."""
     read_at: str
@@ -641,6 +876,70 @@ class BodyUnreadableEvent(TypedDict):
     data: Unreadable
 
 
+class ChangeStep(TypedDict):
+    """What became of one value that was asked for."""
+
+    name: str
+    command: str
+    """The command that sets it, without frame."""
+    outcome: Literal["unchanged", "changed"]
+    """unchanged: it was so already, and nothing was sent; changed: set, and read back."""
+    before: JsonValue
+
+
+class ChangedPattern(TypedDict):
+    """A pattern as it was read back after a change."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard one, which is made of set 30 and has no changes."""
+    acceleration_set: int | None
+    """Null where the pattern was never set."""
+    deceleration_set: int | None
+    changes: list[SpeedChangeInfo] | None
+    """Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them."""
+    flash: PatternSets | None
+    """What flash memory holds; null where that is not known."""
+    steps: list[ChangeStep]
+    """What the change took, in order."""
+
+
+class ChangedSettings(TypedDict):
+    """Settings after a change, as they were read back."""
+
+    body_id: str
+    settings: Settings
+    """Those that were named."""
+    steps: list[ChangeStep]
+    """What the change took, in order."""
+
+
+class ChangedSpeedSet(TypedDict):
+    """A set as it was read back after a change."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard set."""
+    start_speed_pps: int
+    """OL, 1-30,000; 0 where it was never set."""
+    maximum_speed_pps: int
+    """OH, 1-1,000,000; 0 where it was never set."""
+    acceleration_pps_s: int
+    """OS, 1-10,000,000; 0 where it was never set."""
+    rising_percent: int
+    """OA, 0-100."""
+    falling_percent: int
+    """OB, 0-100."""
+    start_speed: Scaled | None
+    """In the body's unit; null without a scale."""
+    maximum_speed: Scaled | None
+    acceleration: Scaled | None
+    flash: InFlash | None
+    """What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS."""
+    steps: list[ChangeStep]
+    """What the change took, in order."""
+
+
 class Channel(TypedDict):
     """Eight inputs or outputs."""
 
@@ -713,13 +1012,14 @@ class ContinuousMoveRequest(TypedDict):
 
 
 class ControllerEvent(TypedDict):
-    """A frame 7E: the fields that its ESS setting names, in the order they came."""
+    """A frame 7E: the fields that its ESS setting names, in the order they came (RC-420 manual 13.11.3)."""
 
     C: NotRequired[int | None]
-    """Sensors (CLD)."""
-    M: NotRequired[int | None]
     """Controller status (9CD)."""
+    M: NotRequired[int | None]
+    """Cause of the end of the last move (9MD)."""
     S: NotRequired[int | None]
+    """Sensors (CLD)."""
     I: NotRequired[int | None]
     """Inputs."""
     O: NotRequired[int | None]
@@ -739,12 +1039,112 @@ class Crashed(TypedDict):
     """Commands of which nobody knows what has become of them."""
 
 
+class CurvePoint(TypedDict):
+    """A moment of the move, in the pulses that are put out."""
+
+    time_s: float
+    """Seconds since the first pulse."""
+    position: float
+    """Pulses since the start."""
+    speed: float
+    """Pulses per second."""
+    acceleration: float
+    """Pulses per second, per second; below 0 while it slows down."""
+    position_in_unit: float | None
+    """In the body's unit; null without a scale."""
+    speed_in_unit: float | None
+    acceleration_in_unit: float | None
+
+
+class Encoder(TypedDict):
+    """The encoder of a body, and its set-up."""
+
+    body_id: str
+    operating_mode: Literal["stepping", "encoder", "servo"]
+    settings: EncoderSettings
+    """In RAM."""
+    in_unit: dict[str, Scaled]
+    """Those in pulses, in the body's unit, by their names."""
+    unavailable: dict[str, str]
+    """Settings that cannot be read now, and why."""
+    last: EncoderCounts
+    """What was counted when it was asked."""
+
+
+class EncoderChange(TypedDict):
+    """What of the set-up of the encoder shall change; the rest stays as it is."""
+
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+
+
+class EncoderCounts(TypedDict):
+    """Where the encoder is."""
+
+    counted_in: Literal["pulses", "encoder_counts"]
+    """What positions and amounts of this body are counted in."""
+    position: int
+    """6PD."""
+    position_in_unit: Scaled | None
+    count: int
+    """The encoder's count (6ED)."""
+    count_in_pulses: int
+    """The same, times the ratio (6MD)."""
+    difference: int | None
+    """Pulses put out beyond what the encoder has seen; null in encoder mode, where only the encoder is told."""
+    stalled: bool
+    """Whether the encoder has found a step-out that stands (PRD)."""
+
+
+class EncoderSettings(TypedDict):
+    """How the encoder is counted, watched and adjusted to (RC-420 manual 13.7)."""
+
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+
+
 class EndFrame(TypedDict):
     """A frame 7D of a body that is not in the configuration."""
 
     command: str
     cause: int
     """The byte of 9MD, 0 after a normal end."""
+
+
+class ErrorOutputSetting(TypedDict):
+    """The output that reports an error."""
+
+    output: int
+    on: bool
+    """The state that it takes on an error."""
 
 
 class ErrorsReset(TypedDict):
@@ -767,6 +1167,7 @@ class EventList(TypedDict):
         | GatewayLoopHeldEvent
         | GatewayShuttingDownEvent
         | StreamGapEvent
+        | IoEvent
         | BodyMoveQueuedEvent
         | BodyMoveSentEvent
         | BodyMoveStartedEvent
@@ -789,6 +1190,9 @@ class EventList(TypedDict):
         | BodyPowerCycleAcknowledgedEvent
         | BodyPowerMarkMissingEvent
         | BodyControllerEventEvent
+        | BodySensorChangedEvent
+        | BodyInputChangedEvent
+        | BodyProgramMessageEvent
         | BodyEndFrameEvent
         | BodyProgramUploadStartedEvent
         | BodyProgramUploadProgressEvent
@@ -797,6 +1201,8 @@ class EventList(TypedDict):
         | BodyProgramUploadCancelledEvent
         | BodyProgramStartedEvent
         | BodyProgramEndedEvent
+        | BodyPositionEvent
+        | BodySettingsChangedEvent
         | BodyLeftMovingEvent
         | GroupStrangersEvent
         | LineStrictEvent
@@ -836,6 +1242,7 @@ class EventList(TypedDict):
         | RobotJogLostEvent
         | RobotJogStoppedEvent
         | RobotJogNotStoppedEvent
+        | RobotPositionEvent
         | RobotLeftMovingEvent
     ]
     cursor: str
@@ -1043,13 +1450,101 @@ class GroupStrangersEvent(TypedDict):
 
 
 class HomeRequest(TypedDict):
-    """Search the origin (RC-420 manual 13.5)."""
+    """Search the origin (RC-420 manual 13.5), or the centre of the stall dog after that (13.6.2)."""
 
     kind: Literal["home"]
     method: NotRequired[
-        Literal["standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204"]
+        Literal[
+            "standard",
+            "stall_detection",
+            "fast_then_stop",
+            "fast_then_decelerate",
+            "rc204",
+            "centre_stall_dog",
+        ]
     ]
-    """Commands 00M, 01M, 02M, 03M and 04M, in this order. Left out: standard."""
+    """Commands 00M, 01M, 02M, 03M, 04M and 0QM, in this order. 0QM goes to the nearest dog, and makes no body `homed`. Left out: standard."""
+
+
+class Homing(TypedDict):
+    """How a body searches its origin."""
+
+    body_id: str
+    settings: HomingSettings
+    """In RAM; the speeds are those of the standard set."""
+    in_unit: dict[str, Scaled]
+    """Those in pulses, in the body's unit, by their names; empty without a scale."""
+    overrun: int
+    """Pulses to overrun the sensor: the offset times the factor."""
+    last: LastHoming
+
+
+class HomingChange(TypedDict):
+    """What of the set-up of homing shall change; the rest stays as it is."""
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+
+
+class HomingSettings(TypedDict):
+    """What origin searches and the centring of stall dogs go by (RC-420 manual 13.5, 13.6.2)."""
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+
+
+class InFlash(TypedDict):
+    """The parameters in flash memory."""
+
+    start_speed_pps: int | None
+    maximum_speed_pps: int | None
+    acceleration_pps_s: int | None
+    rising_percent: int | None
+    falling_percent: int | None
+
+
+class InputChange(TypedDict):
+    """A general input that is on or off now."""
+
+    number: int
+    name: str | None
+    """As the configuration has it."""
+    on: bool
+
+
+class InterruptPulse(TypedDict):
+    """A one-shot pulse on an output."""
+
+    output: int
+    on: bool
+    """The state during the pulse."""
+    duration_ms: int
 
 
 class InvalidField(TypedDict):
@@ -1062,6 +1557,20 @@ class InvalidField(TypedDict):
     """In a text of many lines: which one, from 1."""
     column: NotRequired[int | None]
     """Where in that line, from 1."""
+
+
+class IoEvent(TypedDict):
+    """Somebody watches it (`sample`); twice a second at most; about `/{bodies or robots}/{id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["io"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    data: Signals
+    cursor: str
 
 
 class JogRequest(TypedDict):
@@ -1098,6 +1607,15 @@ class JournalTrouble(TypedDict):
     """Why the journal cannot be written."""
 
     reason: str
+
+
+class LastHoming(TypedDict):
+    """What became of the last search."""
+
+    homed: Literal["yes", "no", "unknown"]
+    distance: int
+    """Pulses from its end back to its start (0PD); 0 after power-on."""
+    in_unit: Scaled | None
 
 
 class LeftMoving(TypedDict):
@@ -1151,7 +1669,7 @@ class LineInfo(TypedDict):
     waiting: dict[str, int]
     """Requests waiting in each lane."""
     load: dict[str, float]
-    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up."""
+    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
     """What has happened on the line since the start."""
     protocol: Literal["rorze"]
@@ -1284,6 +1802,15 @@ class LineUpEvent(TypedDict):
     data: LineUp
 
 
+class LiveAxis(TypedDict):
+    """Where an axis stands."""
+
+    value: float | None
+    """Null while the robot does not know it."""
+    unit: str
+    """mm, pulse or degree."""
+
+
 class Liveness(TypedDict):
     """The gateway's process answers."""
 
@@ -1383,13 +1910,15 @@ class Move(TypedDict):
     """The group it was sent to, if it was."""
     kind: Literal["relative", "absolute", "home", "continuous", "interpolated"]
     end_cause: str | None
-    """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed or position_mismatch as the gateway found."""
+    """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed, position_mismatch or not_in_position as the gateway found."""
     start_position: int | None
     """In pulses, before the move."""
     target_position: int | None
     """In pulses, where it can be known beforehand."""
     position: int | None
     """In pulses, as last read."""
+    homing_distance: int | None
+    """Of a homing that ended well: pulses from its end back to its start (0PD)."""
     completion: Literal["frame", "polling"] | None
     """Whether the end was announced by the link master or found by polling."""
 
@@ -1432,6 +1961,57 @@ class Overdue(TypedDict):
     request_id: str | None
 
 
+class Pattern(TypedDict):
+    """An acceleration pattern as the body holds it in RAM."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard one, which is made of set 30 and has no changes."""
+    acceleration_set: int | None
+    """Null where the pattern was never set."""
+    deceleration_set: int | None
+    changes: list[SpeedChangeInfo] | None
+    """Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them."""
+    flash: PatternSets | None
+    """What flash memory holds; null where that is not known."""
+
+
+class PatternChange(TypedDict):
+    """What of a pattern shall change; the rest stays as it is."""
+
+    acceleration_set: NotRequired[int | None]
+    """0-29."""
+    deceleration_set: NotRequired[int | None]
+    """0-29."""
+    changes: NotRequired[list[SpeedChangeRequest] | None]
+
+
+class PatternSets(TypedDict):
+    """The speed parameter sets of a pattern."""
+
+    acceleration_set: int
+    deceleration_set: int
+
+
+class PatternValues(TypedDict):
+    """A pattern: two speed parameter sets, and its changes of speed."""
+
+    acceleration_set: int
+    """Speed parameter set of the acceleration, 0-29."""
+    deceleration_set: int
+    """Speed parameter set of the deceleration, 0-29."""
+    changes: NotRequired[list[SpeedChangeRequest]]
+    """All that it shall have."""
+
+
+class Patterns(TypedDict):
+    """Acceleration patterns of a body."""
+
+    body_id: str
+    patterns: list[Pattern]
+    """In the order of their numbers."""
+
+
 class PlannedMove(TypedDict):
     """A move that was checked and not sent."""
 
@@ -1446,6 +2026,15 @@ class PlannedMove(TypedDict):
     """How long pulses would run, with the settings of now."""
     note: str | None
     """Why something is not known, or would be refused."""
+
+
+class PlannedPoint(TypedDict):
+    """Where the plan has a motor, had it begun when its command was written."""
+
+    time_s: float
+    pulses: float
+    speed: float
+    """Pulses per second; below 0 where positions decrease."""
 
 
 class PlannedRobotMove(TypedDict):
@@ -1474,6 +2063,9 @@ class Position(TypedDict):
 
     body_id: str
     pulses: int
+    """Or encoder counts: see `counted_in`."""
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known."""
     value: float | None
     """The same in `unit`; null without a scale."""
     unit: str | None
@@ -1617,6 +2209,12 @@ class ProgramState(TypedDict):
     """Null where the gateway has started none."""
 
 
+class ProgramText(TypedDict):
+    """What a user program tells (SDC, SDD)."""
+
+    text: str
+
+
 class ProgramUpload(TypedDict):
     """One upload of a user program to one body."""
 
@@ -1680,6 +2278,34 @@ class RelativeMoveRequest(TypedDict):
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+
+
+class Resolution(TypedDict):
+    """What comes of motor and encoder."""
+
+    body_id: str
+    encoder_multiplier: Literal["double", "quadruple"]
+    """PAS."""
+    encoder_ratio: float
+    """PBS: motor pulses for each count, rounded to two decimals."""
+    counts_per_turn: int
+    drift_per_turn: float
+    """Pulses by which motor and encoder come apart in each turn, because of the rounding."""
+    changed: ChangedSettings | None
+    """What was set; null after a dry run."""
+
+
+class ResolutionRequest(TypedDict):
+    """What a turn of the shaft is to the motor, and to the encoder."""
+
+    motor_steps_per_turn: int
+    """Pulses that turn the motor once."""
+    encoder_lines_per_turn: int
+    """Lines of the encoder, before any multiplication."""
+    multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """Left out: quadruple, or double where the ratio would be below 1."""
+    dry_run: NotRequired[bool]
+    """Only say what would be set. Left out: false."""
 
 
 class RobotAbsoluteMoveRequest(TypedDict):
@@ -1928,7 +2554,7 @@ class RobotLineInfo(TypedDict):
     waiting: dict[str, int]
     """Requests waiting in each lane."""
     load: dict[str, float]
-    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up."""
+    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
     """What has happened on the line since the start."""
     protocol: Literal["fics"]
@@ -2218,6 +2844,28 @@ class RobotOnlineEvent(TypedDict):
     data: Nothing
 
 
+class RobotPosition(TypedDict):
+    """Where the axes of a unit stand (APS)."""
+
+    unit: int
+    coordinates: Literal["user", "motor"]
+    axes: dict[str, LiveAxis]
+
+
+class RobotPositionEvent(TypedDict):
+    """Somebody watches it (`sample`), and the robot acts on that unit; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.position"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    data: RobotPosition
+    cursor: str
+
+
 class RobotPositionMoveRequest(TypedDict):
     """Move to a stored position (C-HOST manual 2-16)."""
 
@@ -2290,6 +2938,29 @@ class RobotRelativeMoveRequest(TypedDict):
     axes: dict[str, Any]
     """By name; an axis that is not named stays where it is."""
     kind: Literal["relative"]
+
+
+class RobotSample(TypedDict):
+    """Where the axes stood."""
+
+    time: str
+    """When the robot's answer came."""
+    time_s: float
+    """Seconds since the move's command was written."""
+    axes: dict[str, float | None]
+    """Null while the robot does not know it."""
+
+
+class RobotSamples(TypedDict):
+    """Where a unit was seen during a move: 512 answers at most."""
+
+    move_id: str
+    robot_id: str
+    unit: int
+    coordinates: Literal["user", "motor"]
+    units: dict[str, str]
+    """What positions are counted in, by axis: mm, pulse or degree."""
+    samples: list[RobotSample]
 
 
 class RobotSpeedsRestoredEvent(TypedDict):
@@ -2437,6 +3108,14 @@ class RunRequest(TypedDict):
     """Execute one instruction only; without label and address the next one. Left out: false."""
 
 
+class Scaled(TypedDict):
+    """A number of pulses, or of pulses per second, in the body's unit."""
+
+    value: float
+    unit: str
+    """Such as mm, mm/s or mm/s2."""
+
+
 class Scan(TypedDict):
     """One scan of a line."""
 
@@ -2460,6 +3139,92 @@ class SensorBits(TypedDict):
     ccw_limit: bool
     in_position: bool
     ems: bool
+
+
+class SensorChange(TypedDict):
+    """A sensor that is on or off now."""
+
+    sensor: str
+    """stall, origin, cw_limit, ccw_limit, in_position or ems."""
+    on: bool
+
+
+class Settings(TypedDict):
+    """Settings by name; null is one that is not set, or not known."""
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+    operating_mode: NotRequired[Literal["stepping", "encoder", "servo"] | None]
+    """EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1)."""
+    pulse_format: NotRequired[Literal["pulse_direction", "cw_ccw"] | None]
+    """EDS."""
+    soft_limits: NotRequired[Stretch | None]
+    """EPS: moves that would end outside are refused; null where there are none."""
+    input_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DIS."""
+    sensor_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DLS: the sensor inputs, and the CLR output."""
+    noise_filters: NotRequired[dict[str, int] | None]
+    """DCS: equal samples, one each ms, that make a change of level."""
+    outputs: NotRequired[dict[str, bool] | None]
+    """COS: general outputs; FIS keeps them as they are then."""
+    error_outputs: NotRequired[dict[str, ErrorOutputSetting | None] | None]
+    """CES: the output that reports an error; each needs one of its own."""
+    interrupt_edges: NotRequired[dict[str, Literal["off", "falling", "rising"]] | None]
+    """CPS: the edge that interrupts; setting it clears what is recorded and pulsed."""
+    interrupt_ranges: NotRequired[dict[str, Stretch | None] | None]
+    """CSS: where an interrupt is heeded; null for everywhere."""
+    interrupt_records: NotRequired[dict[str, dict[str, int | None]] | None]
+    """CFS: the positions of the table that take a value."""
+    interrupt_pulses: NotRequired[dict[str, InterruptPulse | None] | None]
+    """CFS: the pulse that an interrupt gives."""
+    clear_pulse_ms: NotRequired[int | None]
+    """CCS: the CLR signal's pulse; 0 gives none; servo mode only."""
+    robot_type: NotRequired[Literal["three_axes", "two_axes_belt_linked"] | None]
+    """HTS; not in encoder mode."""
+    driven_axis: NotRequired[int | None]
+    """HCS: the axis of a SCARA robot that it drives; not in encoder mode."""
+    arm_length_um: NotRequired[int | None]
+    """HAS; not in encoder mode."""
+    finger_length_um: NotRequired[int | None]
+    """HFS; not in encoder mode."""
+    pulses_per_turn: NotRequired[dict[str, float] | None]
+    """HZS: of each axis, with up to eight decimals; not in encoder mode."""
+    position_index: NotRequired[int | None]
+    """3IS: moves that step it change it, too."""
+    comments: NotRequired[dict[str, str] | None]
+    """9VS: up to 40 printable ASCII characters; the mark of the gateway is not shown."""
+    autostart: NotRequired[bool | None]
+    """UAS: whether the user program starts at power-on (RC-420 manual 15)."""
 
 
 class SettingsChange(TypedDict):
@@ -2494,11 +3259,39 @@ class SettingsChange(TypedDict):
     motor_lower_soft_limit: NotRequired[dict[str, Any] | None]
 
 
+class SettingsNews(TypedDict):
+    """What of its settings, speed sets or patterns is otherwise now."""
+
+    commands: list[str]
+    """What was sent and read back, in order, without frames."""
+    saved: bool
+    """Whether all its settings were written to flash memory then (FIS)."""
+
+
 class ShuttingDown(TypedDict):
     """How the gateway ends."""
 
     on_exit: str
     """What becomes of motors that move, as configured."""
+
+
+class Signal(TypedDict):
+    """One input or output."""
+
+    channel: NotRequired[int | None]
+    """Of a robot: eight inputs or outputs, from 1."""
+    number: int
+    """From 0; of a robot, within its channel."""
+    name: NotRequired[str | None]
+    """As the configuration has it."""
+    on: bool
+
+
+class Signals(TypedDict):
+    """The inputs and outputs of a body, or of a robot's first channel."""
+
+    inputs: list[Signal]
+    outputs: list[Signal]
 
 
 class SpeedAccepted(TypedDict):
@@ -2507,6 +3300,53 @@ class SpeedAccepted(TypedDict):
     body_id: str
     command: str
     """The three characters of the controller's command."""
+
+
+class SpeedChangeInfo(TypedDict):
+    """A change of speed as the body works it out."""
+
+    point: int
+    begin: int
+    """Pulses after the start at which it begins."""
+    end: int
+    """Pulses after the start at which it is done."""
+    speed_pps: int
+    begin_in_unit: Scaled | None
+    """In the body's unit; null without a scale."""
+    end_in_unit: Scaled | None
+    speed: Scaled | None
+
+
+class SpeedChangeRequest(TypedDict):
+    """A change of speed on the way: placed by where it begins, or by where it is done."""
+
+    point: int
+    """Number of the change, 0-15."""
+    begin: NotRequired[int | None]
+    """Pulses after the start at which it begins; or `end`."""
+    end: NotRequired[int | None]
+    """Pulses after the start at which it is done; or `begin`."""
+    speed_pps: int
+    """Speed after the change, 1-1,000,000 pps."""
+
+
+class SpeedCurve(TypedDict):
+    """The speed of a move from its first pulse to its last."""
+
+    body_id: str
+    pattern: int
+    distance: int
+    """In pulses; in encoder mode in encoder counts."""
+    pulses: int
+    """How many are put out."""
+    distance_in_unit: Scaled | None
+    unit: str | None
+    """The body's; null without a scale."""
+    total_time_s: float
+    top_speed: float
+    """The highest speed it comes to, in pulses per second."""
+    points: list[CurvePoint]
+    """Evenly spread, and each moment in which a part of the curve begins."""
 
 
 class SpeedDecrease(TypedDict):
@@ -2519,6 +3359,63 @@ class SpeedIncrease(TypedDict):
     """Accelerate to the maximum speed: command 5AS."""
 
     mode: Literal["accelerate"]
+
+
+class SpeedSet(TypedDict):
+    """A speed parameter set as the body holds it in RAM; a speed of 0 was never set."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard set."""
+    start_speed_pps: int
+    """OL, 1-30,000; 0 where it was never set."""
+    maximum_speed_pps: int
+    """OH, 1-1,000,000; 0 where it was never set."""
+    acceleration_pps_s: int
+    """OS, 1-10,000,000; 0 where it was never set."""
+    rising_percent: int
+    """OA, 0-100."""
+    falling_percent: int
+    """OB, 0-100."""
+    start_speed: Scaled | None
+    """In the body's unit; null without a scale."""
+    maximum_speed: Scaled | None
+    acceleration: Scaled | None
+    flash: InFlash | None
+    """What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS."""
+
+
+class SpeedSetChange(TypedDict):
+    """Parameters of a set to change; the others stay as they are."""
+
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+
+
+class SpeedSetValues(TypedDict):
+    """The five parameters of a set."""
+
+    start_speed_pps: int
+    """OL: 1 to 30,000 pps; 50 at first."""
+    maximum_speed_pps: int
+    """OH: 1 to 1,000,000 pps; 50,000 at first."""
+    acceleration_pps_s: int
+    """OS: 1 to 10,000,000 pps/s; 100,000 at first."""
+    rising_percent: int
+    """OA: percent of the ramp's time in which the acceleration rises; 50 at first."""
+    falling_percent: int
+    """OB: percent of the ramp's time in which it falls; 50 at first."""
+
+
+class SpeedSets(TypedDict):
+    """Speed parameter sets of a body."""
+
+    body_id: str
+    speed_sets: list[SpeedSet]
+    """In the order of their numbers."""
 
 
 class SpeedSetting(TypedDict):
@@ -2534,6 +3431,15 @@ class SpeedsKnown(TypedDict):
 
     speeds: dict[str, dict[str, dict[str, float]]]
     full_speed: dict[str, dict[str, list[str]]]
+
+
+class StallFound(TypedDict):
+    """A STALL error that stands: moves are refused until it is cleared or the axis homed."""
+
+    finder: Literal["stall_sensor", "encoder"]
+    """By QRD, or by PRD."""
+    reset: str
+    """The route that clears it: POST, with {}."""
 
 
 class StatusBits(TypedDict):
@@ -2637,6 +3543,14 @@ class StreamGapEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: Gap
+
+
+class Stretch(TypedDict):
+    """Positions from the lower to the upper, in pulses."""
+
+    lower: int
+    """Below `upper`."""
+    upper: int
 
 
 class Strictness(TypedDict):
@@ -2839,6 +3753,9 @@ Block: TypeAlias = Literal["a", "b", "c", "d"]
 DetailKind: TypeAlias = Literal["none", "emergency", "driver", "connection", "timeout", "fics", "unreadable"]
 
 
+JsonValue: TypeAlias = Any
+
+
 LineState: TypeAlias = Literal["down", "silent", "setting_up", "ready", "out_of_step"]
 
 
@@ -2863,6 +3780,7 @@ Event: TypeAlias = (
     | GatewayLoopHeldEvent
     | GatewayShuttingDownEvent
     | StreamGapEvent
+    | IoEvent
     | BodyMoveQueuedEvent
     | BodyMoveSentEvent
     | BodyMoveStartedEvent
@@ -2885,6 +3803,9 @@ Event: TypeAlias = (
     | BodyPowerCycleAcknowledgedEvent
     | BodyPowerMarkMissingEvent
     | BodyControllerEventEvent
+    | BodySensorChangedEvent
+    | BodyInputChangedEvent
+    | BodyProgramMessageEvent
     | BodyEndFrameEvent
     | BodyProgramUploadStartedEvent
     | BodyProgramUploadProgressEvent
@@ -2893,6 +3814,8 @@ Event: TypeAlias = (
     | BodyProgramUploadCancelledEvent
     | BodyProgramStartedEvent
     | BodyProgramEndedEvent
+    | BodyPositionEvent
+    | BodySettingsChangedEvent
     | BodyLeftMovingEvent
     | GroupStrangersEvent
     | LineStrictEvent
@@ -2932,5 +3855,6 @@ Event: TypeAlias = (
     | RobotJogLostEvent
     | RobotJogStoppedEvent
     | RobotJogNotStoppedEvent
+    | RobotPositionEvent
     | RobotLeftMovingEvent
 )
