@@ -1,5 +1,6 @@
 """The web application: all routes over one plant."""
 
+from functools import partial
 from typing import Any, Final
 
 from fastapi import FastAPI, HTTPException, Request
@@ -7,7 +8,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import catalogue, command_routes, health, lines, sign_in, stops, streams, system
+from api import alarms, catalogue, command_routes, health, lines, sign_in, stops, streams, system
 from api.bodies import groups, info, memories, moves, programs, text_commands
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
@@ -21,6 +22,7 @@ from api.robots import routes as robots
 from gateway.access.credentials import Credentials
 from gateway.core.rights import Right
 from gateway.operations.keys import Keys
+from gateway.operations.remedies import calls_for
 from gateway.plant import Plant
 
 DESCRIPTION = """\
@@ -85,8 +87,8 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.plant = plant
     app.state.access = Access(plant, credentials)
     app.state.metrics = health.metrics_of(plant)
-    problems.install(app)
-    modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system)
+    problems.install(app, partial(calls_for, plant))
+    modules = (info, moves, stops, alarms, groups, lines, streams, catalogue, text_commands, health, system)
     routers = [info.reads, *(module.router for module in modules), programs.router, memories.router]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []

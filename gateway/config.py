@@ -86,6 +86,9 @@ class Server(Table):
     """Connections at once, event streams included; beyond them only stops are served."""
     raw_commands: bool = False
     """Whether commands may be sent as plain text."""
+    latch: bool = False
+    """Whether an alarm keeps what it is about from moving until it is reset; those of the gateway itself keep
+    everything."""
     allow_endless_moves: bool = False
     """Whether moves without an end may be started."""
     on_exit: Literal["leave", "stop"] = "leave"

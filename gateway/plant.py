@@ -3,13 +3,15 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TypeVar
 
+from gateway.causes import LINE_DOWN, UNUSABLE, causes_of
 from gateway.config import Config
 from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
+from gateway.core.alarms import Alarms
 from gateway.core.errors import HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
@@ -26,6 +28,8 @@ from transports.recorder import Recorded, Recorder
 from transports.trace_file import TraceFile
 
 log = logging.getLogger(__name__)
+
+ALARMS_LOOK_S = 5.0
 
 F = TypeVar("F", bound=Family)
 
@@ -50,7 +54,12 @@ class Plant:
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
         self.families = {name: family(site) for name, family in FAMILIES.items()}
         self._ports: dict[str, AnyLine] = {}
-        self._memory = None if journal is None else Memory(journal, self.events, self.families.values())
+        causes = causes_of(self.families.values(), self._ports, self._journal_trouble)
+        self.alarms = Alarms(self.events, causes)
+        self._memory = (
+            None if journal is None else Memory(journal, self.events, self.alarms, self.families.values())
+        )
+        self.events.listeners.append(self.alarms.hear)
         self._watches: list[asyncio.Task[None]] = []
         self._end = WindDown(
             site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
@@ -90,6 +99,7 @@ class Plant:
                 for name, family in self.families.items()
                 for watch in family.watches()
             ]
+            self._watches.append(asyncio.create_task(self._watch_alarms(), name="watch of alarms"))
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
@@ -105,6 +115,7 @@ class Plant:
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         await self.wind_down()
+        self.alarms.closed = True
         self.watch.close()
         for watch in self._watches:
             watch.cancel()
@@ -115,6 +126,18 @@ class Plant:
             await asyncio.to_thread(recorder.close)
         if self._memory is not None:
             await self._memory.close()
+
+    def _journal_trouble(self) -> str | None:
+        return None if self.journal is None else self.journal.trouble
+
+    async def _watch_alarms(self) -> None:
+        """Note which causes are over, and raise what no event tells: a line that never was up."""
+        while True:
+            await asyncio.sleep(ALARMS_LOOK_S)
+            self.alarms.look()
+            for port in self._ports.values():
+                if port.state in UNUSABLE and port.trouble is not None:
+                    self.alarms.find(LINE_DOWN, f"/lines/{port.id}", reason=port.trouble)
 
     def _was_held(self, seconds: float) -> None:
         """What has waited while the loop was held for long is not sent any more, and nothing is believed."""
@@ -174,6 +197,14 @@ class Plant:
             if collection in family.collections:
                 return family.target(collection, names)
         raise NotFound(f"There is no {path}; nothing was sent.")
+
+    def require_unlatched(self, subjects: Iterable[str]) -> None:
+        """Refuse to move what alarms keep from moving, where the configuration lets them.
+
+        :raises Latched: an alarm of one of these stands, or one of the gateway itself.
+        """
+        if self.config.server.latch:
+            self.alarms.require_none([SUBJECT, *subjects])
 
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""

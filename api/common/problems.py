@@ -4,7 +4,8 @@ Clients repeat 408, 425, 429, 500, 502, 503 and 504 by themselves: so 503 is sen
 written to the line and nothing will be. What may have reached a controller is 409, and `moved` says more.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from http import HTTPStatus
 from typing import Any, Final
 from urllib.parse import quote, urlencode
@@ -30,6 +31,7 @@ from gateway.core.errors import (
     NotFound,
     NotSent,
 )
+from gateway.core.next_calls import NextCall
 from gateway.core.origin import current
 
 TYPE_PREFIX = "urn:motion-gateway:problem:"
@@ -75,6 +77,9 @@ class Problem(BaseModel):
         description="The header X-Request-Id of this answer, which the line's trace has too.",
     )
     code: str | None = Field(default=None, description="The controller's error code, such as 0x51 or E05.")
+    next: list[NextCall] | None = Field(
+        default=None, description="The calls that help, in the order in which they do."
+    )
     errors: list[InvalidField] | None = Field(default=None, description="Every part that is not valid.")
 
 
@@ -90,8 +95,10 @@ DECLARED: Final[dict[int | str, dict[str, Any]]] = {
 """The problems of every route, for its OpenAPI entry."""
 
 
-def problem_of(error: GatewayError, instance: str, *, japanese: bool = False) -> Problem:
-    """Describe an error; a controller's own in Japanese, if that is wanted."""
+def problem_of(
+    error: GatewayError, instance: str, calls: Sequence[NextCall] = (), *, japanese: bool = False
+) -> Problem:
+    """Describe an error, with the calls that help; a controller's own in Japanese, if that is wanted."""
     problem = Problem(
         type=TYPE_PREFIX + error.kind,
         title=error.title,
@@ -102,6 +109,7 @@ def problem_of(error: GatewayError, instance: str, *, japanese: bool = False) ->
         remedy=error.remedy,
         retryable=error.retryable,
         code=error.error_code if isinstance(error, ControllerError) else None,
+        next=list(calls or error.next) or None,
     )
     if isinstance(error, InvalidText):
         problem.errors = [
@@ -150,19 +158,24 @@ def instance_of(request: Request) -> str:
     return quote(request.scope["path"])
 
 
-def install(app: FastAPI) -> None:
+Remedies = Callable[[str, GatewayError], Sequence[NextCall]]
+"""Gives the calls that help where a request for a path has failed."""
+
+
+def install(app: FastAPI, remedies: Remedies = lambda _path, error: error.next) -> None:
     """Let every error of the app be told as a problem."""
-    app.exception_handler(GatewayError)(_tell_gateway_error)
+    app.exception_handler(GatewayError)(partial(_tell_gateway_error, remedies))
     app.exception_handler(RequestValidationError)(_tell_invalid)
     app.exception_handler(HTTPException)(_tell_http_error)
     app.exception_handler(Exception)(_tell_fault)
 
 
-async def _tell_gateway_error(request: Request, error: GatewayError) -> Response:
+async def _tell_gateway_error(remedies: Remedies, request: Request, error: GatewayError) -> Response:
     if isinstance(error, NotAuthenticated) and _shows_pages(request):
         return RedirectResponse(f"{SIGN_IN}?{urlencode({'next': path_of(request.scope)})}", 303)
     japanese = wants_japanese(request)
-    problem = problem_of(error, instance_of(request), japanese=japanese)
+    calls = remedies(path_of(request.scope), error)
+    problem = problem_of(error, instance_of(request), calls, japanese=japanese)
     headers = {"Vary": "Accept-Language"}
     if japanese and isinstance(error, ControllerError):
         headers["Content-Language"] = "ja"

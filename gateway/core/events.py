@@ -345,7 +345,8 @@ class EventHub:
         self.turns = Turns()
         """The order in which subscriptions read."""
         self.batch = lru_cache(SHARED_BATCHES)(self._batch)
-        self.on_published: Callable[[Event], object] = lambda _: None
+        self.listeners: list[Callable[[Event], object]] = []
+        """Called with each event, in this order, before anybody reads it."""
 
     def resume(
         self, epoch: str, earlier: Mapping[str, int], last: int, events: Sequence[tuple[str, str, str]]
@@ -371,7 +372,8 @@ class EventHub:
         event = self._event(self.last + 1, type_, subject, data, correlation)
         self._ring.append(Kept(type_, subject, event.json))
         self.last = event.number
-        self.on_published(event)
+        for hear in self.listeners:
+            hear(event)
         self.turns.news()
         return event
 

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict
 from gateway.core.errors import GatewayError, InvalidRequest, NotAllowed
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
+from gateway.core.next_calls import NextCall
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
 from protocols.table import Command, Reply
@@ -130,6 +131,15 @@ class Target(ABC):
     async def stop_by(self, command: AnyCommand) -> Answer | MemberAnswers | Stopped:
         """Stop as a command of the table says."""
         return await self.stop(self.stop_modes[type(command)])
+
+    @property
+    def moved(self) -> Sequence[str]:
+        """The subjects of all that moves with it."""
+        return (self.path,)
+
+    def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
+        """The calls that help where a request about it has failed."""
+        return error.next
 
     def read(self, text: str) -> AnyCommand:
         """Read a command as it stands on the line, without frame.

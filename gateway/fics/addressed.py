@@ -1,11 +1,14 @@
 """Robots and their units as the operations see them."""
 
 import asyncio
+from collections.abc import Sequence
 from typing import Any, Final
 
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.next_calls import NextCall
 from gateway.core.stops import StopMode
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
+from gateway.fics.calls import calls_for_robot
 from gateway.fics.fit import require_fit
 from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.moves import RobotMoves
@@ -66,6 +69,12 @@ class RobotTarget(Target):
             )
         return UnitTarget(self.robot, self.robot.units[0], self._moves)
 
+    def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
+        """The calls that help where a request about it has failed."""
+        units = self.robot.units
+        only = units[0].number if len(units) == 1 else None
+        return calls_for_robot(error, self.robot.id, self.robot.line.id, only)
+
     def read(self, text: str) -> FicsCommand[Any]:
         """Read a command as it stands on the line, without its terminator.
 
@@ -115,6 +124,10 @@ class UnitTarget(RobotTarget):
         require_fit(self.unit, command)
         await self.robot.jogs.stop(self.unit.number, command.axis)
         return Answer((command.reply_type()(),))
+
+    def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
+        """The calls that help where a request about the unit has failed."""
+        return calls_for_robot(error, self.robot.id, self.robot.line.id, self.unit.number)
 
     def command_for(self, request: RobotMoveRequest) -> FicsCommand[Any]:
         """Put a wish for a move into a command; errors as of `amounts.numbers`."""

@@ -9,6 +9,7 @@ from typing import Any
 from gateway.core.errors import GatewayError, RestartedFirst
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import MoveError, MoveStatus
+from gateway.fics.calls import calls_for_robot
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.move_runs import MoveRun
@@ -136,7 +137,8 @@ class RobotMoves:
         """The only place where a move changes its status."""
         move.status = status
         if error is not None:
-            move.error = MoveError.of(error)
+            calls = calls_for_robot(error, robot.id, robot.line.id, move.unit)
+            move.error = MoveError.of(error, calls)
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
         if status.final:

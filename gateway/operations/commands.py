@@ -23,6 +23,7 @@ async def do(plant: Plant, target: str, command: AnyCommand, wait_s: float = 0.0
         return await addressed.stop_by(command)
     if not command.starts_motion():
         return await addressed.ask(command)
+    plant.require_unlatched(addressed.moved)
     begun = await addressed.start(command)
     if isinstance(begun, Begun) and wait_s:
         await asyncio.gather(*(addressed.log.wait(move.id, wait_s) for move in begun.moves))

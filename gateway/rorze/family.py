@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeVar
 from pydantic import Field
 
 from gateway.core.addresses import numbered_address
+from gateway.core.alarms import Cause
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.move_log import MoveLog
@@ -16,6 +17,7 @@ from gateway.core.origin import Origin, acting
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
+from gateway.rorze.alarms import causes
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_watch import BodyWatch, watch_sweep
 from gateway.rorze.event_types import TYPES
@@ -247,6 +249,10 @@ class Rorze(Family):
     async def _define_as_told(self, line_id: str, command: SetGroup) -> None:
         members = [f"{line_id}.{member}" for member in command.members]
         await self.define_group(f"{line_id}.{command.group}", members)
+
+    def causes(self) -> Iterator[Cause]:
+        """What can go wrong with bodies."""
+        return causes(self._bodies.get)
 
     # over restarts
 

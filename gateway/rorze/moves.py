@@ -19,6 +19,7 @@ from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import Move, MoveError, MoveKind, MoveStatus
 from gateway.core.origin import working
 from gateway.rorze.bodies import Body, Group, MotorState
+from gateway.rorze.calls import calls_for_body
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Verdict
 from gateway.rorze.pace import follow_s
@@ -145,7 +146,7 @@ class Moves:
         """The only place where a move changes its status."""
         move.status = status
         if error is not None:
-            move.error = MoveError.of(error)
+            move.error = MoveError.of(error, calls_for_body(error, body.address))
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
         if status.final:

@@ -211,7 +211,7 @@ async def test_a_robots_address_finds_all_its_events_and_a_units_those_of_the_un
     of_the_robot = (await cell.get("/events?limit=1000&bodies=R1")).json()["events"]
     of_the_unit = (await cell.get("/events?limit=1000&bodies=r1/units/2")).json()["events"]
 
-    assert of_the_robot == [event for event in everything if event["type"].startswith("robot.")]
+    assert of_the_robot == [event for event in everything if event["subject"].startswith("/robots/")]
     assert {"robot.move.succeeded", "robot.jog.lost", "robot.stop.confirmed", "robot.error"} < {
         event["type"] for event in of_the_robot
     }

@@ -57,6 +57,9 @@ GET       /bodies/{body_id}/program/runs/{run_id}        view     body
 GET       /bodies/{body_id}/memories                     view     body
 PUT       /bodies/{body_id}/memories/{name}              operate  body
 POST      /stop                                          stop     plant
+GET       /alarms                                        view     any
+GET       /alarms/{alarm_id}                             view     any
+POST      /alarms/{alarm_id}/reset                       operate  any
 GET       /groups                                        view     any
 GET       /groups/{group_id}                             view     group
 PUT       /groups/{group_id}                             setup    group
