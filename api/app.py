@@ -8,7 +8,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import alarms, catalogue, command_routes, health, lines, sign_in, stops, streams, system
+from api import alarms, audit, catalogue, command_routes, health, lines, sign_in, stops, streams, system
 from api.bodies import groups, info, memories, moves, programs, text_commands
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
@@ -88,7 +88,20 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.access = Access(plant, credentials)
     app.state.metrics = health.metrics_of(plant)
     problems.install(app, partial(calls_for, plant))
-    modules = (info, moves, stops, alarms, groups, lines, streams, catalogue, text_commands, health, system)
+    modules = (
+        info,
+        moves,
+        stops,
+        alarms,
+        audit,
+        groups,
+        lines,
+        streams,
+        catalogue,
+        text_commands,
+        health,
+        system,
+    )
     routers = [info.reads, *(module.router for module in modules), programs.router, memories.router]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []

@@ -91,6 +91,10 @@ class Server(Table):
     everything."""
     allow_endless_moves: bool = False
     """Whether moves without an end may be started."""
+    log_level: Literal["debug", "info", "warning", "error"] = "info"
+    """The least that is logged."""
+    log_format: Literal["text", "json"] = "text"
+    """`json`: one object a line; text has priorities where the journal of systemd reads it."""
     on_exit: Literal["leave", "stop"] = "leave"
     """Whether motors that move when the gateway ends go on to the ends of their moves, or are stopped; moves
     without an end and JOGs are always stopped."""

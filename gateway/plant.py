@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
+from gateway import logbook
 from gateway.causes import LINE_DOWN, UNUSABLE, causes_of
 from gateway.config import Config
 from gateway.core import tables
@@ -59,7 +60,7 @@ class Plant:
         self._memory = (
             None if journal is None else Memory(journal, self.events, self.alarms, self.families.values())
         )
-        self.events.listeners.append(self.alarms.hear)
+        self.events.listeners += [logbook.note, self.alarms.hear]
         self._watches: list[asyncio.Task[None]] = []
         self._end = WindDown(
             site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit

@@ -4,6 +4,7 @@ Clients repeat 408, 425, 429, 500, 502, 503 and 504 by themselves: so 503 is sen
 written to the line and nothing will be. What may have reached a controller is 409, and `moved` says more.
 """
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from http import HTTPStatus
@@ -33,6 +34,8 @@ from gateway.core.errors import (
 )
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import current
+
+log = logging.getLogger(__name__)
 
 TYPE_PREFIX = "urn:motion-gateway:problem:"
 MEDIA_TYPE = "application/problem+json"
@@ -141,6 +144,21 @@ def response_to(problem: Problem, headers: Mapping[str, str] | None = None) -> R
     )
 
 
+def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
+    """Log a refusal, and send it; of who is not let in there may be crowds, and that is logged elsewhere."""
+    if problem.status not in (401, 403):
+        log.info(
+            "%s %s refused with %d %s: %s",
+            request.scope.get("method"),
+            problem.instance,
+            problem.status,
+            problem.type.removeprefix(TYPE_PREFIX),
+            problem.detail,
+            extra={"facts": {"caller": current().caller, "request_id": problem.request_id}},
+        )
+    return response_to(problem, headers)
+
+
 def wants_japanese(request: Request) -> bool:
     """Whether Japanese is what Accept-Language asks for first."""
     first = request.headers.get("accept-language", "").partition(",")[0]
@@ -183,7 +201,7 @@ async def _tell_gateway_error(remedies: Remedies, request: Request, error: Gatew
         headers["Retry-After"] = str(RETRY_AFTER_S)
     if problem.status == 401:
         headers["WWW-Authenticate"] = 'Bearer realm="motion-gateway"'
-    return response_to(problem, headers)
+    return _refusal(request, problem, headers)
 
 
 def _shows_pages(request: Request) -> bool:
@@ -199,7 +217,7 @@ async def _tell_invalid(request: Request, error: RequestValidationError) -> Resp
     place, said = next(iter(faults.items()))
     problem = _plain(request, 422, f"{place or 'The request body'}: {said}; nothing was sent.")
     problem.errors = [InvalidField(field=place, message=said) for place, said in faults.items()]
-    return response_to(problem)
+    return _refusal(request, problem)
 
 
 async def _tell_http_error(request: Request, error: HTTPException) -> Response:
@@ -208,7 +226,7 @@ async def _tell_http_error(request: Request, error: HTTPException) -> Response:
         405: f"{request.scope.get('method')} is not possible at {instance_of(request)}; nothing was sent.",
     }
     detail = details.get(error.status_code, error.detail)
-    return response_to(_plain(request, error.status_code, detail), error.headers)
+    return _refusal(request, _plain(request, error.status_code, detail), error.headers)
 
 
 async def _tell_fault(request: Request, _error: Exception) -> Response:

@@ -60,6 +60,7 @@ POST      /stop                                          stop     plant
 GET       /alarms                                        view     any
 GET       /alarms/{alarm_id}                             view     any
 POST      /alarms/{alarm_id}/reset                       operate  any
+GET       /audit                                         view     any
 GET       /groups                                        view     any
 GET       /groups/{group_id}                             view     group
 PUT       /groups/{group_id}                             setup    group
