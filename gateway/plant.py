@@ -23,6 +23,7 @@ from gateway.core.origin import POLL, acting
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
 from gateway.memory import Memory
+from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
@@ -55,6 +56,7 @@ class Plant:
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
         self.families = {name: family(site) for name, family in FAMILIES.items()}
         self._ports: dict[str, AnyLine] = {}
+        self.events.take_snapshot = taking(self.families.values(), self._ports)
         causes = causes_of(self.families.values(), self._ports, self._journal_trouble)
         self.alarms = Alarms(self.events, causes)
         self._memory = (

@@ -35,7 +35,12 @@ MAX_PAGE = 1000
 GAP = "stream.gap"
 """Type of the event, made for one client only, that stands for events it can no longer get."""
 
+SNAPSHOT = "stream.snapshot"
+"""Type of the event that follows a gap, made for the same client."""
+
 _SOURCE = "/motion-gateway"
+_MADE_FOR_ONE = {GAP: "-gap", SNAPSHOT: "-snapshot"}
+"""What the ids of events end with that have no number of their own."""
 _CURSOR = re.compile("([0-9a-f]{8})-([0-9]{12})")
 _ADDRESSED = frozenset({"bodies", "groups", "robots"})
 """What has an address that a filter can name."""
@@ -132,14 +137,14 @@ class Filter(NamedTuple):
             event.type in self.types or event.type.startswith(self.prefixes)
         ):
             return False
-        if not self.bodies:
-            return True
         kind, _, address = event.subject.removeprefix("/").partition("/")
-        if kind not in _ADDRESSED:
-            return False
+        return not self.bodies or (kind in _ADDRESSED and self.wants_address(address))
+
+    def wants_address(self, address: str) -> bool:
+        """Whether something of this whole address is wanted."""
         # With its line, without it, and the robot that a unit belongs to.
         names = (address, address.rpartition(".")[2], address.partition("/")[0])
-        return not self.bodies.isdisjoint(names)
+        return not self.bodies or not self.bodies.isdisjoint(names)
 
 
 class Batch:
@@ -192,6 +197,8 @@ class Subscription(AsyncIterator[Event]):
         self._in_time: int | None = None
         """The newest event when news last found it waiting; None while it reads what it has missed."""
         self._waits = False
+        self._snapshot: Event | None = None
+        """What follows a gap, which has no number to go on from."""
 
     @property
     def cursor(self) -> str:
@@ -203,11 +210,15 @@ class Subscription(AsyncIterator[Event]):
 
         :raises SlowConsumer: as `next_batch` does.
         """
+        if self._snapshot is not None:
+            event, self._snapshot = self._snapshot, None
+            return event
         batch = await self.next_batch()
         if batch is None:
             raise StopAsyncIteration
-        event = batch.events[0]
+        event, *rest = batch.events
         self._position = event.number
+        self._snapshot = next((it for it in rest if it.type == SNAPSHOT), None)
         return event
 
     async def next_batch(self) -> Batch | None:
@@ -282,7 +293,7 @@ class Subscription(AsyncIterator[Event]):
         elif self._in_time is not None and hub.last - max(self._in_time, after) > MAX_BACKLOG:
             raise SlowConsumer(self.cursor)
         if self._missed_after is not None or after < hub.first - 1:
-            return Batch([self._skip_to_first()])
+            return Batch(self._skip_to_first())
         self._position = min(after + BATCH, hub.last)
         return hub.batch(after, self._position, self._wanted)
 
@@ -292,15 +303,17 @@ class Subscription(AsyncIterator[Event]):
         while len(events) < limit and not self._has_read_all:
             events += self._take().events
             await asyncio.sleep(0)
+        if events and events[0].type == GAP:
+            limit = max(limit, 2)  # the snapshot cannot be had later
         if len(events) <= limit:
             return Page(events, self.cursor)
         return Page(events[:limit], events[limit - 1].cursor)
 
-    def _skip_to_first(self) -> Event:
+    def _skip_to_first(self) -> list[Event]:
         requested = self._missed_after or self.cursor
         self._missed_after = None
         self._position = self._hub.first - 1
-        return self._hub.gap_before(self._position + 1, requested)
+        return self._hub.gap_before(self._position + 1, requested, self._wanted)
 
 
 def _wake(turn: "asyncio.Future[None]") -> None:
@@ -345,6 +358,8 @@ class EventHub:
         self.turns = Turns()
         """The order in which subscriptions read."""
         self.batch = lru_cache(SHARED_BATCHES)(self._batch)
+        self.take_snapshot: Callable[[Filter, str], Data] | None = None
+        """Tells of what is wanted how it is now, with the cursor of the newest event."""
         self.listeners: list[Callable[[Event], object]] = []
         """Called with each event, in this order, before anybody reads it."""
 
@@ -414,11 +429,13 @@ class EventHub:
         """Give a retained event, from `first` to `last`."""
         return Event(self.epoch, number, *self._ring[number])
 
-    def gap_before(self, number: int, requested: str) -> Event:
-        """Make the event that stands for those between a requested cursor and an event number."""
-        first_available = _cursor(self.epoch, number)
-        data = {"requested": requested, "first_available": first_available}
-        return self._event(number - 1, GAP, "/events", data)
+    def gap_before(self, number: int, requested: str, wanted: Filter) -> list[Event]:
+        """Make the events that stand for those between a requested cursor and an event number."""
+        data = {"requested": requested, "first_available": _cursor(self.epoch, number)}
+        gap = self._event(number - 1, GAP, "/events", data)
+        if self.take_snapshot is None:
+            return [gap]
+        return [gap, self._event(number - 1, SNAPSHOT, "/events", self.take_snapshot(wanted, self.cursor))]
 
     def _event(
         self, number: int, type_: str, subject: str, data: Data, correlation: str | None = None
@@ -427,7 +444,7 @@ class EventHub:
         cursor = _cursor(self.epoch, number)
         told = {
             "specversion": "1.0",
-            "id": f"{cursor}-gap" if type_ == GAP else cursor,
+            "id": cursor + _MADE_FOR_ONE.get(type_, ""),
             "source": _SOURCE,
             "type": type_,
             "subject": subject,

@@ -39,9 +39,11 @@ async def test_a_client_resumes_after_its_cursor_without_a_hole(stand: Stand) ->
 async def test_a_cursor_of_another_life_is_answered_with_a_gap(stand: Stand) -> None:
     async with socket(stand, "/events?after=00000000-000000000007") as client:
         await client.message()
-        event = await client.event()
+        event, snapshot = await client.event(), await client.event()
     assert event["type"] == "stream.gap"
     assert event["data"]["requested"] == "00000000-000000000007"
+    assert snapshot["type"] == "stream.snapshot"
+    assert {body["body_id"] for body in snapshot["data"]["bodies"]} == {"arm.00", "arm.01", "arm.3F"}
 
 
 @on_stand()
