@@ -15,6 +15,9 @@ from gateway.core.records import Record
 LOST_AFTER_S = 30.0
 """What has not answered this long in the middle of a move has lost it."""
 
+START_WITHIN_S = 5.0
+"""A move is written so soon after it was asked for, or never, where nobody says otherwise."""
+
 MoveKind = Literal["relative", "absolute", "home", "continuous", "interpolated"]
 
 

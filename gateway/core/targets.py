@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from gateway.core.errors import GatewayError, InvalidRequest, NotAllowed
 from gateway.core.move_log import MoveLog
-from gateway.core.move_record import MoveRecord
+from gateway.core.move_record import START_WITHIN_S, MoveRecord
 from gateway.core.next_calls import NextCall
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
@@ -103,8 +103,12 @@ class Target(ABC):
         :raises GatewayError: it was refused, not sent, or not answered; the error says which.
         """
 
-    async def start(self, command: AnyCommand) -> Begun | Opened:
-        """Send a command that starts a move, once the move has its record.
+    async def start(
+        self,
+        command: AnyCommand,
+        start_within_s: float = START_WITHIN_S,  # noqa: ARG002
+    ) -> Begun | Opened:
+        """Send a command that starts a move, once the move has its record; it is sent in time, or never.
 
         :raises GatewayError: it was refused, or not sent.
         """

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.move_record import START_WITHIN_S
 from gateway.core.next_calls import NextCall
 from gateway.core.stops import StopMode
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
@@ -52,9 +53,9 @@ class RobotTarget(Target):
         told = replies if replies or listed else (command.reply_type()(),)
         return Answer(told, at if command.is_query() else None, listed=listed)
 
-    async def start(self, command: Any) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         """Start a move on the only unit; errors as of `RobotMoves.start`."""
-        return await self._only_unit().start(command)
+        return await self._only_unit().start(command, start_within_s)
 
     async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
         """Stop all axes, or one of the only unit."""
@@ -105,11 +106,11 @@ class UnitTarget(RobotTarget):
         (settled,) = await uncrossed(self.unit, {"coordinates": command})
         return await self._ask(settled, self.unit.number)
 
-    async def start(self, command: Any) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         """Start a move, or open a JOG session; errors as of `RobotMoves.start` and `Jogs.start`."""
         if isinstance(command, StartJog):
             return await self.jog(command)
-        move = await self._moves.start(self.robot, self.unit.number, command)
+        move = await self._moves.start(self.robot, self.unit.number, command, start_within_s)
         return Begun(self.path, [move])
 
     async def jog(self, command: StartJog) -> Opened:

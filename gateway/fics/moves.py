@@ -8,7 +8,7 @@ from typing import Any
 
 from gateway.core.errors import GatewayError, RestartedFirst
 from gateway.core.move_log import MoveLog, new_id
-from gateway.core.move_record import MoveError, MoveStatus
+from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
 from gateway.fics.calls import calls_for_robot
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
@@ -46,7 +46,7 @@ class RobotMoves:
         return await self.log.wait(move_id, timeout_s)
 
     async def start(
-        self, robot: Robot, unit: int, command: FicsCommand[Any], start_within_s: float = 5.0
+        self, robot: Robot, unit: int, command: FicsCommand[Any], start_within_s: float = START_WITHIN_S
     ) -> RobotMove:
         """Send a motion command, and give its move when the robot has not refused it.
 

@@ -16,7 +16,7 @@ from gateway.core.errors import (
 )
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import MoveLog, new_id
-from gateway.core.move_record import Move, MoveError, MoveKind, MoveStatus
+from gateway.core.move_record import START_WITHIN_S, Move, MoveError, MoveKind, MoveStatus
 from gateway.core.origin import working
 from gateway.rorze.bodies import Body, Group, MotorState
 from gateway.rorze.calls import calls_for_body
@@ -65,7 +65,7 @@ class Moves:
         return await self.log.wait(move_id, timeout_s)
 
     async def start(
-        self, target: Body | Group, command: RorzeCommand[Any], start_within_s: float = 5.0
+        self, target: Body | Group, command: RorzeCommand[Any], start_within_s: float = START_WITHIN_S
     ) -> list[Move]:
         """Send a motion command, and give its moves when the controllers have accepted or refused it.
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, Final
 
 from gateway.core.errors import GatewayError
+from gateway.core.move_record import START_WITHIN_S
 from gateway.core.next_calls import NextCall
 from gateway.core.stops import StopMode
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
@@ -50,9 +51,9 @@ class _Motors(Target):
         """All its bodies."""
         return [f"/bodies/{body.address}" for body in self._bodies]
 
-    async def start(self, command: Any) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         """Start the moves of its bodies; errors as of `Moves.start`."""
-        moves = await self._moves.start(self.thing, command)
+        moves = await self._moves.start(self.thing, command, start_within_s)
         return Begun(self.path, moves, self.address if isinstance(self.thing, Group) else None)
 
     async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
