@@ -16,8 +16,10 @@ from api.common.proxies import Proxies
 from api.common.repeats import REPLAYED, Repeats
 from api.common.routes import PageRoute, unguarded
 from api.common.security import SameSite
+from api.common.traffic import Traffic
 from api.common.version import VERSION
 from api.front import documents
+from api.metrics import metrics_of
 from api.robots import routes as robots
 from gateway.access.credentials import Credentials
 from gateway.core.rights import Right
@@ -43,7 +45,7 @@ class Application(FastAPI):
         stack, plant = super().build_middleware_stack(), self.state.plant
         if plant.journal is not None:
             stack = Repeats(stack, Keys(plant, plant.journal), self.state.access)
-        return Proxies(request_ids.RequestIds(stack), plant.config.server)
+        return Proxies(request_ids.RequestIds(stack, self.state.traffic), plant.config.server)
 
     def openapi(self) -> dict[str, Any]:
         """Describe the routes, once, as generators of clients need it, and the key that they take."""
@@ -86,7 +88,8 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     )
     app.state.plant = plant
     app.state.access = Access(plant, credentials)
-    app.state.metrics = health.metrics_of(plant)
+    app.state.traffic = traffic = Traffic()
+    app.state.metrics = metrics_of(plant, traffic)
     problems.install(app, partial(calls_for, plant))
     modules = (
         info,

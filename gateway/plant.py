@@ -22,6 +22,8 @@ from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.origin import POLL, acting
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
+from gateway.fics.family import Fics
+from gateway.figures import Figures
 from gateway.memory import Memory
 from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
@@ -62,7 +64,8 @@ class Plant:
         self._memory = (
             None if journal is None else Memory(journal, self.events, self.alarms, self.families.values())
         )
-        self.events.listeners += [logbook.note, self.alarms.hear]
+        self.figures = Figures(self._line_of)
+        self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
         self._watches: list[asyncio.Task[None]] = []
         self._end = WindDown(
             site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
@@ -183,6 +186,13 @@ class Plant:
     def info(self, line_id: str) -> PortInfo:
         """Tell the state of a line; errors as of `port`."""
         return self._family_of(line_id).info(self.port(line_id))
+
+    def _line_of(self, subject: str) -> str:
+        """The line of a body, a group or a robot, by the subject of its events."""
+        _, kind, address, *_ = subject.split("/")
+        if kind == "robots":
+            return self.family(Fics).robot(address).line.id
+        return address.partition(".")[0]
 
     def _family_of(self, line_id: str) -> Family:
         self.port(line_id)

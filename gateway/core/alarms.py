@@ -6,7 +6,7 @@ means what was seen.
 """
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Final, NamedTuple, Self
@@ -153,6 +153,11 @@ class Alarms:
                 self._standing[_Key(alarm.subject, alarm.cause)] = alarm
             else:
                 self._keep(alarm)
+
+    @property
+    def causes(self) -> Collection[str]:
+        """The names of all causes that there can be."""
+        return self._causes.keys()
 
     # raising
 

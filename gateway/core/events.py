@@ -291,6 +291,7 @@ class Subscription(AsyncIterator[Event]):
         if self._waits:
             self._in_time, self._waits = hub.last, False
         elif self._in_time is not None and hub.last - max(self._in_time, after) > MAX_BACKLOG:
+            hub.slow_consumers += 1
             raise SlowConsumer(self.cursor)
         if self._missed_after is not None or after < hub.first - 1:
             return Batch(self._skip_to_first())
@@ -350,6 +351,8 @@ class EventHub:
         self.last = 0
         """Number of the newest event; 0 before the first."""
         self.closed = False
+        self.slow_consumers = self.gaps = 0
+        """How many subscriptions have ended so, and how many gaps were told."""
         self._clock = clock
         self._capacity = capacity
         self._ring = EventRing(capacity)
@@ -431,6 +434,7 @@ class EventHub:
 
     def gap_before(self, number: int, requested: str, wanted: Filter) -> list[Event]:
         """Make the events that stand for those between a requested cursor and an event number."""
+        self.gaps += 1
         data = {"requested": requested, "first_available": _cursor(self.epoch, number)}
         gap = self._event(number - 1, GAP, "/events", data)
         if self.take_snapshot is None:
