@@ -1,6 +1,5 @@
 """What is counted of requests: how long their answers took, and who is connected."""
 
-from collections import Counter
 from typing import Final, Literal
 
 from starlette.types import Scope
@@ -20,12 +19,13 @@ class Traffic:
     def __init__(self) -> None:
         self.took = {(method, its): Histogram(BOUNDS_S) for method in METHODS for its in CLASSES}
         """From the request to the head of its answer, by method and class of status."""
-        self.clients: Counter[str] = Counter()
+        self._took = {(method, int(its[0])): took for (method, its), took in self.took.items()}
+        self.clients = dict.fromkeys(CLIENTS, 0)
         """Who is connected now, by what for."""
 
     def note(self, method: str, status: int, took_s: float) -> None:
         """Count an answer; methods that nobody serves are left out."""
-        if (took := self.took.get((method, f"{status // 100}xx"))) is not None:
+        if (took := self._took.get((method, status // 100))) is not None:
             took.observe(took_s)
 
 

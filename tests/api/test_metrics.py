@@ -1,7 +1,9 @@
 """The figures for Prometheus: by its conventions, and all there from the start."""
 
+import json
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from prometheus_client.parser import text_string_to_metric_families
@@ -9,6 +11,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from api.metrics import COUNTED
 from tests.api.stand import RELATIVE, Stand, on_stand, socket
 
+DASHBOARD = Path(__file__).parents[2] / "docs" / "grafana-dashboard.json"
 Series = dict[tuple[str, frozenset[tuple[str, str]]], float]
 
 
@@ -86,3 +89,20 @@ async def test_names_have_units_as_prometheus_wants_them(stand: Stand) -> None:
 
 def types(text: str) -> Iterator[Any]:
     return (tuple(it) for it in re.findall(r"# TYPE (motion_gateway_\S+) (\S+)", text))
+
+
+@on_stand()
+async def test_the_dashboard_asks_for_figures_and_labels_that_there_are(stand: Stand) -> None:
+    _, series = await read(stand)
+    labels = {name: {label for label, _ in its} for name, its in series}
+    labels["motion_gateway_robots"] = labels["motion_gateway_bodies"]  # there is no robot here
+    dashboard = json.loads(DASHBOARD.read_text("utf-8"))
+    asked = [target["expr"] for panel in dashboard["panels"] for target in panel.get("targets", ())]
+    assert len(asked) > 20
+    for expression in asked:
+        for name, its in re.findall(r"\b((?:motion_gateway|process)_\w+)(?:\{([^}]*)\})?", expression):
+            wanted = set(re.findall(r"(\w+)=~?\"", its)) - {"job"}
+            assert wanted <= labels[name], expression
+    shown = " ".join(asked)
+    ours = {re.sub("_(bucket|count|sum)$", "", name) for name in labels if name.startswith("motion_gateway")}
+    assert {it for it in ours if it not in shown} <= {"motion_gateway_line_busy_seconds_total"}
