@@ -3,6 +3,7 @@
 import asyncio
 from collections import defaultdict
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Final
 
 from gateway.core.events import Event
@@ -28,7 +29,7 @@ class Figures:
 
     def note(self, event: Event) -> None:
         """Count an event, if it is one that counts."""
-        _, what, news = f"{event.type}..".split(".")[:3]
+        what, news = _meaning(event.type)
         if what == "move" and news in OUTCOMES:
             self.moves[self._line_of(event.subject), news] += 1
         elif what == "stop" and news == "requested":
@@ -36,3 +37,10 @@ class Figures:
         elif what == "stop" and news == "confirmed" and event.subject in self._asked_at:
             took_s = asyncio.get_running_loop().time() - self._asked_at.pop(event.subject)
             self.stops[self._line_of(event.subject)].observe(took_s)
+
+
+@lru_cache(maxsize=256)
+def _meaning(type_: str) -> tuple[str, str]:
+    """What has happened to what, by the name of an event's type."""
+    _, what, news, *_ = [*type_.split("."), "", ""]
+    return what, news

@@ -111,6 +111,13 @@ CALLS_OF_GROUPS: Final[Mapping[str, Sequence[NextCall]]] = {
     "journal-unavailable": (READY,),
 }
 
+CALLS_OF_LINES: Final[Mapping[str, Sequence[NextCall]]] = {
+    "line-down": (LINE_STATE,),
+    "body-busy": (LINE_STATE,),
+    "controller-refused": (LINE_STATE,),
+    "no-reply": (LINE_STATE,),
+}
+
 
 def calls_for_body(error: GatewayError, address: str) -> Sequence[NextCall]:
     """The calls that help where something is wrong with a body."""
@@ -120,3 +127,8 @@ def calls_for_body(error: GatewayError, address: str) -> Sequence[NextCall]:
 def calls_for_group(error: GatewayError, address: str) -> Sequence[NextCall]:
     """The calls that help where something is wrong with a group."""
     return calls_for(error, CALLS_OF_GROUPS, subject=f"/groups/{address}", line=address.partition(".")[0])
+
+
+def calls_for_line(error: GatewayError, line_id: str) -> Sequence[NextCall]:
+    """The calls that help where something is wrong with a line."""
+    return calls_for(error, CALLS_OF_LINES, line=line_id)

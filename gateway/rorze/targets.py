@@ -11,7 +11,7 @@ from gateway.core.stops import StopMode
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
 from gateway.rorze import plain_text
 from gateway.rorze.bodies import Body, Group, answer_or_raise, reply_of
-from gateway.rorze.calls import calls_for_body, calls_for_group
+from gateway.rorze.calls import calls_for_body, calls_for_group, calls_for_line
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.move_requests import MoveRequest, common_command
 from gateway.rorze.moves import Moves
@@ -129,6 +129,10 @@ class LinkMasterTarget(Target):
         self.address = f"{line.id}.{LINK_MASTER:02X}"
         self.path = f"/lines/{line.id}"
         self._define = define
+
+    def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
+        """The calls that help where a request about the line has failed."""
+        return calls_for_line(error, self.line.id)
 
     async def ask(self, command: Any) -> Answer:
         """Send it a command; a group is defined so that the gateway knows its members."""

@@ -123,3 +123,12 @@ async def test_a_key_sees_and_resets_the_alarms_of_its_scope(stand: Stand, keys:
     ):
         answer = await stand.post(f"/alarms/{alarm['id']}/reset", **header)
         assert answer.status_code == status, answer.text
+
+
+@on_stand()
+async def test_a_line_that_is_down_names_where_its_state_stands(stand: Stand) -> None:
+    stand.port.unplug()
+    for path in ("/lines/arm/scans", "/bodies/3F/commands/get-controller-status"):
+        refused = await stand.post(path)
+        assert refused.json()["type"].endswith(":line-down")
+        assert [call["path"] for call in refused.json()["next"]] == ["/lines/arm"]
