@@ -296,14 +296,11 @@ class Seed:
         self.history.judge_write(written, has_intent=has_intent)
 
     def _watch_events(self, life: Life) -> None:
-        keep = life.plant.events.on_published
-
         def published(event: Event) -> None:
             if not life.killed.is_set():
                 self.history.judge_event(event, life.plant.events.epoch)
-            keep(event)
 
-        life.plant.events.on_published = published
+        life.plant.events.listeners.insert(0, published)
 
     @contextmanager
     def _watched(self) -> Iterator[None]:

@@ -8,7 +8,6 @@ from random import Random
 from typing import NamedTuple
 
 from gateway.config import Config
-from gateway.core.events import Event
 from gateway.core.journal.beginning import begin
 from gateway.core.journal.opening import Opened
 from gateway.core.origin import ORIGIN
@@ -139,13 +138,7 @@ class Life:
             rng=dice,
             journal=Opened(self.journal, begin(self.disk)),
         )
-        keep = self.plant.events.on_published
-
-        def published(event: Event) -> None:
-            keep(event)
-            self.moment(event.type)
-
-        self.plant.events.on_published = published
+        self.plant.events.listeners.append(lambda event: self.moment(event.type))
 
     def _seen(self, moment: str, look: Callable[[], float]) -> Callable[[], float]:
         def seen() -> float:

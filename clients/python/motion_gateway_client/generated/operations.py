@@ -6,12 +6,27 @@ from typing import Any, Literal, Protocol
 
 from motion_gateway_client.generated.types import (
     AbsoluteMoveRequest,
+    Alarm,
+    AlarmList,
+    Audit,
+    AxisPulses,
+    BodyErrorOutputs,
     BodyInfo,
+    BodyInputs,
+    BodyJog,
+    BodyJogRequest,
     BodyList,
+    BodyOutputs,
+    BodyPositions,
+    BodyRestoreRequest,
     BodySamples,
+    BodySensors,
     BodySettings,
     BodySettingsChange,
     BodyStatus,
+    CaptureRequest,
+    Captures,
+    CaptureState,
     ChangedPattern,
     ChangedSettings,
     ChangedSpeedSet,
@@ -20,7 +35,9 @@ from motion_gateway_client.generated.types import (
     ContinuousMoveRequest,
     Encoder,
     EncoderChange,
+    ErrorOutputChoice,
     EventList,
+    GeometryApplication,
     GroupDefinition,
     GroupInfo,
     GroupList,
@@ -31,10 +48,13 @@ from motion_gateway_client.generated.types import (
     HomingChange,
     JogRequest,
     JogSession,
+    Kinematics,
     Length,
     LineInfo,
     LineList,
+    LineRestoreRequest,
     Liveness,
+    MacroList,
     MacroRunRequest,
     Memories,
     Memory,
@@ -42,15 +62,23 @@ from motion_gateway_client.generated.types import (
     ModeChange,
     Move,
     MoveList,
+    OutputPulse,
     OutputState,
+    OutputSwitch,
+    PathDefinition,
     Pattern,
     PatternChange,
     Patterns,
     PatternValues,
     PlannedMove,
     PlannedRobotMove,
+    PlannedScaraMove,
     Position,
+    PositionLabel,
+    PositionMoveRequest,
+    PositionName,
     Positions,
+    PositionsToStore,
     PositionTable,
     PositionUpload,
     Posture,
@@ -64,6 +92,8 @@ from motion_gateway_client.generated.types import (
     RelativeMoveRequest,
     Resolution,
     ResolutionRequest,
+    Restore,
+    RestorePlan,
     RobotAbsoluteMoveRequest,
     RobotErrors,
     RobotHomeRequest,
@@ -76,11 +106,27 @@ from motion_gateway_client.generated.types import (
     RobotRawReply,
     RobotRawRequest,
     RobotRelativeMoveRequest,
+    RobotRestoreRequest,
     RobotSamples,
     RobotStepRequest,
     RunRequest,
     Scan,
+    ScaraAlignRequest,
+    ScaraCoordinates,
+    ScaraExtendRequest,
+    ScaraFingerRequest,
+    ScaraGeometry,
+    ScaraInfo,
+    ScaraLineRequest,
+    ScaraList,
+    ScaraMove,
+    ScaraMoveList,
+    ScaraOffsetRequest,
+    ScaraPathRequest,
+    ScaraRetractRequest,
+    ScaraRotateRequest,
     SettingsChange,
+    SignalState,
     SpeedAccepted,
     SpeedCurve,
     SpeedDecrease,
@@ -93,6 +139,7 @@ from motion_gateway_client.generated.types import (
     Statuses,
     StopRequest,
     StopResult,
+    StoredPath,
     Ticket,
     Trace,
     UnitInfo,
@@ -104,6 +151,7 @@ from motion_gateway_client.generated.types import (
     VariableSetting,
     VariableValue,
     Version,
+    WantedPlace,
 )
 from motion_gateway_client.paths import filled
 
@@ -198,7 +246,11 @@ class Operations(Protocol):
     def start_move(
         self,
         body_id: str,
-        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        body: RelativeMoveRequest
+        | AbsoluteMoveRequest
+        | PositionMoveRequest
+        | HomeRequest
+        | ContinuousMoveRequest,
         /,
         *,
         wait: float | None = None,
@@ -221,7 +273,11 @@ class Operations(Protocol):
     def plan_move(
         self,
         body_id: str,
-        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        body: RelativeMoveRequest
+        | AbsoluteMoveRequest
+        | PositionMoveRequest
+        | HomeRequest
+        | ContinuousMoveRequest,
         /,
         *,
         wait: float | None = None,
@@ -253,10 +309,32 @@ class Operations(Protocol):
         )
         return answer
 
+    def change_speed_of_one_move(
+        self,
+        body_id: str,
+        move_id: str,
+        body: SpeedIncrease | SpeedDecrease | SpeedSetting,
+        /,
+        *,
+        idempotency_key: str | None = None,
+    ) -> Move:
+        """Change the speed of this move on its way (5AS, 5CS, 5DS); 409 when it is over, or homes."""
+        answer: Move = self.call(
+            "POST",
+            filled("/bodies/{body_id}/moves/{move_id}/speed", body_id=body_id, move_id=move_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
     def start_group_move(
         self,
         group_id: str,
-        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        body: RelativeMoveRequest
+        | AbsoluteMoveRequest
+        | PositionMoveRequest
+        | HomeRequest
+        | ContinuousMoveRequest,
         /,
         *,
         wait: float | None = None,
@@ -275,7 +353,11 @@ class Operations(Protocol):
     def plan_group_move(
         self,
         group_id: str,
-        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        body: RelativeMoveRequest
+        | AbsoluteMoveRequest
+        | PositionMoveRequest
+        | HomeRequest
+        | ContinuousMoveRequest,
         /,
         *,
         wait: float | None = None,
@@ -352,6 +434,51 @@ class Operations(Protocol):
         )
         return answer
 
+    def list_alarms(self, *, standing: bool | None = None, limit: int | None = None) -> AlarmList:
+        """List alarms over restarts: what has happened, what the motor did, and the calls that help."""
+        answer: AlarmList = self.call("GET", filled("/alarms"), query={"standing": standing, "limit": limit})
+        return answer
+
+    def get_alarm(self, alarm_id: str) -> Alarm:
+        """Get an alarm."""
+        answer: Alarm = self.call("GET", filled("/alarms/{alarm_id}", alarm_id=alarm_id))
+        return answer
+
+    def reset_alarm(self, alarm_id: str, *, idempotency_key: str | None = None) -> Alarm:
+        """Reset an alarm, once its cause is over. Nothing moves, and nothing is sent."""
+        answer: Alarm = self.call(
+            "POST", filled("/alarms/{alarm_id}/reset", alarm_id=alarm_id), idempotency_key=idempotency_key
+        )
+        return answer
+
+    def list_deeds(
+        self,
+        *,
+        caller: str | None = None,
+        target: str | None = None,
+        since: str | None = None,
+        until: str | None = None,
+        cursor: str | None = None,
+        limit: int | None = None,
+    ) -> Audit:
+        """List all that had an effect, or was to have one, over restarts: who, what, for whom, and the outcome.
+
+        A key with a scope names a target in it.
+        """
+        answer: Audit = self.call(
+            "GET",
+            filled("/audit"),
+            query={
+                "caller": caller,
+                "target": target,
+                "since": since,
+                "until": until,
+                "cursor": cursor,
+                "limit": limit,
+            },
+        )
+        return answer
+
     def list_groups(self) -> GroupList:
         """List all groups."""
         answer: GroupList = self.call("GET", filled("/groups"))
@@ -408,10 +535,20 @@ class Operations(Protocol):
         )
         return answer
 
-    def get_trace(self, line_id: str, *, last: int | None = None, since: str | None = None) -> Trace:
+    def get_trace(
+        self,
+        line_id: str,
+        *,
+        last: int | None = None,
+        since: str | None = None,
+        bodies: str | None = None,
+        request_id: str | None = None,
+    ) -> Trace:
         """Give the newest bytes of the line, a robot's too, both ways, with their times."""
         answer: Trace = self.call(
-            "GET", filled("/lines/{line_id}/trace", line_id=line_id), query={"last": last, "since": since}
+            "GET",
+            filled("/lines/{line_id}/trace", line_id=line_id),
+            query={"last": last, "since": since, "bodies": bodies, "request_id": request_id},
         )
         return answer
 
@@ -815,6 +952,506 @@ class Operations(Protocol):
         )
         return answer
 
+    def read_body_backup(self, body_id: str) -> str:
+        """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
+
+        It takes two minutes at 9600 baud; others are served meanwhile.
+        """
+        answer: str = self.call("GET", filled("/bodies/{body_id}/backup", body_id=body_id))
+        return answer
+
+    def restore_body(
+        self,
+        body_id: str,
+        body: BodyRestoreRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> Restore | RestorePlan | Restore:
+        """Bring a body back to a backup: write what differs, read it back, and tell what differs still.
+
+        Refused while the motor moves or a program runs. A stop ends it.
+        """
+        answer: Restore | RestorePlan | Restore = self.call(
+            "POST",
+            filled("/bodies/{body_id}/restores", body_id=body_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_body_restore(self, body_id: str, restore_id: str, *, wait: float | None = None) -> Restore:
+        """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Restore = self.call(
+            "GET",
+            filled("/bodies/{body_id}/restores/{restore_id}", body_id=body_id, restore_id=restore_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_body_restore(self, body_id: str, *, idempotency_key: str | None = None) -> Restore:
+        """Write no more; what differs is still read and told, unless it is cancelled once more."""
+        answer: Restore = self.call(
+            "DELETE",
+            filled("/bodies/{body_id}/restores/current", body_id=body_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_line_backup(self, line_id: str, *, bodies: str | None = None) -> str:
+        """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
+
+        All of them have to answer; `bodies` leaves out who does not.
+        """
+        answer: str = self.call(
+            "GET", filled("/lines/{line_id}/backup", line_id=line_id), query={"bodies": bodies}
+        )
+        return answer
+
+    def restore_line(
+        self,
+        line_id: str,
+        body: LineRestoreRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> Restore | RestorePlan | Restore:
+        """Bring the bodies of a line, or chosen ones, back to a backup, one after the other."""
+        answer: Restore | RestorePlan | Restore = self.call(
+            "POST",
+            filled("/lines/{line_id}/restores", line_id=line_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_line_restore(self, line_id: str, restore_id: str, *, wait: float | None = None) -> Restore:
+        """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Restore = self.call(
+            "GET",
+            filled("/lines/{line_id}/restores/{restore_id}", line_id=line_id, restore_id=restore_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_line_restore(self, line_id: str, *, idempotency_key: str | None = None) -> Restore:
+        """Write no more; what differs is still read and told, unless it is cancelled once more."""
+        answer: Restore = self.call(
+            "DELETE",
+            filled("/lines/{line_id}/restores/current", line_id=line_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_robot_backup(self, robot_id: str) -> str:
+        """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
+        answer: str = self.call("GET", filled("/robots/{robot_id}/backup", robot_id=robot_id))
+        return answer
+
+    def restore_robot(
+        self,
+        robot_id: str,
+        body: RobotRestoreRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> Restore | RestorePlan | Restore:
+        """Bring a robot back to a backup: write what differs, read it back, and tell what differs still.
+
+        Refused while it moves. A stop ends it. There is no `flash`: C-HOST has no command for it.
+        """
+        answer: Restore | RestorePlan | Restore = self.call(
+            "POST",
+            filled("/robots/{robot_id}/restores", robot_id=robot_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_robot_restore(self, robot_id: str, restore_id: str, *, wait: float | None = None) -> Restore:
+        """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Restore = self.call(
+            "GET",
+            filled("/robots/{robot_id}/restores/{restore_id}", robot_id=robot_id, restore_id=restore_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_robot_restore(self, robot_id: str, *, idempotency_key: str | None = None) -> Restore:
+        """Write no more; what differs is still read and told, unless it is cancelled once more."""
+        answer: Restore = self.call(
+            "DELETE",
+            filled("/robots/{robot_id}/restores/current", robot_id=robot_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_scaras(self) -> ScaraList:
+        """List all SCARA robots; nothing is sent."""
+        answer: ScaraList = self.call("GET", filled("/scaras"))
+        return answer
+
+    def get_scara(self, scara_id: str) -> ScaraInfo:
+        """Tell what is known of a SCARA robot; nothing is sent."""
+        answer: ScaraInfo = self.call("GET", filled("/scaras/{scara_id}", scara_id=scara_id))
+        return answer
+
+    def read_scara_coordinates(self, scara_id: str) -> ScaraCoordinates:
+        """Ask all axes in one frame where they stand (6PD), and calculate where the finger ends."""
+        answer: ScaraCoordinates = self.call(
+            "GET", filled("/scaras/{scara_id}/coordinates", scara_id=scara_id)
+        )
+        return answer
+
+    def calculate_coordinates(
+        self, scara_id: str, body: AxisPulses, /, *, idempotency_key: str | None = None
+    ) -> Kinematics:
+        """Calculate where the finger ends at positions of the axes; nothing is sent."""
+        answer: Kinematics = self.call(
+            "POST",
+            filled("/scaras/{scara_id}/kinematics/forward", scara_id=scara_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def calculate_positions(
+        self, scara_id: str, body: WantedPlace, /, *, idempotency_key: str | None = None
+    ) -> Kinematics:
+        """Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
+
+        The place in the answer is that of the whole pulses. Nothing is sent; 422 where the arm does not come.
+        """
+        answer: Kinematics = self.call(
+            "POST",
+            filled("/scaras/{scara_id}/kinematics/inverse", scara_id=scara_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_scara_geometry(self, scara_id: str) -> ScaraGeometry:
+        """Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare."""
+        answer: ScaraGeometry = self.call("GET", filled("/scaras/{scara_id}/geometry", scara_id=scara_id))
+        return answer
+
+    def apply_scara_geometry(
+        self, scara_id: str, body: GeometryApplication | None = None, /, *, idempotency_key: str | None = None
+    ) -> ScaraGeometry:
+        """Give the controllers the configured geometry (HTS, HCS, HAS, HFS, HZS), and read it back."""
+        answer: ScaraGeometry = self.call(
+            "POST",
+            filled("/scaras/{scara_id}/geometry/apply", scara_id=scara_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def stop_scara(self, scara_id: str, body: StopRequest | None = None, /) -> StopResult:
+        """Stop all axes of a robot by software, with one frame for all and then one for each."""
+        answer: StopResult = self.call(
+            "POST", filled("/scaras/{scara_id}/stop", scara_id=scara_id), body=body
+        )
+        return answer
+
+    def start_scara_move(
+        self,
+        scara_id: str,
+        body: ScaraLineRequest
+        | ScaraPathRequest
+        | ScaraOffsetRequest
+        | ScaraExtendRequest
+        | ScaraRetractRequest
+        | ScaraRotateRequest
+        | ScaraFingerRequest
+        | ScaraAlignRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> ScaraMove:
+        """Start a move of all axes, or with `validate_only` say what it would be.
+
+        In one undivided turn of the line the gateway reads where the axes stand (6PD), tells all controllers
+        (HPS), prepares the move, sees that they agree and that nothing has moved, and starts it by one frame
+        (HMM; HFM and HNM for `finger` and `align`). 202 when it is accepted and not over, 200 when it ended while
+        the request waited. When one axis fails all are stopped: see `status`, `failed_axes` and `error`. `plan_scara_move` does that.
+        """
+        answer: ScaraMove = self.call(
+            "POST",
+            filled("/scaras/{scara_id}/moves", scara_id=scara_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def plan_scara_move(
+        self,
+        scara_id: str,
+        body: ScaraLineRequest
+        | ScaraPathRequest
+        | ScaraOffsetRequest
+        | ScaraExtendRequest
+        | ScaraRetractRequest
+        | ScaraRotateRequest
+        | ScaraFingerRequest
+        | ScaraAlignRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> PlannedScaraMove:
+        """Say what `start_scara_move` would send, and how long it would take; nothing moves."""
+        answer: PlannedScaraMove = self.call(
+            "POST",
+            filled("/scaras/{scara_id}/moves", scara_id=scara_id),
+            query={"wait": wait},
+            body={**body, "validate_only": True},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_scara_moves(self, scara_id: str, *, limit: int | None = None) -> ScaraMoveList:
+        """List the robot's moves, newest first."""
+        answer: ScaraMoveList = self.call(
+            "GET", filled("/scaras/{scara_id}/moves", scara_id=scara_id), query={"limit": limit}
+        )
+        return answer
+
+    def get_scara_move(self, scara_id: str, move_id: str, *, wait: float | None = None) -> ScaraMove:
+        """Get a move, at once or when it is over."""
+        answer: ScaraMove = self.call(
+            "GET",
+            filled("/scaras/{scara_id}/moves/{move_id}", scara_id=scara_id, move_id=move_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def read_scara_path(self, scara_id: str, path: int) -> StoredPath:
+        """Read a path from all controllers (HDD); 409 where they hold different ones."""
+        answer: StoredPath = self.call(
+            "GET", filled("/scaras/{scara_id}/paths/{path}", scara_id=scara_id, path=path)
+        )
+        return answer
+
+    def write_scara_path(
+        self, scara_id: str, path: int, body: PathDefinition, /, *, idempotency_key: str | None = None
+    ) -> StoredPath:
+        """Store a path in all controllers, undivided (HDS), in RAM; read it back."""
+        answer: StoredPath = self.call(
+            "PUT",
+            filled("/scaras/{scara_id}/paths/{path}", scara_id=scara_id, path=path),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def start_body_jog(
+        self, body_id: str, body: BodyJogRequest, /, *, idempotency_key: str | None = None
+    ) -> BodyJog:
+        """Start to jog a body. It stops by itself unless a heartbeat comes at least every half second.
+
+        It is a move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.
+        """
+        answer: BodyJog = self.call(
+            "POST",
+            filled("/bodies/{body_id}/jogs", body_id=body_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def keep_jogging_body(self, body_id: str, jog_id: str, *, idempotency_key: str | None = None) -> BodyJog:
+        """Let the motor move for another half second; 409 when it is being stopped, or nobody can reach it."""
+        answer: BodyJog = self.call(
+            "POST",
+            filled("/bodies/{body_id}/jogs/{jog_id}/heartbeat", body_id=body_id, jog_id=jog_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def end_body_jog(self, body_id: str, jog_id: str) -> BodyJog:
+        """Stop the motor, and answer when it stands still.
+
+        Where that was not seen in time, the state is `stopping`; ask again until the state is another.
+        """
+        answer: BodyJog = self.call(
+            "POST", filled("/bodies/{body_id}/jogs/{jog_id}/stop", body_id=body_id, jog_id=jog_id)
+        )
+        return answer
+
+    def list_body_positions(
+        self, body_id: str, *, first: int | None = None, last: int | None = None
+    ) -> BodyPositions:
+        """Read stored positions (3ND), each in a frame of its own: all 2048 take 90 s at 9600 baud."""
+        answer: BodyPositions = self.call(
+            "GET",
+            filled("/bodies/{body_id}/positions", body_id=body_id),
+            query={"first": first, "last": last},
+        )
+        return answer
+
+    def store_body_positions(
+        self,
+        body_id: str,
+        body: PositionsToStore,
+        /,
+        *,
+        first: int | None = None,
+        last: int | None = None,
+        idempotency_key: str | None = None,
+    ) -> BodyPositions:
+        """Store positions (3PS) and read them back; without a position, where the motor stands.
+
+        `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
+        """
+        answer: BodyPositions = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/positions", body_id=body_id),
+            query={"first": first, "last": last},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def name_body_position(
+        self, body_id: str, number: int, body: PositionName, /, *, idempotency_key: str | None = None
+    ) -> PositionLabel:
+        """Name a position. The gateway keeps the name; nothing is sent."""
+        answer: PositionLabel = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/positions/{number}/name", body_id=body_id, number=number),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def download_body_positions(
+        self, body_id: str, *, first: int | None = None, last: int | None = None
+    ) -> str:
+        """Read stored positions as CSV: the columns `number` and `pulse`."""
+        answer: str = self.call(
+            "GET",
+            filled("/bodies/{body_id}/positions.csv", body_id=body_id),
+            query={"first": first, "last": last},
+        )
+        return answer
+
+    def read_body_inputs(self, body_id: str) -> BodyInputs:
+        """Ask the controller for all ten inputs (CID)."""
+        answer: BodyInputs = self.call("GET", filled("/bodies/{body_id}/inputs", body_id=body_id))
+        return answer
+
+    def read_body_outputs(self, body_id: str) -> BodyOutputs:
+        """Ask the controller for all sixteen outputs (COD)."""
+        answer: BodyOutputs = self.call("GET", filled("/bodies/{body_id}/outputs", body_id=body_id))
+        return answer
+
+    def switch_body_output(
+        self, body_id: str, output: int, body: OutputSwitch, /, *, idempotency_key: str | None = None
+    ) -> SignalState:
+        """Switch an output (COS), which ends its pulse, and read it back; `not-done` where it is not as asked."""
+        answer: SignalState = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/outputs/{output}", body_id=body_id, output=output),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def pulse_body_output(
+        self, body_id: str, output: int, body: OutputPulse, /, *, idempotency_key: str | None = None
+    ) -> SignalState:
+        """Invert an output for a time (CBS); refused while it is inverted, and where it reports an error."""
+        answer: SignalState = self.call(
+            "POST",
+            filled("/bodies/{body_id}/outputs/{output}/pulses", body_id=body_id, output=output),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_body_sensors(self, body_id: str) -> BodySensors:
+        """Ask the controller for all six sensors (CLD)."""
+        answer: BodySensors = self.call("GET", filled("/bodies/{body_id}/sensors", body_id=body_id))
+        return answer
+
+    def read_error_outputs(self, body_id: str) -> BodyErrorOutputs:
+        """Ask the controller which outputs report errors (CED), and which errors stand (CRD)."""
+        answer: BodyErrorOutputs = self.call(
+            "GET", filled("/bodies/{body_id}/error-outputs", body_id=body_id)
+        )
+        return answer
+
+    def set_error_output(
+        self,
+        body_id: str,
+        cause: Literal["ems", "limit", "stall", "any"],
+        body: ErrorOutputChoice,
+        /,
+        *,
+        idempotency_key: str | None = None,
+    ) -> BodyErrorOutputs:
+        """Set the output that reports a cause (CES), and read it back. Each cause takes one of its own."""
+        answer: BodyErrorOutputs = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/error-outputs/{cause}", body_id=body_id, cause=cause),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def reset_error_outputs(self, body_id: str, *, idempotency_key: str | None = None) -> BodyErrorOutputs:
+        """Take back all error outputs (CRS), which refuse moves while they stand."""
+        answer: BodyErrorOutputs = self.call(
+            "POST",
+            filled("/bodies/{body_id}/error-outputs/reset", body_id=body_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_captures(self, body_id: str) -> Captures:
+        """Ask the controller how both inputs capture, and what they have captured (CPD, CFD, CSD, 3ND)."""
+        answer: Captures = self.call("GET", filled("/bodies/{body_id}/captures", body_id=body_id))
+        return answer
+
+    def get_capture(self, body_id: str, port: int, *, wait: float | None = None) -> CaptureState:
+        """Ask for a capture, at once or when an edge has come; a move that ends without one disarms it too."""
+        answer: CaptureState = self.call(
+            "GET",
+            filled("/bodies/{body_id}/captures/{port}", body_id=body_id, port=port),
+            query={"wait": wait},
+        )
+        return answer
+
+    def arm_capture(
+        self, body_id: str, port: int, body: CaptureRequest, /, *, idempotency_key: str | None = None
+    ) -> CaptureState:
+        """Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves."""
+        answer: CaptureState = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/captures/{port}", body_id=body_id, port=port),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def disarm_capture(self, body_id: str, port: int, *, idempotency_key: str | None = None) -> CaptureState:
+        """Let an input capture nothing (CPS), which sets its entries to 0; refused while the motor moves."""
+        answer: CaptureState = self.call(
+            "DELETE",
+            filled("/bodies/{body_id}/captures/{port}", body_id=body_id, port=port),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
     def list_robots(self) -> RobotList:
         """List all robots; nothing is sent."""
         answer: RobotList = self.call("GET", filled("/robots"))
@@ -1001,6 +1638,11 @@ class Operations(Protocol):
         )
         return answer
 
+    def list_macros(self, robot_id: str) -> MacroList:
+        """List the macros of the configuration, and those the robot has refused; nothing is sent."""
+        answer: MacroList = self.call("GET", filled("/robots/{robot_id}/macros", robot_id=robot_id))
+        return answer
+
     def start_jog(
         self, robot_id: str, body: JogRequest, /, *, idempotency_key: str | None = None
     ) -> JogSession:
@@ -1047,7 +1689,10 @@ class Operations(Protocol):
     def store_positions(
         self, robot_id: str, unit: int, body: PositionUpload, /, *, idempotency_key: str | None = None
     ) -> Uploaded:
-        """Store positions undivided (POF, POS); a stop in the middle ends the upload first."""
+        """Store positions undivided (POF, POS); a stop in the middle ends the upload first.
+
+        A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
+        """
         answer: Uploaded = self.call(
             "PUT",
             filled("/robots/{robot_id}/units/{unit}/positions", robot_id=robot_id, unit=unit),

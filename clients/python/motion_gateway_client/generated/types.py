@@ -21,6 +21,8 @@ class AboutSetting(TypedDict):
 class AbsoluteMoveRequest(TypedDict):
     """Move to a position (RC-420 manual 13.2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["absolute"]
     position: Length
     speed: NotRequired[Literal["high", "low"]]
@@ -29,11 +31,106 @@ class AbsoluteMoveRequest(TypedDict):
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
 
 
+class Alarm(TypedDict):
+    """Something that has gone wrong, from then until somebody has reset it."""
+
+    id: str
+    cause: str
+    """What it is, such as `body.offline`; never changes."""
+    subject: str
+    """What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway."""
+    raised_at: str
+    ended_at: str | None
+    """When its cause was seen to be over; null while it lasts."""
+    reset_at: str | None
+    """Null while the alarm stands."""
+    reset_by: str | None
+    """Who has reset it."""
+    caller: str
+    """In whose name the gateway was at work when it came."""
+    request_id: str | None
+    """The X-Request-Id of the request behind that."""
+    move_id: str | None
+    """The move it has ended, if it has."""
+    code: str | None
+    """The controller's own error code."""
+    manual: str
+    """Where the manual tells of it; empty where it is no matter of a controller."""
+    en: AlarmText
+    ja: AlarmText
+    next: list[NextCall]
+    """The calls that help, in the order in which they do."""
+
+
+class AlarmList(TypedDict):
+    """Alarms: those that stand first, then those that were reset, each newest first."""
+
+    alarms: list[Alarm]
+
+
+class AlarmRaisedEvent(TypedDict):
+    """Something has gone wrong; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["alarm.raised"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Alarm
+
+
+class AlarmResetEvent(TypedDict):
+    """Somebody has seen to it, or a newer alarm stands in its place; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["alarm.reset"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Alarm
+
+
+class AlarmText(TypedDict):
+    """An alarm in one language."""
+
+    happened: str
+    """What has happened."""
+    motor: str
+    """What the motor did, or may do."""
+    remedy: str
+    """What to do next."""
+
+
 class Amount(TypedDict):
     """A coordinate, or an amount to move by, in the unit its axis is set up for."""
 
     value: float
     unit: Literal["mm", "pulse", "degree"]
+
+
+class Angle(TypedDict):
+    """An angle, counterclockwise from X."""
+
+    value: float
+    unit: Literal["deg", "mdeg"]
+
+
+class Audit(TypedDict):
+    """Deeds, the newest first."""
+
+    deeds: list[Deed]
+    cursor: str | None
+    """Give it as `cursor` for older ones; null where there are none."""
 
 
 class AxisInfo(TypedDict):
@@ -54,6 +151,13 @@ class AxisPlace(TypedDict):
     """mm, pulse or degree."""
     reason: Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"] | None
     """Why it is not known: not homed, homing or a macro or automatic operation under way, no user coordinates where the motors stand, or not to be found out."""
+
+
+class AxisPulses(TypedDict):
+    """Positions of all axes."""
+
+    pulses: list[int]
+    """Of axes 0, 1 and 2; belt-linked robots have two."""
 
 
 class AxisSensors(TypedDict):
@@ -132,6 +236,13 @@ class BodyEndFrameEvent(TypedDict):
     data: EndFrame
 
 
+class BodyErrorOutputs(TypedDict):
+    """The outputs that report errors."""
+
+    body_id: str
+    error_outputs: list[ErrorOutputState]
+
+
 class BodyInfo(TypedDict):
     """A body as the gateway knows it, without asking it."""
 
@@ -178,6 +289,128 @@ class BodyInputChangedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: InputChange
+
+
+class BodyInputs(TypedDict):
+    """The general inputs, after their logic (DIS) and their noise filters (DCS)."""
+
+    body_id: str
+    read_at: str
+    """When the controller's answer came."""
+    age_ms: float
+    """How old the answer was when it was passed on."""
+    inputs: list[SignalState]
+
+
+class BodyJog(TypedDict):
+    """A body that jogs, or has jogged."""
+
+    id: str
+    """Of the jog, and of the move it makes."""
+    state: Literal["jogging", "stopping", "ended", "lost", "stopped"]
+    """stopping: it is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with all that moves there, or at the end of the gateway."""
+    ends_as: Literal["ended", "lost", "stopped"] | None
+    """The state that follows when it stands still; null while it jogs."""
+    heartbeat_within_ms: int
+    """The next heartbeat has to come within this."""
+    body_id: str
+    direction: Literal["cw", "ccw"]
+    speed: Literal["high", "low"]
+    distance: int
+    """So far it goes at most, in pulses; encoder counts in encoder mode."""
+
+
+class BodyJogEndedEvent(TypedDict):
+    """The jog was ended by request, or by its move's end, and the motor stands still; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.jog.ended"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyJog
+
+
+class BodyJogLostEvent(TypedDict):
+    """Its heartbeat stayed away, and the motor stands still; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.jog.lost"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyJog
+
+
+class BodyJogRequest(TypedDict):
+    """Which way to jog, how fast, and how far at most."""
+
+    direction: Literal["cw", "ccw", "+", "-"]
+    """+ is cw, - is ccw."""
+    speed: NotRequired[Literal["high", "low"]]
+    """`low` runs at the start speed, without ramps. Left out: low."""
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    at_most: NotRequired[Length | None]
+    """The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits."""
+
+
+class BodyJogStartedEvent(TypedDict):
+    """It jogs; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.jog.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyJog
+
+
+class BodyJogStoppedEvent(TypedDict):
+    """A stop or the end of the gateway has ended it, and the motor stands still; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.jog.stopped"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyJog
+
+
+class BodyJogStoppingEvent(TypedDict):
+    """It is told to stop, and may still move; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.jog.stopping"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyJog
 
 
 class BodyLeftMovingEvent(TypedDict):
@@ -378,6 +611,20 @@ class BodyMoveUnknownEvent(TypedDict):
     data: Move
 
 
+class BodyNow(TypedDict):
+    """A body, as far as is known."""
+
+    body_id: str
+    online: bool
+    moving: bool | None
+    move_id: str | None
+    position: int | None
+    """In pulses."""
+    homed: str
+    power_cycled: bool
+    status: list[str] | None
+
+
 class BodyOfflineEvent(TypedDict):
     """It does not answer any more; about `/bodies/{body_id}`."""
 
@@ -410,6 +657,17 @@ class BodyOnlineEvent(TypedDict):
     data: Nothing
 
 
+class BodyOutputs(TypedDict):
+    """The general outputs; in servo mode output 0 is the CLR signal."""
+
+    body_id: str
+    read_at: str
+    """When the controller's answer came."""
+    age_ms: float
+    """How old the answer was when it was passed on."""
+    outputs: list[SignalState]
+
+
 class BodyPosition(TypedDict):
     """Where a motor stands (6PD)."""
 
@@ -434,6 +692,13 @@ class BodyPositionEvent(TypedDict):
     datacontenttype: NotRequired[Literal["application/json"]]
     data: BodyPosition
     cursor: str
+
+
+class BodyPositions(TypedDict):
+    """Stored positions of a body."""
+
+    body_id: str
+    positions: list[NamedPosition]
 
 
 class BodyPowerCycleAcknowledgedEvent(TypedDict):
@@ -618,6 +883,117 @@ class BodyProgramUploadSucceededEvent(TypedDict):
     data: ProgramUpload
 
 
+class BodyRestoreCancelledEvent(TypedDict):
+    """A request, a stop or the end of the gateway has ended it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodyRestoreDiffersEvent(TypedDict):
+    """It was read back, and `differences` is what is not as in the backup; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.differs"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodyRestoreFailedEvent(TypedDict):
+    """Nobody could read it back, or what flash memory holds is not known; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodyRestoreProgressEvent(TypedDict):
+    """A restore has come further; once a second at most; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodyRestoreRequest(TypedDict):
+    """A backup to be restored to one body."""
+
+    backup: str
+    """The text of a backup; comments after `;` mean nothing."""
+    dry_run: NotRequired[bool]
+    """Tell what would be written and what differs, and write nothing. Left out: false."""
+    flash: NotRequired[bool]
+    """Write it to flash memory, too, once it was read back. Left out: false."""
+    power_cycle: NotRequired[bool]
+    """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
+    from_body: NotRequired[str | None]
+    """Take what the backup has of another body: two hex digits. Else of the same number."""
+
+
+class BodyRestoreStartedEvent(TypedDict):
+    """A backup is being restored; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodyRestoreVerifiedEvent(TypedDict):
+    """All of the backup was read back; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.verified"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
 class BodySample(TypedDict):
     """Where a motor stood."""
 
@@ -663,6 +1039,17 @@ class BodySensorChangedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: SensorChange
+
+
+class BodySensors(TypedDict):
+    """The sensors, after their logic (DLS)."""
+
+    body_id: str
+    read_at: str
+    """When the controller's answer came."""
+    age_ms: float
+    """How old the answer was when it was passed on."""
+    sensors: SensorBits
 
 
 class BodySettings(TypedDict):
@@ -876,6 +1263,78 @@ class BodyUnreadableEvent(TypedDict):
     data: Unreadable
 
 
+class CaptureBounds(TypedDict):
+    """The stretch of positions in which an edge counts."""
+
+    lower: int
+    """In pulses."""
+    upper: int
+    """In pulses."""
+
+
+class CapturePulse(TypedDict):
+    """A pulse that the edge sets off. Arming gives the output the opposite state."""
+
+    output: int
+    """General output, 0-7."""
+    on: bool
+    """Its state during the pulse."""
+    duration_ms: int
+
+
+class CaptureRequest(TypedDict):
+    """What an edge in the next move is to do; what is left out, it does not."""
+
+    edge: Literal["falling", "rising"]
+    position: NotRequired[int | None]
+    """Position number that takes the position."""
+    encoder: NotRequired[int | None]
+    """Position number that takes the encoder count."""
+    encoder_in_pulses: NotRequired[int | None]
+    """Position number that takes the encoder count converted to pulses."""
+    pulse: NotRequired[CapturePulse | None]
+    between: NotRequired[Section | None]
+    """Left out, the edge counts everywhere."""
+
+
+class CaptureState(TypedDict):
+    """How an input is set up to capture, and what it has captured."""
+
+    body_id: str
+    input: int
+    name: str | None
+    """From the configuration."""
+    edge: Literal["off", "falling", "rising"]
+    """What it waits for; off: it is not armed, or not any more."""
+    armed: bool
+    captured: bool | None
+    """Null where no entry takes a value."""
+    recorded: list[CapturedValue]
+    pulse: CapturePulse | None
+    between: CaptureBounds | None
+    """Null: everywhere."""
+
+
+class CapturedValue(TypedDict):
+    """An entry of the position table that takes a value."""
+
+    kind: Literal["position", "encoder", "encoder_in_pulses"]
+    number: int
+    """Position number."""
+    pulses: int | None
+    """Null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`."""
+    value: float | None
+    """The same in `unit`; null without a scale, and for `encoder`."""
+    unit: str | None
+
+
+class Captures(TypedDict):
+    """The captures of both inputs."""
+
+    body_id: str
+    captures: list[CaptureState]
+
+
 class ChangeStep(TypedDict):
     """What became of one value that was asked for."""
 
@@ -1003,6 +1462,8 @@ class CommandList(TypedDict):
 class ContinuousMoveRequest(TypedDict):
     """Move until stopped; only where the configuration has `allow_endless_moves`."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["continuous"]
     direction: Literal["cw", "ccw"]
     speed: NotRequired[Literal["high", "low"]]
@@ -1026,6 +1487,20 @@ class ControllerEvent(TypedDict):
     """Outputs."""
     P: NotRequired[int | None]
     """Position in pulses."""
+
+
+class ControllerGeometry(TypedDict):
+    """What a controller holds."""
+
+    type: Literal["three_axes", "two_axes_belt_linked"]
+    arm: LinkLength
+    finger: LinkLength
+    pulses_per_turn: list[float]
+    body_id: str
+    axis: int
+    """The one that it drives."""
+    agrees: bool
+    """Whether it is what the configuration has."""
 
 
 class Crashed(TypedDict):
@@ -1054,6 +1529,59 @@ class CurvePoint(TypedDict):
     """In the body's unit; null without a scale."""
     speed_in_unit: float | None
     acceleration_in_unit: float | None
+
+
+class Deed(TypedDict):
+    """Something with an effect that somebody wanted."""
+
+    id: str
+    """Sorts by time; also the cursor after which older deeds follow."""
+    at: str
+    caller: str
+    """Who wanted it: the name of a key, an interface and an address."""
+    request_id: str | None
+    """The X-Request-Id of the request."""
+    target: str
+    """Whom it was for: line1.3F, line1.80 for a group, r1."""
+    command: str
+    """The row of the command table."""
+    effect: str
+    """motion, stop, setting or maintenance."""
+    frame: str
+    """The exact bytes."""
+    moves: list[str]
+    """The moves it was to make."""
+    written_at: str | None
+    """When it was handed to the port; null if it was not."""
+    ended_at: str | None
+    """When its outcome was known; null while it is not."""
+    outcome: str | None
+    """answered, refusal, not_sent, or unknown where nobody knows whether it was executed."""
+    detail: str | None
+    """Why it was not carried out."""
+
+
+class Difference(TypedDict):
+    """Something that a controller holds otherwise than the backup has it."""
+
+    target: str
+    """The body or the robot."""
+    section: str
+    name: str
+    """What it is, in words."""
+    wanted: str | None
+    """What the backup has; null where it is empty or was never set."""
+    held: str | None
+    """What the controller holds."""
+    restorable: bool
+    """False where no command can bring it back."""
+
+
+class Distance(TypedDict):
+    """A length or a coordinate."""
+
+    value: float
+    unit: Literal["mm", "um"]
 
 
 class Encoder(TypedDict):
@@ -1139,12 +1667,35 @@ class EndFrame(TypedDict):
     """The byte of 9MD, 0 after a normal end."""
 
 
+class ErrorOutputChoice(TypedDict):
+    """Which output reports a cause, and how."""
+
+    output: int | None
+    """General output; null: nothing reports it."""
+    on: NotRequired[bool | None]
+    """The state it takes on an error; with `output`."""
+
+
 class ErrorOutputSetting(TypedDict):
     """The output that reports an error."""
 
     output: int
     on: bool
     """The state that it takes on an error."""
+
+
+class ErrorOutputState(TypedDict):
+    """The output that reports a cause of errors."""
+
+    cause: Literal["ems", "limit", "stall", "any"]
+    output: int | None
+    """Null: nothing reports it."""
+    name: str | None
+    """Of the output, from the configuration."""
+    on: bool | None
+    """The state it takes on an error."""
+    standing: bool
+    """Whether it has come, and was not taken back since."""
 
 
 class ErrorsReset(TypedDict):
@@ -1167,7 +1718,10 @@ class EventList(TypedDict):
         | GatewayLoopHeldEvent
         | GatewayShuttingDownEvent
         | StreamGapEvent
+        | AlarmRaisedEvent
+        | AlarmResetEvent
         | IoEvent
+        | StreamSnapshotEvent
         | BodyMoveQueuedEvent
         | BodyMoveSentEvent
         | BodyMoveStartedEvent
@@ -1199,11 +1753,38 @@ class EventList(TypedDict):
         | BodyProgramUploadSucceededEvent
         | BodyProgramUploadFailedEvent
         | BodyProgramUploadCancelledEvent
+        | BodyRestoreStartedEvent
+        | BodyRestoreProgressEvent
+        | BodyRestoreVerifiedEvent
+        | BodyRestoreDiffersEvent
+        | BodyRestoreFailedEvent
+        | BodyRestoreCancelledEvent
+        | BodyJogStartedEvent
+        | BodyJogStoppingEvent
+        | BodyJogEndedEvent
+        | BodyJogLostEvent
+        | BodyJogStoppedEvent
         | BodyProgramStartedEvent
         | BodyProgramEndedEvent
         | BodyPositionEvent
         | BodySettingsChangedEvent
         | BodyLeftMovingEvent
+        | ScaraMoveQueuedEvent
+        | ScaraMoveSentEvent
+        | ScaraMoveStartedEvent
+        | ScaraMoveSucceededEvent
+        | ScaraMoveFailedEvent
+        | ScaraMoveStoppedEvent
+        | ScaraMoveRejectedEvent
+        | ScaraMoveCancelledEvent
+        | ScaraMoveLostEvent
+        | ScaraMoveUnknownEvent
+        | LineRestoreStartedEvent
+        | LineRestoreProgressEvent
+        | LineRestoreVerifiedEvent
+        | LineRestoreDiffersEvent
+        | LineRestoreFailedEvent
+        | LineRestoreCancelledEvent
         | GroupStrangersEvent
         | LineStrictEvent
         | LineMessageEvent
@@ -1242,6 +1823,12 @@ class EventList(TypedDict):
         | RobotJogLostEvent
         | RobotJogStoppedEvent
         | RobotJogNotStoppedEvent
+        | RobotRestoreStartedEvent
+        | RobotRestoreProgressEvent
+        | RobotRestoreVerifiedEvent
+        | RobotRestoreDiffersEvent
+        | RobotRestoreFailedEvent
+        | RobotRestoreCancelledEvent
         | RobotPositionEvent
         | RobotLeftMovingEvent
     ]
@@ -1391,6 +1978,22 @@ class GatewayShuttingDownEvent(TypedDict):
     data: ShuttingDown
 
 
+class Geometry(TypedDict):
+    """A robot's mechanics."""
+
+    type: Literal["three_axes", "two_axes_belt_linked"]
+    arm: LinkLength
+    finger: LinkLength
+    pulses_per_turn: list[float]
+
+
+class GeometryApplication(TypedDict):
+    """How the geometry is given to the controllers."""
+
+    flash: NotRequired[bool]
+    """Write all their settings to flash memory too (FIS). Left out: false."""
+
+
 class GroupDefinition(TypedDict):
     """What a group shall be."""
 
@@ -1452,6 +2055,8 @@ class GroupStrangersEvent(TypedDict):
 class HomeRequest(TypedDict):
     """Search the origin (RC-420 manual 13.5), or the centre of the stall dog after that (13.6.2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["home"]
     method: NotRequired[
         Literal[
@@ -1586,15 +2191,15 @@ class JogSession(TypedDict):
     """An axis that jogs, or has jogged."""
 
     id: str
+    state: Literal["jogging", "stopping", "ended", "lost", "stopped"]
+    """stopping: it is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with all that moves there, or at the end of the gateway."""
+    ends_as: Literal["ended", "lost", "stopped"] | None
+    """The state that follows when it stands still; null while it jogs."""
+    heartbeat_within_ms: int
+    """The next heartbeat has to come within this."""
     unit: int
     axis: str
     direction: Literal["+", "-"]
-    state: Literal["jogging", "stopping", "ended", "lost", "stopped"]
-    """stopping: the axis is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with the robot or at the end of the gateway."""
-    ends_as: Literal["ended", "lost", "stopped"] | None
-    """The state that follows when the axis stands still; null while it jogs."""
-    heartbeat_within_ms: int
-    """The next heartbeat has to come within this."""
 
 
 class JournalSetAside(TypedDict):
@@ -1607,6 +2212,18 @@ class JournalTrouble(TypedDict):
     """Why the journal cannot be written."""
 
     reason: str
+
+
+class Kinematics(TypedDict):
+    """Positions of the axes, and where the finger is then."""
+
+    x: Micrometres
+    y: Micrometres
+    angle: Millidegrees
+    """Between finger and X axis, above -180 and up to 180 degrees."""
+    scara_id: str
+    pulses: list[int]
+    """Of axes 0, 1 and 2."""
 
 
 class LastHoming(TypedDict):
@@ -1713,6 +2330,125 @@ class LineMessageEvent(TypedDict):
     data: LineMessage
 
 
+class LineNow(TypedDict):
+    """A line."""
+
+    line_id: str
+    state: LineState
+    down_reason: str | None
+
+
+class LineRestoreCancelledEvent(TypedDict):
+    """A request, a stop or the end of the gateway has ended it; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class LineRestoreDiffersEvent(TypedDict):
+    """It was read back, and `differences` is what is not as in the backup; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.differs"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class LineRestoreFailedEvent(TypedDict):
+    """Nobody could read it back, or what flash memory holds is not known; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class LineRestoreProgressEvent(TypedDict):
+    """A restore has come further; once a second at most; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class LineRestoreRequest(TypedDict):
+    """A backup to be restored to bodies of a line."""
+
+    backup: str
+    """The text of a backup; comments after `;` mean nothing."""
+    dry_run: NotRequired[bool]
+    """Tell what would be written and what differs, and write nothing. Left out: false."""
+    flash: NotRequired[bool]
+    """Write it to flash memory, too, once it was read back. Left out: false."""
+    power_cycle: NotRequired[bool]
+    """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
+    bodies: NotRequired[list[str] | None]
+    """Restore these only: addresses such as 3F. Else all that the backup has."""
+
+
+class LineRestoreStartedEvent(TypedDict):
+    """A backup is being restored; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class LineRestoreVerifiedEvent(TypedDict):
+    """All of the backup was read back; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.verified"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
 class LineScanFailedEvent(TypedDict):
     """It was broken off; about `/lines/{line_id}`."""
 
@@ -1802,6 +2538,13 @@ class LineUpEvent(TypedDict):
     data: LineUp
 
 
+class LinkLength(TypedDict):
+    """A length of the mechanics."""
+
+    value: int
+    unit: Literal["um"]
+
+
 class LiveAxis(TypedDict):
     """Where an axis stands."""
 
@@ -1824,6 +2567,23 @@ class LoopHeld(TypedDict):
     """0.25 at least."""
     cancelled: bool
     """Whether what waited is not sent any more: above 2 s."""
+
+
+class MacroInfo(TypedDict):
+    """A macro by its name."""
+
+    name: str
+    title: str | None
+    """What it does, from the configuration; null where it is not there."""
+    refused: bool
+    """Whether the robot has refused it as unknown when it was last called."""
+
+
+class MacroList(TypedDict):
+    """The macros that are known: a robot cannot be asked for their names."""
+
+    robot_id: str
+    macros: list[MacroInfo]
 
 
 class MacroRunRequest(TypedDict):
@@ -1863,6 +2623,20 @@ class MemoryChange(TypedDict):
 
     value: int
     """A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."""
+
+
+class Micrometres(TypedDict):
+    """A coordinate."""
+
+    value: float
+    unit: Literal["um"]
+
+
+class Millidegrees(TypedDict):
+    """An angle, counterclockwise from X."""
+
+    value: float
+    unit: Literal["mdeg"]
 
 
 class ModeChange(TypedDict):
@@ -1908,7 +2682,7 @@ class Move(TypedDict):
     """Events after this cursor include all later news of the move."""
     group_id: str | None
     """The group it was sent to, if it was."""
-    kind: Literal["relative", "absolute", "home", "continuous", "interpolated"]
+    kind: Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
     end_cause: str | None
     """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed, position_mismatch or not_in_position as the gateway found."""
     start_position: int | None
@@ -1935,6 +2709,8 @@ class MoveError(TypedDict):
     remedy: str
     controller_error: str | None
     """The controller's error code, such as 0x51."""
+    next: list[NextCall]
+    """The calls that help."""
 
 
 class MoveList(TypedDict):
@@ -1943,11 +2719,48 @@ class MoveList(TypedDict):
     moves: list[Move]
 
 
+class NamedPosition(TypedDict):
+    """A stored position."""
+
+    number: int
+    name: str | None
+    pulses: int
+    """Encoder counts in encoder mode."""
+    value: float | None
+    """The same in `unit`; null without a scale."""
+    unit: str | None
+
+
+class NextCall(TypedDict):
+    """A request to this gateway that helps."""
+
+    method: Literal["GET", "POST", "PUT"]
+    path: str
+    body: NotRequired[dict[str, JsonValue] | None]
+    """What it takes; left out for nothing, or where only the sender can know."""
+    en: str
+    """What it does, in English."""
+    ja: str
+    """What it does, in Japanese."""
+
+
 class Nothing(TypedDict):
     """The type says all."""
 
 
+class OutputPulse(TypedDict):
+    """For how long an output is inverted."""
+
+    duration_ms: int
+
+
 class OutputState(TypedDict):
+    """What an output shall be."""
+
+    on: bool
+
+
+class OutputSwitch(TypedDict):
     """What an output shall be."""
 
     on: bool
@@ -1959,6 +2772,13 @@ class Overdue(TypedDict):
     move_id: str
     longest_s: float | None
     request_id: str | None
+
+
+class PathDefinition(TypedDict):
+    """A whole path; without points it is cleared."""
+
+    points: list[ViaPoint]
+    """In their order; the last is the end."""
 
 
 class Pattern(TypedDict):
@@ -2058,6 +2878,26 @@ class PlannedRobotMove(TypedDict):
     """Why something is not known, or would be refused."""
 
 
+class PlannedScaraMove(TypedDict):
+    """A robot's move that was worked out and not sent."""
+
+    scara_id: str
+    frames: list[str]
+    """The exact frames that would be sent, CR as \\r."""
+    start: ScaraPlace
+    target: ScaraPlace
+    start_positions: list[int]
+    """In pulses, in the order of the axes."""
+    target_positions: list[int]
+    """In pulses, as the gateway calculates them."""
+    length_um: float | None
+    """Of the way that the speed counts on, in micrometres; null where axes turn alone."""
+    duration_s: float | None
+    """How long pulses would run, with the settings of now."""
+    note: str | None
+    """Why something is not known, or would be refused."""
+
+
 class Position(TypedDict):
     """Where a motor stands."""
 
@@ -2079,8 +2919,37 @@ class PositionEntry(TypedDict):
     """A position to be stored."""
 
     number: int
-    axes: dict[str, Any]
-    """By name; an axis that is not named is left out."""
+    axes: NotRequired[dict[str, Any] | None]
+    """By name; an axis that is not named is left out. Without axes, where the unit stands."""
+
+
+class PositionLabel(TypedDict):
+    """What a position is called now."""
+
+    body_id: str
+    number: int
+    name: str | None
+
+
+class PositionMoveRequest(TypedDict):
+    """Move to a position of the body's table (RC-420 manual 13.4)."""
+
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
+    kind: Literal["position"]
+    position: int
+    """Position number."""
+    speed: NotRequired[Literal["high", "low"]]
+    """`low` runs at the start speed, without ramps. Left out: high."""
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+
+
+class PositionName(TypedDict):
+    """What a position is called."""
+
+    name: str | None
+    """Null takes the name away."""
 
 
 class PositionTable(TypedDict):
@@ -2091,6 +2960,16 @@ class PositionTable(TypedDict):
     positions: list[StoredEntry]
     ended_at: int | None
     """The number that is not set, where the robot ended: what is stored behind it has to be asked for from there. Null where `last` was reached."""
+
+
+class PositionToStore(TypedDict):
+    """A position to be stored."""
+
+    number: int
+    position: NotRequired[Length | None]
+    """Left out, where the motor stands."""
+    name: NotRequired[str | None]
+    """Left out, it keeps the name it has."""
 
 
 class PositionUpload(TypedDict):
@@ -2105,6 +2984,14 @@ class Positions(TypedDict):
     line_id: str
     positions: list[Position]
     unanswered: list[Unanswered]
+
+
+class PositionsToStore(TypedDict):
+    """Positions to be stored; others stay as they are."""
+
+    positions: list[PositionToStore]
+    flash: NotRequired[bool]
+    """Write the whole table to flash memory too (FPS). Left out: false."""
 
 
 class Posture(TypedDict):
@@ -2149,6 +3036,8 @@ class Problem(TypedDict):
     """The header X-Request-Id of this answer, which the line's trace has too."""
     code: NotRequired[str | None]
     """The controller's error code, such as 0x51 or E05."""
+    next: NotRequired[list[NextCall] | None]
+    """The calls that help, in the order in which they do."""
     errors: NotRequired[list[InvalidField] | None]
     """Every part that is not valid."""
 
@@ -2271,6 +3160,8 @@ class Readiness(TypedDict):
 class RelativeMoveRequest(TypedDict):
     """Move by a distance (RC-420 manual 13.2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["relative"]
     direction: Literal["cw", "ccw"]
     distance: Length
@@ -2308,9 +3199,69 @@ class ResolutionRequest(TypedDict):
     """Only say what would be set. Left out: false."""
 
 
+class Restore(TypedDict):
+    """One restore of a backup."""
+
+    id: str
+    target: str
+    """The path of what it is for."""
+    status: Literal["running", "verified", "differs", "failed", "cancelled"]
+    """`verified`: read back, all of the backup is there. `differs`: `differences` is all that is not. `failed`: nobody could read it back, or it is not known what flash memory holds."""
+    phase: Literal[
+        "comparing", "writing", "reading_back", "saving", "awaiting_power_cycle", "verifying", "done"
+    ]
+    controllers: list[str]
+    """The bodies or the robot it writes to."""
+    commands: int
+    """Commands to be written, as far as is known."""
+    written: int
+    """Those that were."""
+    read: int
+    """What was read so far, before and after."""
+    flash: bool
+    """Whether it is to be written to flash memory."""
+    saved: bool
+    """Whether it was, of all controllers."""
+    power_cycle: bool
+    """Whether it is compared once more when the power was off and on."""
+    power_proved: bool
+    """False where no mark could prove that the power was kept while it was read back: a short loss of power may have gone unseen."""
+    differences: list[Difference] | None
+    """What the controllers hold otherwise than the backup; null while nobody knows. Events tell the first 20."""
+    error: RestoreError | None
+    """What has ended it early."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+
+
+class RestoreError(TypedDict):
+    """What has ended a restore early, in the words of a problem detail."""
+
+    type: str
+    """The kind of error; stable."""
+    detail: str
+    remedy: str
+
+
+class RestorePlan(TypedDict):
+    """What a restore would do; nothing was written."""
+
+    target: str
+    """The path of what it is for."""
+    dry_run: Literal[True]
+    commands: list[str]
+    """The exact commands, in their order."""
+    differences: list[Difference]
+    """Empty where the controllers hold the backup already."""
+
+
 class RobotAbsoluteMoveRequest(TypedDict):
     """Move axes to a position (C-HOST manual 2-6, 4-3)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
@@ -2403,6 +3354,8 @@ class RobotErrorsResetEvent(TypedDict):
 class RobotHomeRequest(TypedDict):
     """Home all axes, or the mechanism as its program does it (C-HOST manual 2-4)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["home"]
 
 
@@ -2812,6 +3765,18 @@ class RobotMoveUnknownEvent(TypedDict):
     data: RobotMove
 
 
+class RobotNow(TypedDict):
+    """A robot, as far as is known."""
+
+    robot_id: str
+    online: bool
+    mode: int
+    moving: bool | None
+    power_cycled: bool
+    error: str | None
+    """The code of the error that stands."""
+
+
 class RobotOfflineEvent(TypedDict):
     """It does not answer any more; about `/robots/{robot_id}`."""
 
@@ -2869,6 +3834,8 @@ class RobotPositionEvent(TypedDict):
 class RobotPositionMoveRequest(TypedDict):
     """Move to a stored position (C-HOST manual 2-16)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["position"]
     position: int
     """Number of the position, 1-1999; it has to be set."""
@@ -2933,11 +3900,122 @@ class RobotRawRequest(TypedDict):
 class RobotRelativeMoveRequest(TypedDict):
     """Move axes by an amount (C-HOST manual 2-5, 4-2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
     """By name; an axis that is not named stays where it is."""
     kind: Literal["relative"]
+
+
+class RobotRestoreCancelledEvent(TypedDict):
+    """A request, a stop or the end of the gateway has ended it; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotRestoreDiffersEvent(TypedDict):
+    """It was read back, and `differences` is what is not as in the backup; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.differs"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotRestoreFailedEvent(TypedDict):
+    """Nobody could read it back, or what flash memory holds is not known; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotRestoreProgressEvent(TypedDict):
+    """A restore has come further; once a second at most; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotRestoreRequest(TypedDict):
+    """A backup to be restored to a robot."""
+
+    backup: str
+    """The text of a backup; comments after `;` mean nothing."""
+    dry_run: NotRequired[bool]
+    """Tell what would be written and what differs, and write nothing. Left out: false."""
+    flash: NotRequired[bool]
+    """Write it to flash memory, too, once it was read back. Left out: false."""
+    power_cycle: NotRequired[bool]
+    """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
+
+
+class RobotRestoreStartedEvent(TypedDict):
+    """A backup is being restored; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotRestoreVerifiedEvent(TypedDict):
+    """All of the backup was read back; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.verified"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
 
 
 class RobotSample(TypedDict):
@@ -2982,6 +4060,8 @@ class RobotSpeedsRestoredEvent(TypedDict):
 class RobotStepRequest(TypedDict):
     """Move one axis by a few of the smallest amounts it displays (C-HOST manual 2-3)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["step"]
     axis: str
     steps: int
@@ -3128,6 +4208,402 @@ class Scan(TypedDict):
     error: str | None
     started_at: str
     ended_at: str | None
+
+
+class ScaraAlignRequest(TypedDict):
+    """Turn base and finger to the line of a place, or of the end of a stored path (RC-420 manual 13.10.6).
+
+    From there an extension ends there, through the centre if need be. At a speed in pulses per second.
+    """
+
+    kind: Literal["align"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    x: NotRequired[Distance | None]
+    y: NotRequired[Distance | None]
+    path: NotRequired[int | None]
+    """Interpolation path 0-63, in the place of x and y."""
+
+
+class ScaraAxis(TypedDict):
+    """An axis of a robot, and the body that drives it."""
+
+    axis: int
+    """0 is the base, 1 the arm, 2 the finger."""
+    body_id: str
+    position: int | None
+    """In pulses, as last read."""
+
+
+class ScaraAxisMove(TypedDict):
+    """What one axis does in a move of the robot."""
+
+    axis: int
+    """0 is the base, 1 the arm, 2 the finger."""
+    body_id: str
+    move_id: str | None
+    """The body's own move; null before it is begun."""
+    status: MoveStatus
+    end_cause: str | None
+    """As the body's move says."""
+    start_position: int
+    """In pulses, as the controllers were told (HPS)."""
+    target_position: int
+    """In pulses, as the gateway calculates it."""
+    position: int
+    """In pulses, as last read."""
+
+
+class ScaraCoordinates(TypedDict):
+    """Where the finger of a robot is now."""
+
+    x: Micrometres
+    y: Micrometres
+    angle: Millidegrees
+    """Between finger and X axis, above -180 and up to 180 degrees."""
+    scara_id: str
+    pulses: list[int]
+    """Of axes 0, 1 and 2."""
+    moving: bool | None
+    """Whether an axis moves, so that it is elsewhere by now."""
+    power_cycled: bool
+    """A body has lost its power: this means nothing then."""
+    read_at: str
+    """When the answer of all axes came."""
+    age_ms: float
+
+
+class ScaraExtendRequest(TypedDict):
+    """Extend the arm along its axis."""
+
+    kind: Literal["extend"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    distance: Distance
+
+
+class ScaraFingerRequest(TypedDict):
+    """Turn the finger alone to a direction, at a speed in pulses per second (three axes)."""
+
+    kind: Literal["finger"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    angle: Angle
+    """Between finger and X axis at the end."""
+
+
+class ScaraGeometry(TypedDict):
+    """The geometry as it is configured and as the controllers hold it."""
+
+    scara_id: str
+    agrees: bool
+    """Whether all controllers hold what the configuration has."""
+    configured: Geometry
+    controllers: list[ControllerGeometry]
+
+
+class ScaraInfo(TypedDict):
+    """A SCARA robot as the gateway knows it, without asking it."""
+
+    scara_id: str
+    name: str
+    line_id: str
+    group_id: str
+    """The virtual body that stands for all its bodies."""
+    online: bool
+    """Whether all its bodies can be asked now, as far as is known."""
+    moving: bool | None
+    """Whether an axis moves; null while that is not known."""
+    move_id: str | None
+    """The move that is not over yet."""
+    homed: Literal["yes", "no", "unknown"]
+    """yes where all its bodies are, no where one has lost its power."""
+    power_cycled: bool
+    """A body has lost its power: where the finger is means nothing, and moves are refused."""
+    axes: list[ScaraAxis]
+    geometry: Geometry
+    """As it is configured."""
+    own_path: int
+    """The stored path that the gateway overwrites for its lines."""
+
+
+class ScaraLineRequest(TypedDict):
+    """Move the finger's end straight to a place; the finger keeps its direction (RC-420 manual 13.10.3)."""
+
+    kind: Literal["line"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    x: Distance
+    y: Distance
+
+
+class ScaraList(TypedDict):
+    """All SCARA robots of the configuration."""
+
+    scaras: list[ScaraInfo]
+
+
+class ScaraMove(TypedDict):
+    """One move of a SCARA robot: all its axes from one start."""
+
+    id: str
+    body_id: str
+    """Address of what moves: a body, LINE.3F, or a unit, ROBOT/units/1."""
+    status: MoveStatus
+    command: str
+    """The three characters of the controller's command."""
+    frame: str
+    """The exact bytes, CR as \\r."""
+    evidence: list[str]
+    """How the gateway knows what it says."""
+    error: MoveError | None
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    created_at: str
+    sent_at: str | None
+    acknowledged_at: str | None
+    ended_at: str | None
+    event_cursor: str
+    """Events after this cursor include all later news of the move."""
+    scara_id: str
+    kind: Literal["line", "path", "offset", "extend", "retract", "rotate", "finger", "align"]
+    preparation: list[str]
+    """The frames before the one that starts it, CR as \\r."""
+    end_cause: str | None
+    """normal, stop_command, or what has ended the axes that failed: ems, stall, cw_limit, ccw_limit as a controller says; not_executed, position_mismatch, lost, unknown as the gateway does."""
+    failed_axes: list[int]
+    """The axes that made it fail."""
+    start: ScaraPlace | None
+    """Where the finger ended before."""
+    target: ScaraPlace | None
+    """Where it should come to."""
+    coordinates: ScaraPlace | None
+    """Where it ends by the positions last read; null while one is not known."""
+    axes: list[ScaraAxisMove]
+    """In the order of the axes."""
+
+
+class ScaraMoveCancelledEvent(TypedDict):
+    """It was not sent, and will not be; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveFailedEvent(TypedDict):
+    """It has ended otherwise; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveList(TypedDict):
+    """Moves of a robot, newest first."""
+
+    moves: list[ScaraMove]
+
+
+class ScaraMoveLostEvent(TypedDict):
+    """It could not be followed to its end; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.lost"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveQueuedEvent(TypedDict):
+    """A move waits for its turn; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.queued"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveRejectedEvent(TypedDict):
+    """The controller has refused its command, or has not executed it: nothing moved; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.rejected"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveSentEvent(TypedDict):
+    """Its command is on the wire; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.sent"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveStartedEvent(TypedDict):
+    """It is seen to move; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveStoppedEvent(TypedDict):
+    """A stop has ended it; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.stopped"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveSucceededEvent(TypedDict):
+    """It has ended as it should; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveUnknownEvent(TypedDict):
+    """Nobody can tell whether it was executed, or how it has ended; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.unknown"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraOffsetRequest(TypedDict):
+    """Move the finger's end straight by an amount in X, in Y or in both."""
+
+    kind: Literal["offset"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    x: NotRequired[Distance | None]
+    y: NotRequired[Distance | None]
+
+
+class ScaraPathRequest(TypedDict):
+    """Move the finger's end along a stored path (RC-420 manual 13.10.5)."""
+
+    kind: Literal["path"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    path: int
+    """Interpolation path 0-63."""
+
+
+class ScaraPlace(TypedDict):
+    """Where the finger ends, and where it points (RC-420 manual 13.10.8)."""
+
+    x: Micrometres
+    y: Micrometres
+    angle: Millidegrees
+    """Between finger and X axis, above -180 and up to 180 degrees."""
+
+
+class ScaraRetractRequest(TypedDict):
+    """Retract the arm along its axis."""
+
+    kind: Literal["retract"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    distance: Distance
+
+
+class ScaraRotateRequest(TypedDict):
+    """Turn the finger to a direction about a point on its line, the arm following (three axes)."""
+
+    kind: Literal["rotate"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    radius: Distance
+    """From the third joint to the centre of the turn."""
+    angle: Angle
+    """Between finger and X axis at the end."""
+
+
+class Section(TypedDict):
+    """The stretch of positions in which an edge counts."""
+
+    lower: Length
+    upper: Length
 
 
 class SensorBits(TypedDict):
@@ -3287,11 +4763,33 @@ class Signal(TypedDict):
     on: bool
 
 
+class SignalState(TypedDict):
+    """An input or an output."""
+
+    number: int
+    name: str | None
+    """From the configuration."""
+    on: bool
+
+
 class Signals(TypedDict):
     """The inputs and outputs of a body, or of a robot's first channel."""
 
     inputs: list[Signal]
     outputs: list[Signal]
+
+
+class Snapshot(TypedDict):
+    """The plant when the event was made; later events up to `as_of` are in it already."""
+
+    as_of: str
+    """The cursor of the newest event that it takes account of."""
+    lines: list[LineNow]
+    """None where only some bodies or robots are wanted."""
+    bodies: list[BodyNow]
+    robots: list[RobotNow]
+    moves: list[Move | RobotMove]
+    """Those that are not over."""
 
 
 class SpeedAccepted(TypedDict):
@@ -3523,6 +5021,24 @@ class StoredEntry(TypedDict):
     """By name, without the axes it has no coordinate for."""
 
 
+class StoredPath(TypedDict):
+    """A path as the controllers hold it."""
+
+    scara_id: str
+    path: int
+    points: list[StoredPoint]
+    """In their order; empty where the path is."""
+
+
+class StoredPoint(TypedDict):
+    """A point of a path as the controllers hold it."""
+
+    x: Micrometres | None
+    y: Micrometres | None
+    radius: Micrometres | None
+    place: Literal["center"] | None
+
+
 class Strangers(TypedDict):
     """Bodies that have obeyed a command to a group, and are no members of it."""
 
@@ -3543,6 +5059,22 @@ class StreamGapEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: Gap
+
+
+class StreamSnapshotEvent(TypedDict):
+    """Follows each gap: all that is known now of what is wanted; about `/events`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["stream.snapshot"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Snapshot
 
 
 class Stretch(TypedDict):
@@ -3729,6 +5261,26 @@ class Version(TypedDict):
     """Semantic version of the gateway."""
 
 
+class ViaPoint(TypedDict):
+    """A point that a path leads through, or the centre (RC-420 manual 13.10.5, 13.10.6)."""
+
+    x: NotRequired[Distance | None]
+    y: NotRequired[Distance | None]
+    radius: NotRequired[Distance | None]
+    """Of the arc that rounds the corner; left out, 0. The last point has none."""
+    place: NotRequired[Literal["center"] | None]
+    """`center`: the third joint is over the origin of coordinates."""
+
+
+class WantedPlace(TypedDict):
+    """A place of the finger."""
+
+    x: Distance
+    y: Distance
+    angle: NotRequired[Angle | None]
+    """Between finger and X axis; belt-linked robots need none, others take 0."""
+
+
 class Weakened(TypedDict):
     """A setting that protects less than its default."""
 
@@ -3780,7 +5332,10 @@ Event: TypeAlias = (
     | GatewayLoopHeldEvent
     | GatewayShuttingDownEvent
     | StreamGapEvent
+    | AlarmRaisedEvent
+    | AlarmResetEvent
     | IoEvent
+    | StreamSnapshotEvent
     | BodyMoveQueuedEvent
     | BodyMoveSentEvent
     | BodyMoveStartedEvent
@@ -3812,11 +5367,38 @@ Event: TypeAlias = (
     | BodyProgramUploadSucceededEvent
     | BodyProgramUploadFailedEvent
     | BodyProgramUploadCancelledEvent
+    | BodyRestoreStartedEvent
+    | BodyRestoreProgressEvent
+    | BodyRestoreVerifiedEvent
+    | BodyRestoreDiffersEvent
+    | BodyRestoreFailedEvent
+    | BodyRestoreCancelledEvent
+    | BodyJogStartedEvent
+    | BodyJogStoppingEvent
+    | BodyJogEndedEvent
+    | BodyJogLostEvent
+    | BodyJogStoppedEvent
     | BodyProgramStartedEvent
     | BodyProgramEndedEvent
     | BodyPositionEvent
     | BodySettingsChangedEvent
     | BodyLeftMovingEvent
+    | ScaraMoveQueuedEvent
+    | ScaraMoveSentEvent
+    | ScaraMoveStartedEvent
+    | ScaraMoveSucceededEvent
+    | ScaraMoveFailedEvent
+    | ScaraMoveStoppedEvent
+    | ScaraMoveRejectedEvent
+    | ScaraMoveCancelledEvent
+    | ScaraMoveLostEvent
+    | ScaraMoveUnknownEvent
+    | LineRestoreStartedEvent
+    | LineRestoreProgressEvent
+    | LineRestoreVerifiedEvent
+    | LineRestoreDiffersEvent
+    | LineRestoreFailedEvent
+    | LineRestoreCancelledEvent
     | GroupStrangersEvent
     | LineStrictEvent
     | LineMessageEvent
@@ -3855,6 +5437,12 @@ Event: TypeAlias = (
     | RobotJogLostEvent
     | RobotJogStoppedEvent
     | RobotJogNotStoppedEvent
+    | RobotRestoreStartedEvent
+    | RobotRestoreProgressEvent
+    | RobotRestoreVerifiedEvent
+    | RobotRestoreDiffersEvent
+    | RobotRestoreFailedEvent
+    | RobotRestoreCancelledEvent
     | RobotPositionEvent
     | RobotLeftMovingEvent
 )
