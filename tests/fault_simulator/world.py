@@ -42,7 +42,9 @@ class Cable(SimulatedCable):
         self.frame: dict[int, Written] = {}
         """By the running number that the machine gives each frame."""
         self.pieces: deque[tuple[int | None, int]] = deque()
-        """Of the output: which frame each piece answers, and its length."""
+        """Of what is delivered: which frame each piece answers, and its length."""
+        self.coming: list[tuple[int | None, int]] = []
+        """The same, of what the machine has not handed over yet, and loses with its power."""
         self.answering: int | None = None
         """Which frame is answered by what is being delivered."""
         self.tx_free_at = 0.0
