@@ -19,6 +19,7 @@ from app.door import Door
 from app.systemd import Watchdog, notify, watchdog_wanted
 from app.tls import Certificate
 from gateway.config import Config, Server
+from gateway.core.lease_tokens import LeaseTokens
 from gateway.plant import Plant
 
 log = logging.getLogger(__name__)
@@ -47,7 +48,7 @@ async def serve(config: Config, data: Path) -> None:
 
     door = Door(config, data)
     with _listener(config.server) as listener:
-        plant = Plant(config)
+        plant = Plant(config, lease_tokens=LeaseTokens(data))
         app = create_app(plant, door.credentials)
         make_documents(app)
         server = _Server(_uvicorn_config(app, config.server, door.certificate))

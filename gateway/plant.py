@@ -3,9 +3,10 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
+from gateway.access.territory import Territory
 from gateway.config import Config
 from gateway.core import tables
 from gateway.core.addresses import there_are
@@ -13,10 +14,15 @@ from gateway.core.admission import Admission
 from gateway.core.errors import HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
+from gateway.core.lease_tokens import LeaseTokens
+from gateway.core.leases import End, Lease, Leases, Tokens
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
-from gateway.core.origin import POLL, acting
+from gateway.core.origin import POLL, Origin, acting
+from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
+from gateway.fics.family import Fics
+from gateway.rorze.family import Rorze
 from gateway.wind_down import SUBJECT, WindDown
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
@@ -36,6 +42,7 @@ class Plant:
         *,
         open_transport: Callable[[str], Transport] = create,
         rng: random.Random | None = None,
+        lease_tokens: Tokens | None = None,
     ) -> None:
         self.config = config
         self.events = EventHub()
@@ -46,6 +53,9 @@ class Plant:
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
         self.families = {name: family(site) for name, family in FAMILIES.items()}
         self._ports: dict[str, AnyLine] = {}
+        self.leases = Leases(config.access.lease_mode, lease_tokens or LeaseTokens())
+        self.leases.on_taken = self._lease_taken
+        self.leases.on_end = self._lease_ended
         self._watches: list[asyncio.Task[None]] = []
         self._end = WindDown(
             site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
@@ -55,6 +65,8 @@ class Plant:
             self._ports[line.id] = built = self.families[line.protocol].add(line, port)
             built.admission = self.admission
             built.recorder = self.recorders[built.id]
+            built.gate.add(self.leases.guard(built.id))
+        self.territory = Territory(self._ports, self.family(Rorze), self.family(Fics))
 
     def _open_port(self, line: tables.Line, open_transport: Callable[[str], Transport]) -> Transport:
         file = (
@@ -92,6 +104,7 @@ class Plant:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         await self.wind_down()
         self.watch.close()
+        self.leases.close()
         for watch in self._watches:
             watch.cancel()
         await asyncio.gather(*self._watches, return_exceptions=True)
@@ -113,11 +126,22 @@ class Plant:
         )
         if not suspended:
             return
+        self.leases.look()
         for port in self._ports.values():
             port.revoke(HeldUp)
             port.fence()
         for family in self.families.values():
             family.was_left_alone()
+
+    def _lease_taken(self, subject: str, lease: Lease) -> None:
+        self.events.publish("lease.taken", subject, lease)
+
+    def _lease_ended(self, subject: str, lease: Lease, why: End, parts: Sequence[Part]) -> None:
+        """Tell it, and stop what would never end without its holder; moves go on to their ends."""
+        self.events.publish(f"lease.{why}", subject, lease)
+        with acting(Origin(f"gateway: end of {lease.lease}")):
+            for family in self.families.values():
+                family.end_motion(everything=False, within=parts)
 
     # finding
 

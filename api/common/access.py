@@ -2,8 +2,9 @@
 
 import asyncio
 import logging
+import re
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import monotonic
 from typing import Final
 from urllib.parse import parse_qs, parse_qsl, urlencode
@@ -18,8 +19,8 @@ from gateway.access.grants import Grant, Sessions, Tickets
 from gateway.access.limits import Limits, Usages, Use
 from gateway.access.principal import EVERYBODY, Principal, asking
 from gateway.access.principal import current as current_principal
-from gateway.access.territory import Territory
-from gateway.core.origin import Origin, acting, current
+from gateway.core.errors import InvalidRequest
+from gateway.core.origin import Claim, Origin, acting, current
 from gateway.core.rights import Right
 from gateway.plant import Plant
 
@@ -30,11 +31,14 @@ STREAMS: Final = frozenset({"/events", "/events/stream"})
 LOOK_AGAIN_S: Final = 5.0
 """How often it is asked whether the credential of an event stream is still good."""
 CLOSE_NOT_AUTHENTICATED: Final = 4401
+_SHOWS_LEASES: Final = frozenset({Right.OPERATE, Right.SETUP})
 _TARGETS: Final = ("body_id", "group_id", "robot_id", "line_id")
 _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
 _ONCE: Final = frozenset({b"authorization", b"cookie"})
 _REFUSAL: Final = "; nothing was sent."
+_LEASE_TOKEN: Final = b"lease-token"
+_LEASE_TOKENS: Final = re.compile(rb"\s*[1-9][0-9]{0,17}\s*(?:,\s*[1-9][0-9]{0,17}\s*){0,31}")
 _HEARTBEAT: Final = "/heartbeat"
 """What keeps a JOG going begins no move."""
 
@@ -76,9 +80,8 @@ class _Of(Passage):
 class _Counted(_Of):
     """A request of a key, which may have so many."""
 
-    def __init__(self, principal: Principal, usages: Usages, use: Use) -> None:
-        origin = current()
-        super().__init__(principal, Origin(f"{principal.name} ({origin.caller})", origin.request_id))
+    def __init__(self, principal: Principal, origin: Origin, usages: Usages, use: Use) -> None:
+        super().__init__(principal, replace(origin, caller=f"{principal.name} ({origin.caller})"))
         self._usages, self._key, self._use = usages, principal.id, use
 
     def __enter__(self) -> None:
@@ -99,7 +102,7 @@ class Access:
         self.credentials = credentials or Credentials()
         self.sessions = Sessions()
         self.tickets = Tickets()
-        self.territory = Territory(plant)
+        self.territory = plant.territory
         self._usages = Usages(
             Limits(settings.subscribers_per_key, settings.requests_per_key, settings.moves_per_key_and_s)
         )
@@ -119,7 +122,7 @@ class Access:
         if self.is_open:
             if path_of(scope) in STREAMS:
                 _take_ticket(scope)
-            return _Of(EVERYBODY, current())
+            return _Of(EVERYBODY, _with_leases(current(), scope, right))
         try:
             grant, session = self._grant_of(scope)
             if any_scope:
@@ -130,7 +133,8 @@ class Access:
             self._tell(scope, error)
             raise
         use = _use_of(scope, right)
-        passage = _Counted(grant.principal, self._usages, use)
+        origin = _with_leases(current(), scope, right)
+        passage = _Counted(grant.principal, origin, self._usages, use)
         if use is Use.SUBSCRIBER:
             passage.holds = lambda: self._holds(grant, session)
         return passage
@@ -138,13 +142,6 @@ class Access:
     def sees(self, address: str) -> bool:
         """Whether who asks may see this in a list."""
         return self.territory.covers(current_principal(), address)
-
-    def require_also(self, right: Right, *addresses: str) -> None:
-        """Refuse what only the body of a request names.
-
-        :raises NotPermitted: who asks does not have the right there; nothing was sent.
-        """
-        self.territory.require(current_principal(), right, *addresses)
 
     def grant_of(self, scope: Scope) -> Grant:
         """Find what a request that has passed was let in for.
@@ -284,6 +281,24 @@ def _targets(scope: Scope) -> list[str]:
     wanted = query.get("bodies", [])
     # Which of two is heeded, or whether an empty one means all, is not for this place to guess.
     return [part.strip() for part in wanted[0].split(",")] if len(wanted) == 1 else []
+
+
+def _with_leases(origin: Origin, scope: Scope, right: Right) -> Origin:
+    """Add the tokens of leases that a request shows, where they count.
+
+    :raises InvalidRequest: they are no tokens; nothing was sent.
+    """
+    if right not in _SHOWS_LEASES:
+        return origin
+    shown = b",".join(value for name, value in scope["headers"] if name == _LEASE_TOKEN)
+    if not shown:
+        return origin
+    if not _LEASE_TOKENS.fullmatch(shown):
+        raise InvalidRequest(
+            f"The header Lease-Token has no tokens{_REFUSAL}",
+            "Send the token that came with the lease, or several with commas.",
+        )
+    return replace(origin, claim=Claim(tuple(map(int, shown.split(b",")))))
 
 
 def _take_ticket(scope: Scope) -> str | None:

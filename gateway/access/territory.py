@@ -1,24 +1,16 @@
 """Which part of a plant a scope covers, and the one check of rights that all front ends share."""
 
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Container, Iterable, Sequence
 
 from gateway.access.errors import NotPermitted
 from gateway.access.principal import Principal
 from gateway.access.roles import RIGHTS_OF
 from gateway.core.addresses import numbered_address
 from gateway.core.errors import NotFound
+from gateway.core.parts import Part
 from gateway.core.rights import Right
 from gateway.fics.family import Fics
-from gateway.plant import Plant
 from gateway.rorze.family import Rorze
-
-
-class Part(NamedTuple):
-    """A body, a robot or a whole line, and the line it is on."""
-
-    line_id: str
-    address: str
 
 
 class Territory:
@@ -28,17 +20,17 @@ class Territory:
     in a scope covers the members that the configuration gives it: a group defined anew gives nobody more.
     """
 
-    def __init__(self, plant: Plant) -> None:
-        self._plant = plant
-        self._bodies, self._robots = plant.family(Rorze), plant.family(Fics)
+    def __init__(self, lines: Container[str], bodies: Rorze, robots: Fics) -> None:
+        self._lines, self._bodies, self._robots = lines, bodies, robots
+        self._covered: dict[frozenset[str], frozenset[str]] = {}
+        self.learn()
+
+    def learn(self) -> None:
+        """Look anew at what scopes cover: there are other bodies, groups or robots now."""
         self._configured = {
             group.address: [Part(group.line.id, member.address) for member in group.members]
             for group in self._bodies.groups()
         }
-        self._covered: dict[frozenset[str], frozenset[str]] = {}
-
-    def forget(self) -> None:
-        """Look anew at what scopes cover: there are other bodies, groups or robots now."""
         self._covered.clear()
 
     def require(self, principal: Principal, right: Right, *addresses: str) -> None:
@@ -85,7 +77,7 @@ class Territory:
         """
         if principal.scope is None:
             return True
-        wanted = self._parts(address)
+        wanted = self.parts(address)
         if not wanted:
             return False
         covered = self._covered.get(principal.scope)
@@ -102,10 +94,14 @@ class Territory:
         bodies = [body.address for body in self._bodies.bodies() if _fits(name, body.address)]
         if len(bodies) == 1:
             return bodies
-        return [name] if name in self._plant.ports() or self._robot(name) else []
+        return [name] if name in self._lines or self._robot(name) else []
 
-    def _parts(self, address: str) -> list[Part]:
-        if address in self._plant.ports():
+    def parts(self, address: str) -> Sequence[Part]:
+        """What an address means: the members of a group, its line where there is no such group yet.
+
+        :raises Ambiguous: it fits several lines.
+        """
+        if address in self._lines:
             return [Part(address, address)]
         robot = self._robot(address.partition("/")[0])
         if robot:
@@ -123,7 +119,7 @@ class Territory:
         except NotFound:
             # To define a new group is a matter of the whole line.
             line_id = address.rpartition(".")[0]
-            return [Part(line_id, line_id)] if line_id in self._plant.ports() else []
+            return [Part(line_id, line_id)] if line_id in self._lines else []
 
     def _robot(self, robot_id: str) -> Part | None:
         parts = (Part(robot.line.id, robot.id) for robot in self._robots.robots() if robot.id == robot_id)

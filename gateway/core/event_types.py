@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from gateway.core.leases import Lease
+
 
 class EventData(BaseModel):
     """What an event tells."""
@@ -135,4 +137,15 @@ OF_THE_GATEWAY = (
     EventType("stream.gap", EVENTS, Gap, "events are missing at this place of the stream"),
 )
 
-CORE = (*LINES, *OF_THE_GATEWAY)
+LEASED = "/{kind}/{address}"
+"""A line, a body, a group or a robot."""
+
+OF_LEASES = (
+    EventType("lease.taken", LEASED, Lease, "somebody has leased it: nobody else moves or sets it"),
+    EventType("lease.released", LEASED, Lease, "its holder has given a lease back"),
+    EventType("lease.expired", LEASED, Lease, "a lease was not renewed in time"),
+    EventType("lease.taken_over", LEASED, Lease, "an admin has leased it instead"),
+    EventType("lease.broken", LEASED, Lease, "somebody else has ended a lease"),
+)
+
+CORE = (*LINES, *OF_THE_GATEWAY, *OF_LEASES)

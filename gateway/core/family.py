@@ -16,6 +16,7 @@ from gateway.core.events import EventHub
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_record import MoveRecord
+from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import UNCONFIRMED, StopMode
 from gateway.core.targets import Stopped, Target
@@ -60,6 +61,11 @@ class LeftMoving(NamedTuple):
     subject: str
     why: str
     move_id: str | None
+
+
+def is_within(line_id: str, address: str, parts: Sequence[Part] | None) -> bool:
+    """Whether something is among some parts of the plant; all is, where none are named."""
+    return parts is None or any(part.contains(Part(line_id, address)) for part in parts)
 
 
 def why_it_moves(*, stopped: bool, moving: bool | None, under_way: bool) -> str | None:
@@ -167,8 +173,13 @@ class Family(ABC):
     # the end
 
     @abstractmethod
-    def end_motion(self, *, everything: bool) -> Sequence["asyncio.Task[Any]"]:
-        """Stop what would never end, or `everything` that moves; the stops are queued at once."""
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> Sequence["asyncio.Task[Any]"]:
+        """Stop what would never end, or `everything` that moves; the stops are queued at once.
+
+        `within` names the only parts that are meant, if not all are.
+        """
 
     @abstractmethod
     async def at_rest(self) -> None:

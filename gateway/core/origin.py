@@ -6,8 +6,21 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from gateway.core.parts import Part
+
 Work = Literal["clients", "followers", "health", "probes", "fences", "stops", "set_up"]
 """What a line's time is taken for: `followers` see moves to their ends, `stops` are seen to standstill."""
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """The leases a request shows, and what it was admitted to move or set."""
+
+    tokens: tuple[int, ...] = ()
+    parts: tuple[Part, ...] = ()
+
+
+NO_CLAIM = Claim()
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +30,8 @@ class Origin:
     caller: str
     request_id: str | None = None
     work: Work = field(default="clients", compare=False)
+    claim: Claim = field(default=NO_CLAIM, compare=False)
+    """What the write gate looks at again."""
 
 
 GATEWAY = Origin("gateway", work="health")

@@ -8,8 +8,9 @@ from pydantic import Field
 
 from gateway.core.addresses import there_are
 from gateway.core.errors import InvalidRequest, NotFound
-from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
+from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, is_within, why_it_moves
 from gateway.core.lanes import Lane
+from gateway.core.parts import Part
 from gateway.core.stops import StopMode
 from gateway.core.targets import Replies, Stopped, Target, stopped
 from gateway.fics import config
@@ -177,11 +178,14 @@ class Fics(Family):
 
     # the end
 
-    def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs, or everything that moves."""
-        for robot in self.robots():
+        robots = [robot for robot in self.robots() if is_within(robot.line.id, robot.id, within)]
+        for robot in robots:
             robot.jogs.end_all("stopped")
-        return [robot.stop("decelerate") for robot in self.robots() if everything and robot.moving]
+        return [robot.stop("decelerate") for robot in robots if everything and robot.moving]
 
     async def at_rest(self) -> None:
         """Wait for stops, for those who are told that nothing was sent, and for the ends of uploads."""

@@ -4,8 +4,9 @@ import asyncio
 
 from gateway.core.errors import NotAllowed
 from gateway.core.origin import Origin
+from gateway.core.rights import RIGHT_OF
 from gateway.core.targets import Answer, AnyCommand, Begun, Result
-from gateway.operations.caller import for_caller
+from gateway.operations.caller import for_caller, require
 from gateway.plant import Plant
 from protocols.table import Effect
 
@@ -18,6 +19,7 @@ async def do(plant: Plant, target: str, command: AnyCommand, wait_s: float = 0.0
 
     :raises GatewayError: it was not carried out, or nobody knows; the error says which.
     """
+    require(plant, RIGHT_OF[command.effect], target)
     addressed = plant.target(target)
     if command.effect is Effect.STOP:
         return await addressed.stop_by(command)

@@ -7,8 +7,9 @@ from pydantic import BaseModel
 from gateway.core.errors import NotFound
 from gateway.core.move_record import MoveRecord
 from gateway.core.origin import current
+from gateway.core.rights import Right
 from gateway.core.targets import Result
-from gateway.operations.caller import for_caller
+from gateway.operations.caller import for_caller, require
 from gateway.operations.commands import do
 from gateway.plant import Plant
 
@@ -19,6 +20,7 @@ async def start(plant: Plant, target: str, request: Any, wait_s: float = 0.0) ->
 
     :raises GatewayError: it was refused, not sent, or can never be.
     """
+    require(plant, Right.OPERATE, target, leased=not request.validate_only)
     addressed = plant.target(target)
     command = addressed.command_for(request)
     if request.validate_only:
@@ -28,6 +30,7 @@ async def start(plant: Plant, target: str, request: Any, wait_s: float = 0.0) ->
 
 def newest(plant: Plant, target: str, limit: int) -> list[Any]:
     """The moves of a body or a unit, newest first."""
+    require(plant, Right.VIEW, target)
     addressed = plant.target(target)
     return addressed.log.of(addressed.address)[:limit]
 
@@ -37,6 +40,7 @@ async def get(plant: Plant, target: str, move_id: str, wait_s: float = 0.0) -> M
 
     :raises NotFound: the target has none of this id, or it is no longer kept.
     """
+    require(plant, Right.VIEW, target)
     addressed = plant.target(target)
     move: MoveRecord = addressed.log.get(move_id)
     if move.body_id != addressed.address:

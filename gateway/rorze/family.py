@@ -9,8 +9,9 @@ from pydantic import Field
 
 from gateway.core.addresses import numbered_address
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
-from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
+from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, is_within, why_it_moves
 from gateway.core.move_record import Move, MoveStatus
+from gateway.core.parts import Part
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
@@ -334,9 +335,12 @@ class Rorze(Family):
 
     # the end
 
-    def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> list["asyncio.Task[Any]"]:
         """Stop what would never end, or everything that moves."""
-        bodies = [it for it in self.bodies() if (everything and it.moving) or self._never_ends(it)]
+        meant = (body for body in self.bodies() if is_within(body.line.id, body.address, within))
+        bodies = [it for it in meant if (everything and it.moving) or self._never_ends(it)]
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _never_ends(self, body: Body) -> bool:

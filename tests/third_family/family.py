@@ -13,6 +13,7 @@ from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
+from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.targets import Answer, Begun, Opened, Stopped, Target, stopped
@@ -222,7 +223,9 @@ class Toys(Family):
         (toy,) = self.toys.values()
         return stopped("toys", toy.begin_stop(mode))
 
-    def end_motion(self, *, everything: bool) -> Sequence["asyncio.Task[Any]"]:
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> Sequence["asyncio.Task[Any]"]:
         return ()
 
     async def at_rest(self) -> None:

@@ -105,6 +105,11 @@ GET       /events/stream                                 view     events
 WEBSOCKET /events                                        view     events
 GET       /commands                                      view     any
 GET       /metrics                                       view     plant
+GET       /leases                                        view     any
+POST      /leases                                        operate  any
+GET       /leases/{lease_id}                             view     any
+POST      /leases/{lease_id}/renew                       operate  any
+DELETE    /leases/{lease_id}                             operate  any
 POST      /tickets                                       view     any
 GET       /system/posture                                view     any
 GET       /livez                                         open     any
