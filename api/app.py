@@ -12,6 +12,7 @@ from api.bodies import groups, info, memories, moves, programs, text_commands
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
+from api.common.repeats import REPLAYED, Repeats
 from api.common.routes import PageRoute, unguarded
 from api.common.security import SameSite
 from api.common.version import VERSION
@@ -19,6 +20,7 @@ from api.front import documents
 from api.robots import routes as robots
 from gateway.access.credentials import Credentials
 from gateway.core.rights import Right
+from gateway.operations.keys import Keys
 from gateway.plant import Plant
 
 DESCRIPTION = """\
@@ -36,8 +38,10 @@ class Application(FastAPI):
 
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
-        plant: Plant = self.state.plant
-        return Proxies(request_ids.RequestIds(super().build_middleware_stack()), plant.config.server)
+        stack, plant = super().build_middleware_stack(), self.state.plant
+        if plant.journal is not None:
+            stack = Repeats(stack, Keys(plant, plant.journal), self.state.access)
+        return Proxies(request_ids.RequestIds(stack), plant.config.server)
 
     def openapi(self) -> dict[str, Any]:
         """Describe the routes, once, as generators of clients need it, and the key that they take."""
@@ -102,7 +106,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
             allow_origins=server.allowed_origins,
             allow_methods=["*"],
             allow_headers=["*"],
-            expose_headers=[request_ids.HEADER],
+            expose_headers=[request_ids.HEADER, REPLAYED],
         )
     app.add_middleware(SameSite, allowed_hosts=server.names, allowed_origins=server.allowed_origins)
     return app

@@ -19,6 +19,7 @@ from app.door import Door
 from app.systemd import Watchdog, notify, watchdog_wanted
 from app.tls import Certificate
 from gateway.config import Config, Server
+from gateway.core.journal.opening import open_journal
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.plant import Plant
 
@@ -39,16 +40,17 @@ class CannotListen(OSError):
 async def serve(config: Config, data: Path) -> None:
     """Serve until SIGINT, SIGTERM or SIGHUP. What `on_exit` leaves moving runs on in the controllers.
 
-    `data` is where the keys are.
+    `data` is where the keys and the journal are.
 
     :raises CannotListen: no line was opened.
     :raises ConfigError: nobody could be let in, or the certificate cannot be used; no line was opened.
+    :raises InUse, TooNew: the journal in `data` belongs to another gateway; no line was opened.
     """
     from api.app import create_app, make_documents
 
     door = Door(config, data)
     with _listener(config.server) as listener:
-        plant = Plant(config, lease_tokens=LeaseTokens(data))
+        plant = Plant(config, journal=open_journal(data), lease_tokens=LeaseTokens(data))
         app = create_app(plant, door.credentials)
         make_documents(app)
         server = _Server(_uvicorn_config(app, config.server, door.certificate))

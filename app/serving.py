@@ -34,17 +34,23 @@ def serve(
         fail("Say either --config FILE or --demo.", exits.USAGE)
     from app.server import CannotListen
     from gateway.config import ConfigError, load
+    from gateway.core.journal.disk import InUse
+    from gateway.core.journal.schema import TooNew
 
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
         given = data or data_directory()
-        serving = _serve(_on_port(load(config), port), given) if config else _serve_demo(port)
+        serving = _serve(_on_port(load(config), port), given) if config else _serve_demo(port, data)
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
     except ConfigError as error:
         fail(str(error), exits.CONFIG)
     except CannotListen as error:
         fail(str(error), exits.NOT_SENT)
+    except InUse as error:
+        fail(f"The journal is in use: {error}. No line was opened.", exits.NOT_SENT)
+    except TooNew as error:
+        fail(f"The journal is of a later version: {error}. No line was opened.", exits.NOT_SENT)
 
 
 async def _serve(config: "Config", data: Path) -> None:
@@ -53,7 +59,7 @@ async def _serve(config: "Config", data: Path) -> None:
     await run_server(config, data)
 
 
-async def _serve_demo(port: int | None) -> None:
+async def _serve_demo(port: int | None, data: Path | None) -> None:
     """Serve a simulated line and a simulated robot that run in this very process."""
     from simulator.cli import start_demo_line, start_demo_robot
 
@@ -62,7 +68,7 @@ async def _serve_demo(port: int | None) -> None:
         async with AsyncExitStack() as stack:
             stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path).aclose)
             stack.push_async_callback(start_demo_robot(robot_path).aclose)
-            await _serve(_on_port(_demo_config(line_path, robot_path), port), Path(folder))
+            await _serve(_on_port(_demo_config(line_path, robot_path), port), data or Path(folder) / "data")
 
 
 def _demo_config(line_path: Path, robot_path: Path) -> "Config":

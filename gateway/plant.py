@@ -14,6 +14,8 @@ from gateway.core.admission import Admission
 from gateway.core.errors import HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
+from gateway.core.journal.journal import Journal
+from gateway.core.journal.opening import Opened
 from gateway.core.lease_tokens import LeaseTokens
 from gateway.core.leases import End, Lease, Leases, Tokens
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
@@ -22,6 +24,7 @@ from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
 from gateway.fics.family import Fics
+from gateway.memory import Memory
 from gateway.rorze.family import Rorze
 from gateway.wind_down import SUBJECT, WindDown
 from transports import Transport, create
@@ -43,6 +46,7 @@ class Plant:
         open_transport: Callable[[str], Transport] = create,
         rng: random.Random | None = None,
         lease_tokens: Tokens | None = None,
+        journal: Opened | None = None,
     ) -> None:
         self.config = config
         self.events = EventHub()
@@ -56,6 +60,7 @@ class Plant:
         self.leases = Leases(config.access.lease_mode, lease_tokens or LeaseTokens())
         self.leases.on_taken = self._lease_taken
         self.leases.on_end = self._lease_ended
+        self._memory = None if journal is None else Memory(journal, self.events, self.families.values())
         self._watches: list[asyncio.Task[None]] = []
         self._end = WindDown(
             site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
@@ -66,7 +71,14 @@ class Plant:
             built.admission = self.admission
             built.recorder = self.recorders[built.id]
             built.gate.add(self.leases.guard(built.id))
+            if self._memory is not None:
+                self._memory.keep(built)
         self.territory = Territory(self._ports, self.family(Rorze), self.family(Fics))
+
+    @property
+    def journal(self) -> Journal | None:
+        """Where what has an effect is written down, if anywhere."""
+        return None if self._memory is None else self._memory.journal
 
     def _open_port(self, line: tables.Line, open_transport: Callable[[str], Transport]) -> Transport:
         file = (
@@ -80,6 +92,8 @@ class Plant:
 
     async def start(self) -> None:
         """Open the lines; ports that are missing are tried again and again."""
+        if self._memory is not None:
+            self._memory.start()
         for port in self._ports.values():
             port.start()
         with acting(POLL):
@@ -112,6 +126,8 @@ class Plant:
             await family.close()
         for recorder in self.recorders.values():
             await asyncio.to_thread(recorder.close)
+        if self._memory is not None:
+            await self._memory.close()
 
     def _was_held(self, seconds: float) -> None:
         """What has waited while the loop was held for long is not sent any more, and nothing is believed."""

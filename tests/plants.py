@@ -183,8 +183,12 @@ async def rig(
     body_options: str = "",
     server: str = "allow_endless_moves = true",
     seed: int = 0,
+    beginning: bool = False,
 ) -> AsyncIterator[Rig]:
-    """Start a plant and wait until its lines are ready; `present` bodies answer, by default all."""
+    """Start a plant and wait until its lines are ready; `present` bodies answer, by default all.
+
+    `beginning` gives it as it is at its start, when nothing is known of it yet.
+    """
     config = parse(configuration(lines, bodies, groups, options, body_options, server), "test.toml")
     there = bodies if present is None else present
     wires = {
@@ -196,6 +200,9 @@ async def rig(
     await plant.start()
     try:
         await asyncio.sleep(SET_UP_S)
+        if beginning:
+            yield running
+            return
         while any(body.online and not is_known(body) for body in plant.bodies()):  # noqa: ASYNC110  # no event
             await asyncio.sleep(SET_UP_S)
         while any(line.state == "out_of_step" for line in plant.lines.values()):  # noqa: ASYNC110  # no event

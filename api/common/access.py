@@ -143,6 +143,15 @@ class Access:
         """Whether who asks may see this in a list."""
         return self.territory.covers(current_principal(), address)
 
+    def caller_of(self, scope: Scope) -> str | None:
+        """Name who asks, as it stays the same over all requests; None where none may be answered."""
+        if self.is_open:
+            return current().caller
+        try:
+            return self._grant_of(scope)[0].principal.id
+        except (NotAuthenticated, NotPermitted):
+            return None
+
     def grant_of(self, scope: Scope) -> Grant:
         """Find what a request that has passed was let in for.
 

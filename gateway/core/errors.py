@@ -138,6 +138,16 @@ class StoppedFirst(Cancelled):
         )
 
 
+class RestartedFirst(Cancelled):
+    """The gateway ended between a request and the moment it could be sent."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "The gateway has ended before this could be sent; nothing was sent, and nothing is sent again.",
+            "Send the command again if it is still wanted.",
+        )
+
+
 class HeldUp(NotSent):
     """The gateway was suspended, or held up for seconds, between a request and its turn to be sent."""
 

@@ -131,7 +131,40 @@ class Gap(EventData):
     first_available: str = Field(description="The cursor of the oldest event that can be had.")
 
 
+class JournalTrouble(EventData):
+    """Why the journal cannot be written."""
+
+    reason: str
+
+
+class JournalSetAside(EventData):
+    """Where a broken journal was put."""
+
+    file: str
+
+
+class Crashed(EventData):
+    """What was under way when the last life of the gateway ended without being told to."""
+
+    last_seen_at: str | None = Field(description="When it was last known to live; null where it never was.")
+    moves: list[str] = Field(description="Moves that were not over: they are followed, or resolved.")
+    commands: list[str] = Field(description="Commands of which nobody knows what has become of them.")
+
+
 OF_THE_GATEWAY = (
+    EventType(
+        "gateway.journal.trouble",
+        GATEWAY,
+        JournalTrouble,
+        "the journal cannot be written: nothing with an effect is sent, reads and stops go on",
+    ),
+    EventType("gateway.journal.recovered", GATEWAY, Nothing, "the journal can be written again"),
+    EventType(
+        "gateway.journal.set_aside", GATEWAY, JournalSetAside, "a broken journal was replaced at the start"
+    ),
+    EventType(
+        "gateway.crashed", GATEWAY, Crashed, "it has started after a life that did not end as it should"
+    ),
     EventType("gateway.loop.held", GATEWAY, LoopHeld, "the gateway was suspended or held up"),
     EventType("gateway.shutting_down", GATEWAY, ShuttingDown, "nothing begins any more"),
     EventType("stream.gap", EVENTS, Gap, "events are missing at this place of the stream"),

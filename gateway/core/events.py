@@ -323,8 +323,8 @@ class Page:
 class EventHub:
     """Numbers events, keeps the newest and hands them out. Not for use from other threads.
 
-    An epoch is one life of the gateway: after a restart numbers begin anew, and cursors of the old epoch are
-    answered with a gap.
+    Without a journal an epoch is one life of the gateway: after a restart numbers begin anew, and cursors of
+    the old epoch are answered with a gap. With one, numbers go on, and so do cursors.
     """
 
     def __init__(
@@ -338,10 +338,23 @@ class EventHub:
         """Number of the newest event; 0 before the first."""
         self.closed = False
         self._clock = clock
+        self._capacity = capacity
         self._ring = EventRing(capacity)
+        self._earlier: Mapping[str, int] = {}
+        """Epochs that were before, each with the number of its last event."""
         self.turns = Turns()
         """The order in which subscriptions read."""
         self.batch = lru_cache(SHARED_BATCHES)(self._batch)
+        self.on_published: Callable[[Event], object] = lambda _: None
+
+    def resume(
+        self, epoch: str, earlier: Mapping[str, int], last: int, events: Sequence[tuple[str, str, str]]
+    ) -> None:
+        """Go on after the last event of an earlier life; `events` are the newest up to that."""
+        self.epoch, self._earlier, self.last = epoch, earlier, last
+        self._ring = EventRing(self._capacity, last - len(events))
+        for event in events:
+            self._ring.append(Kept(*event))
 
     @property
     def first(self) -> int:
@@ -358,6 +371,7 @@ class EventHub:
         event = self._event(self.last + 1, type_, subject, data, correlation)
         self._ring.append(Kept(type_, subject, event.json))
         self.last = event.number
+        self.on_published(event)
         self.turns.news()
         return event
 
@@ -438,6 +452,8 @@ class EventHub:
         epoch, number = match[1], int(match[2])
         if epoch == self.epoch and number <= self.last:
             return Subscription(self, number, wanted, None)
+        if epoch in self._earlier:  # it may have seen more of it than the journal has
+            return Subscription(self, min(number, self._earlier[epoch]), wanted, None)
         return Subscription(self, self.first - 1, wanted, after)
 
 

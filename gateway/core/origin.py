@@ -29,6 +29,8 @@ class Origin:
 
     caller: str
     request_id: str | None = None
+    key: str | None = None
+    """The Idempotency-Key that the request came with, within its scope."""
     work: Work = field(default="clients", compare=False)
     claim: Claim = field(default=NO_CLAIM, compare=False)
     """What the write gate looks at again."""

@@ -1,7 +1,7 @@
 """Fics robots: all of a plant, each alone on its line, with their moves."""
 
 import asyncio
-from collections.abc import Awaitable, Coroutine, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Collection, Coroutine, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field
@@ -10,6 +10,7 @@ from gateway.core.addresses import there_are
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, is_within, why_it_moves
 from gateway.core.lanes import Lane
+from gateway.core.move_log import MoveLog
 from gateway.core.parts import Part
 from gateway.core.stops import StopMode
 from gateway.core.targets import Replies, Stopped, Target, stopped
@@ -160,6 +161,21 @@ class Fics(Family):
     def is_dated(cls, row: Row) -> bool:
         """Only queries tell something."""
         return row.is_query()
+
+    # over restarts
+
+    def move_logs(self) -> Iterator[MoveLog[RobotMove]]:
+        """That of all robots."""
+        yield self.moves.log
+
+    def resume(self, records: Sequence[Mapping[str, Any]], begun: Collection[str]) -> None:
+        """Take over the moves of robots that are still configured."""
+        units = {unit.address for robot in self.robots() for unit in robot.units}
+        own = [RobotMove.model_validate(it) for it in records if it["body_id"] in units]
+        self.moves.log.remember(own)
+        for move in own:
+            if not move.status.final:
+                self.moves.take_over(self.robot(move.robot_id), move, begun=move.id in begun)
 
     # life
 

@@ -1,7 +1,7 @@
 """RC-420 bodies behind RC-400 link masters: all of a plant, with their groups, moves, stops and scans."""
 
 import asyncio
-from collections.abc import Awaitable, Coroutine, Iterable, Iterator, Sequence
+from collections.abc import Awaitable, Collection, Coroutine, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, Literal, TypeVar
 
@@ -10,7 +10,9 @@ from pydantic import Field
 from gateway.core.addresses import numbered_address
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, is_within, why_it_moves
+from gateway.core.move_log import MoveLog
 from gateway.core.move_record import Move, MoveStatus
+from gateway.core.origin import Origin, acting
 from gateway.core.parts import Part
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
@@ -37,6 +39,8 @@ from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
 from transports.base import Transport
 
+RESTART = Origin("gateway: restart")
+"""Whoever wanted a move without an end may not be there any more: it is stopped."""
 BODY = Place("/bodies/{body_id}", Move)
 LINE = Place("/lines/{line_id}")
 GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True)
@@ -244,6 +248,26 @@ class Rorze(Family):
     async def _define_as_told(self, line_id: str, command: SetGroup) -> None:
         members = [f"{line_id}.{member}" for member in command.members]
         await self.define_group(f"{line_id}.{command.group}", members)
+
+    # over restarts
+
+    def move_logs(self) -> Iterator[MoveLog[Move]]:
+        """That of all bodies."""
+        yield self.moves.log
+
+    def resume(self, records: Sequence[Mapping[str, Any]], begun: Collection[str]) -> None:
+        """Take over the moves of bodies that are still configured."""
+        own = [Move.model_validate(it) for it in records if it["body_id"] in self._bodies]
+        self.moves.log.remember(own)
+        for move in own:
+            if not move.status.final:
+                self._take_over(self._bodies[move.body_id], move, begun=move.id in begun)
+
+    def _take_over(self, body: Body, move: Move, *, begun: bool) -> None:
+        self.moves.take_over(body, move, begun=begun)
+        if move.kind == "continuous" and not move.status.final:
+            with acting(RESTART):
+                self.stops.stop([body], "decelerate")
 
     # life
 

@@ -6,11 +6,19 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
 
-from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply, NotAllowed
+from gateway.core.errors import (
+    BodyBusy,
+    ControllerRefused,
+    GatewayError,
+    NoReply,
+    NotAllowed,
+    RestartedFirst,
+)
+from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import Move, MoveError, MoveKind, MoveStatus
 from gateway.core.origin import working
-from gateway.rorze.bodies import Body, Group
+from gateway.rorze.bodies import Body, Group, MotorState
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Verdict
 from gateway.rorze.pace import follow_s
@@ -130,6 +138,7 @@ class Moves:
         body.line.followed += 1
         body.free.clear()
         move.event_cursor = self._publish("body.move.queued", body, move)
+        self.log.on_change(move)
         return move
 
     def _advance(self, body: Body, move: Move, status: MoveStatus, error: GatewayError | None = None) -> None:
@@ -148,6 +157,7 @@ class Moves:
         self._publish(
             "body.move.started" if status is MoveStatus.MOVING else f"body.move.{status}", body, move
         )
+        self.log.on_change(move)
 
     def _end(self, case: Case, verdict: Verdict) -> None:
         case.move.end_cause = verdict.end_cause
@@ -157,6 +167,7 @@ class Moves:
 
     async def _fly(self, flight: "_Flight", start_within_s: float) -> None:
         """One motion command, from the queue to the end of all its moves."""
+        OF_MOVES.set([case.move.id for case in flight.cases])
         try:
             results = await self._send(flight, start_within_s)
         except GatewayError as error:
@@ -171,6 +182,7 @@ class Moves:
         while True:
             for case in flight.cases:
                 await case.know_the_start(flight.command)
+                self.log.on_change(case.move)  # before its intent: it is what the next life judges by
             try:
                 return await self._write(flight, expires_at)
             except ProofTooOld:  # nothing was written
@@ -202,6 +214,28 @@ class Moves:
             self._advance(body, move, MoveStatus.CANCELLED, result)
         else:
             move.acknowledged_at = datetime.now(UTC)
+
+    # over restarts
+
+    def take_over(self, body: Body, move: Move, *, begun: bool) -> None:
+        """Go on with a move of an earlier life: ask the body, and follow the move to its end."""
+        body.line.followed += 1
+        if move.status is MoveStatus.QUEUED and not begun:
+            move.evidence.append("The gateway has ended before the command was written.")
+            self._advance(body, move, MoveStatus.CANCELLED, RestartedFirst())
+            return
+        if move.status is MoveStatus.QUEUED:
+            move.status = MoveStatus.SENT
+            move.evidence.append("The journal does not tell whether the command was written.")
+        move.evidence.append("The gateway was restarted in the middle of the move; the body was asked.")
+        body.move = move
+        body.free.clear()
+        answered: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
+        answered.set_result(None)
+        case = Case(body, move, rested_at(move), body.position_tolerance)
+        task = asyncio.create_task(self._see_through(case, _ended_with(body)), name=f"move {move.id}")
+        self._tasks[task] = answered
+        task.add_done_callback(self._tasks.pop)
 
     # from the reply to the end
 
@@ -259,6 +293,19 @@ class Moves:
             body.moved_unseen()
         if body.move is None or body.move.command == frame.code:
             body.announced()
+
+
+def rested_at(move: Move) -> MotorState | None:
+    """What the body said before the move, as far as its record tells."""
+    return None if move.start_position is None else MotorState(0, move.start_position)
+
+
+def _ended_with(body: Body) -> NoReply:
+    return NoReply(
+        f"The gateway has ended while a command to {body.address} was under way, and nothing proves what has "
+        "become of it; nothing was sent again.",
+        "Read its status and position before anything else.",
+    )
 
 
 _Results = dict[Body, "Reply | GatewayError"]

@@ -728,6 +728,17 @@ class ControllerEvent(TypedDict):
     """Position in pulses."""
 
 
+class Crashed(TypedDict):
+    """What was under way when the last life of the gateway ended without being told to."""
+
+    last_seen_at: str | None
+    """When it was last known to live; null where it never was."""
+    moves: list[str]
+    """Moves that were not over: they are followed, or resolved."""
+    commands: list[str]
+    """Commands of which nobody knows what has become of them."""
+
+
 class EndFrame(TypedDict):
     """A frame 7D of a body that is not in the configuration."""
 
@@ -749,6 +760,10 @@ class EventList(TypedDict):
     events: list[
         LineUpEvent
         | LineDownEvent
+        | GatewayJournalTroubleEvent
+        | GatewayJournalRecoveredEvent
+        | GatewayJournalSetAsideEvent
+        | GatewayCrashedEvent
         | GatewayLoopHeldEvent
         | GatewayShuttingDownEvent
         | StreamGapEvent
@@ -871,6 +886,70 @@ class Gap(TypedDict):
     """The cursor that was asked for."""
     first_available: str
     """The cursor of the oldest event that can be had."""
+
+
+class GatewayCrashedEvent(TypedDict):
+    """It has started after a life that did not end as it should; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.crashed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Crashed
+
+
+class GatewayJournalRecoveredEvent(TypedDict):
+    """The journal can be written again; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.journal.recovered"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Nothing
+
+
+class GatewayJournalSetAsideEvent(TypedDict):
+    """A broken journal was replaced at the start; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.journal.set_aside"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: JournalSetAside
+
+
+class GatewayJournalTroubleEvent(TypedDict):
+    """The journal cannot be written: nothing with an effect is sent, reads and stops go on; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.journal.trouble"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: JournalTrouble
 
 
 class GatewayLoopHeldEvent(TypedDict):
@@ -1007,6 +1086,18 @@ class JogSession(TypedDict):
     """The state that follows when the axis stands still; null while it jogs."""
     heartbeat_within_ms: int
     """The next heartbeat has to come within this."""
+
+
+class JournalSetAside(TypedDict):
+    """Where a broken journal was put."""
+
+    file: str
+
+
+class JournalTrouble(TypedDict):
+    """Why the journal cannot be written."""
+
+    reason: str
 
 
 class LeftMoving(TypedDict):
@@ -2765,6 +2856,10 @@ WhenAnswered: TypeAlias = Literal["always", "on_completion", "at_once"]
 Event: TypeAlias = (
     LineUpEvent
     | LineDownEvent
+    | GatewayJournalTroubleEvent
+    | GatewayJournalRecoveredEvent
+    | GatewayJournalSetAsideEvent
+    | GatewayCrashedEvent
     | GatewayLoopHeldEvent
     | GatewayShuttingDownEvent
     | StreamGapEvent

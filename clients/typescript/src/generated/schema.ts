@@ -3174,6 +3174,27 @@ export interface components {
             P?: number | null;
         };
         /**
+         * Crashed
+         * @description What was under way when the last life of the gateway ended without being told to.
+         */
+        Crashed: {
+            /**
+             * Last Seen At
+             * @description When it was last known to live; null where it never was.
+             */
+            last_seen_at: string | null;
+            /**
+             * Moves
+             * @description Moves that were not over: they are followed, or resolved.
+             */
+            moves: string[];
+            /**
+             * Commands
+             * @description Commands of which nobody knows what has become of them.
+             */
+            commands: string[];
+        };
+        /**
          * DetailKind
          * @description The lines of the table in C-HOST manual 2-13.
          * @enum {string}
@@ -3209,7 +3230,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -3311,6 +3332,182 @@ export interface components {
              * @description The cursor of the oldest event that can be had.
              */
             first_available: string;
+        };
+        /**
+         * GatewayCrashedEvent
+         * @description It has started after a life that did not end as it should; about `/gateway`.
+         */
+        GatewayCrashedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.crashed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Crashed"];
+        };
+        /**
+         * GatewayJournalRecoveredEvent
+         * @description The journal can be written again; about `/gateway`.
+         */
+        GatewayJournalRecoveredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.journal.recovered";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Nothing"];
+        };
+        /**
+         * GatewayJournalSetAsideEvent
+         * @description A broken journal was replaced at the start; about `/gateway`.
+         */
+        GatewayJournalSetAsideEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.journal.set_aside";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["JournalSetAside"];
+        };
+        /**
+         * GatewayJournalTroubleEvent
+         * @description The journal cannot be written: nothing with an effect is sent, reads and stops go on; about `/gateway`.
+         */
+        GatewayJournalTroubleEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.journal.trouble";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["JournalTrouble"];
         };
         /**
          * GatewayLoopHeldEvent
@@ -3625,6 +3822,22 @@ export interface components {
              * @default 500
              */
             heartbeat_within_ms: number;
+        };
+        /**
+         * JournalSetAside
+         * @description Where a broken journal was put.
+         */
+        JournalSetAside: {
+            /** File */
+            file: string;
+        };
+        /**
+         * JournalTrouble
+         * @description Why the journal cannot be written.
+         */
+        JournalTrouble: {
+            /** Reason */
+            reason: string;
         };
         /**
          * LeftMoving
