@@ -3,15 +3,16 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TypeVar
 
 from gateway.access.territory import Territory
 from gateway.config import Config
+from gateway.config_file import ConfigFile
 from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
-from gateway.core.errors import HeldUp, NotFound
+from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
 from gateway.core.journal.journal import Journal
@@ -46,9 +47,12 @@ class Plant:
         open_transport: Callable[[str], Transport] = create,
         rng: random.Random | None = None,
         lease_tokens: Tokens | None = None,
+        file: ConfigFile | None = None,
         journal: Opened | None = None,
     ) -> None:
         self.config = config
+        self.file = file
+        """Where the configuration comes from, if from a file."""
         self.events = EventHub()
         self.recorders: dict[str, Recorder] = {}
         self.watch = LoopWatch()
@@ -61,31 +65,38 @@ class Plant:
         self.leases.on_taken = self._lease_taken
         self.leases.on_end = self._lease_ended
         self._memory = None if journal is None else Memory(journal, self.events, self.families.values())
-        self._watches: list[asyncio.Task[None]] = []
+        self.on_lines: Callable[[], None] = lambda: None
+        """Told that there are other lines."""
+        self._open_transport = open_transport
+        self._reloading = asyncio.Lock()
+        self._watches: dict[str, list[asyncio.Task[None]]] = {}
         self._end = WindDown(
             site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
         )
         for line in config.lines:
-            port = self._open_port(line, open_transport)
-            self._ports[line.id] = built = self.families[line.protocol].add(line, port)
-            built.admission = self.admission
-            built.recorder = self.recorders[built.id]
-            built.gate.add(self.leases.guard(built.id))
-            if self._memory is not None:
-                self._memory.keep(built)
+            self._build(line)
         self.territory = Territory(self._ports, self.family(Rorze), self.family(Fics))
+
+    def _build(self, line: tables.Line) -> None:
+        port = self._open_port(line)
+        self._ports[line.id] = built = self.families[line.protocol].add(line, port)
+        built.admission = self.admission
+        built.recorder = self.recorders[built.id]
+        built.gate.add(self.leases.guard(built.id))
+        if self._memory is not None:
+            self._memory.keep(built)
 
     @property
     def journal(self) -> Journal | None:
         """Where what has an effect is written down, if anywhere."""
         return None if self._memory is None else self._memory.journal
 
-    def _open_port(self, line: tables.Line, open_transport: Callable[[str], Transport]) -> Transport:
+    def _open_port(self, line: tables.Line) -> Transport:
         file = (
             TraceFile(line.trace_file, line.trace_file_bytes, line.trace_files) if line.trace_file else None
         )
         self.recorders[line.id] = recorder = Recorder(line.trace_entries, file)
-        port = open_transport(line.address)
+        port = self._open_transport(line.address)
         return Recorded(port, recorder) if line.trace_entries or line.trace_file else port
 
     # life
@@ -94,14 +105,69 @@ class Plant:
         """Open the lines; ports that are missing are tried again and again."""
         if self._memory is not None:
             self._memory.start()
-        for port in self._ports.values():
-            port.start()
+        for line_id in self._ports:
+            self._start(line_id)
+
+    def _start(self, line_id: str) -> None:
+        line = self._ports[line_id]
+        line.start()
         with acting(POLL):
-            self._watches = [
-                asyncio.create_task(watch, name=f"watch of {name}")
-                for name, family in self.families.items()
-                for watch in family.watches()
+            self._watches[line_id] = [
+                asyncio.create_task(watch, name=f"watch of line {line_id}")
+                for watch in self._family_of(line_id).watches(line)
             ]
+
+    async def _unwatch(self, line_id: str) -> None:
+        watches = self._watches.pop(line_id, [])
+        for watch in watches:
+            watch.cancel()
+        await asyncio.gather(*watches, return_exceptions=True)
+
+    async def reload(self, config: Config) -> None:
+        """Serve the lines of another configuration; those that are in it as they were go on undisturbed.
+
+        :raises BodyBusy: something moves, or is at work, on a line that would be closed; nothing was changed.
+        :raises ShuttingDown, HeldUp: nothing begins now.
+        """
+        async with self._reloading:
+            self.admission.require()
+            wanted = {line.id: line for line in config.lines}
+            gone = [line.id for line in self.config.lines if wanted.get(line.id) != line]
+            self._require_rest(gone)
+            for line_id in gone:
+                self._ports[line_id].retire("it is configured anew")
+            for line_id in gone:
+                await self._remove(line_id)
+            self.config = self.config.model_copy(update={"lines": config.lines})
+            for line_id in wanted.keys() - self._ports.keys():
+                self._build(wanted[line_id])
+                self._start(line_id)
+            for line_id in wanted:  # in the order of the configuration
+                self._ports[line_id] = self._ports.pop(line_id)
+            self.territory.learn()
+            self.on_lines()
+
+    def _require_rest(self, lines: Collection[str]) -> None:
+        for line_id in lines:
+            family = self._family_of(line_id)
+            moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
+            there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
+            busy = sorted({*there, *family.at_work(self._ports[line_id])})
+            if busy:
+                raise BodyBusy(
+                    f"Line {line_id} would be closed, and {', '.join(busy)} moves or is at work; "
+                    "nothing was changed.",
+                    "Stop it, or wait for its end; then reload again.",
+                )
+
+    def _part(self, address: str) -> Part:
+        return next(iter(self.territory.parts(address)), Part(address, address))
+
+    async def _remove(self, line_id: str) -> None:
+        await self._unwatch(line_id)
+        await self._family_of(line_id).remove(self._ports[line_id])
+        del self._ports[line_id]
+        await asyncio.to_thread(self.recorders.pop(line_id).close)
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
@@ -119,9 +185,8 @@ class Plant:
         await self.wind_down()
         self.watch.close()
         self.leases.close()
-        for watch in self._watches:
-            watch.cancel()
-        await asyncio.gather(*self._watches, return_exceptions=True)
+        for line_id in list(self._watches):
+            await self._unwatch(line_id)
         for family in self.families.values():
             await family.close()
         for recorder in self.recorders.values():

@@ -121,6 +121,10 @@ class Family(ABC):
         """Build a line, and everything on it, as `table` of `line_table` says."""
 
     @abstractmethod
+    async def remove(self, line: Any) -> None:
+        """Close one of its lines, and forget everything on it but the records of its moves."""
+
+    @abstractmethod
     def target(self, collection: str, names: Sequence[str]) -> Target:
         """Find what commands are addressed to.
 
@@ -174,8 +178,12 @@ class Family(ABC):
 
     # life
 
-    def watches(self) -> Iterable[Coroutine[Any, Any, None]]:
-        """What looks after the controllers for as long as the plant lives."""
+    def watches(self, _line: Any) -> Iterable[Coroutine[Any, Any, None]]:
+        """What looks after the controllers of one of its lines for as long as that is there."""
+        return ()
+
+    def at_work(self, _line: Any) -> Iterable[str]:
+        """Addresses on a line in the middle of something beside moves that must not be broken off."""
         return ()
 
     @abstractmethod

@@ -93,6 +93,12 @@ class Fics(Family):
         )
         return line
 
+    async def remove(self, line: FicsLine) -> None:
+        """Close a line, and forget its robot."""
+        (robot,) = (robot for robot in self.robots() if robot.line is line)
+        await robot.close()
+        del self._robots[robot.id]
+
     def _publish(self, kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
         return self.site.events.publish(kind, subject, data, correlation).cursor
 
@@ -179,9 +185,13 @@ class Fics(Family):
 
     # life
 
-    def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
-        """Look after each robot."""
-        return map(watch, self.robots())
+    def watches(self, line: FicsLine) -> Iterator[Coroutine[Any, Any, None]]:
+        """Look after the robot on a line."""
+        return (watch(robot) for robot in self.robots() if robot.line is line)
+
+    def at_work(self, line: FicsLine) -> Iterator[str]:
+        """The robot, while positions are written into it."""
+        return (robot.id for robot in self.robots() if robot.line is line and line.uploading)
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every robot."""

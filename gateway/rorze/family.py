@@ -134,6 +134,15 @@ class Rorze(Family):
             self._add_group(Group(line, group.number, members))
         return line
 
+    async def remove(self, line: Line) -> None:
+        """Close a line, and forget its bodies and groups."""
+        await line.close()
+        for things in (self._bodies, self._groups):
+            for address in [it for it, thing in things.items() if thing.line is line]:
+                del things[address]
+        for of_line in (self.lines, self.sweeps, self._sweep_numbers, self._health):
+            del of_line[line.id]
+
     def _add_group(self, group: Group) -> None:
         group.on_strangers = partial(self._on_strangers, group)
         self._groups[group.address] = group
@@ -271,14 +280,17 @@ class Rorze(Family):
 
     # life
 
-    def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
-        """Look after bodies, and after the groups of each line."""
-        for body in self.bodies():
-            line_id = body.line.id
-            yield BodyWatch(body, self._health[line_id], self.sweeps[line_id], self.stops.on_line).run()
-        for line in self.lines.values():
-            yield watch_sweep(self._health[line.id], self.sweeps[line.id])
-            yield watch_groups(line, partial(self._groups_on, line))
+    def watches(self, line: Line) -> Iterator[Coroutine[Any, Any, None]]:
+        """Look after the bodies and the groups of a line."""
+        health, sweep = self._health[line.id], self.sweeps[line.id]
+        for body in self.bodies_of(line):
+            yield BodyWatch(body, health, sweep, self.stops.on_line).run()
+        yield watch_sweep(health, sweep)
+        yield watch_groups(line, partial(self._groups_on, line))
+
+    def at_work(self, line: Line) -> Iterator[str]:
+        """The bodies to which a program is uploaded."""
+        return (body.address for body in self.bodies_of(line) if self.uploads.is_under_way(body))
 
     def was_left_alone(self) -> None:
         """Look at every body."""

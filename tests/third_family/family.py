@@ -204,6 +204,10 @@ class Toys(Family):
     def _on_change(self, line: ToyLine, what: str, facts: dict[str, object]) -> None:
         self.site.events.publish(what, f"/lines/{line.id}", facts)
 
+    async def remove(self, line: ToyLine) -> None:
+        await line.close()
+        self.toys = {name: toy for name, toy in self.toys.items() if toy.line is not line}
+
     def target(self, collection: str, names: Sequence[str]) -> Target:
         if names[0] not in self.toys or len(names) > 1:
             raise NotFound(f"There is no toy {'/'.join(names)}; nothing was sent.")
