@@ -7,7 +7,18 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import catalogue, command_routes, health, leases, lines, sign_in, stops, streams, system
+from api import (
+    catalogue,
+    command_routes,
+    configuration,
+    health,
+    leases,
+    lines,
+    sign_in,
+    stops,
+    streams,
+    system,
+)
 from api.bodies import groups, info, memories, moves, programs, text_commands
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
@@ -86,8 +97,11 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.access = Access(plant, credentials)
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
-    modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system, leases)
-    routers = [info.reads, *(module.router for module in modules), programs.router, memories.router]
+    modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system)
+    routers = [
+        info.reads,
+        *(module.router for module in (*modules, programs, memories, leases, configuration)),
+    ]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []
         routers += command_routes.routers(type(family))

@@ -19,6 +19,7 @@ from app.exits import fail
 
 if TYPE_CHECKING:
     from gateway.config import Config
+    from gateway.config_file import ConfigFile
 
 DEMO_BODIES = (0x00, 0x01, 0x3F)
 
@@ -29,18 +30,22 @@ def serve(
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="Listen on this port instead.")] = None,
     data: Data = None,
 ) -> None:
-    """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM)."""
+    """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM).
+
+    SIGHUP reads the configuration file again.
+    """
     if (config is None) == (not demo):
         fail("Say either --config FILE or --demo.", exits.USAGE)
     from app.server import CannotListen
-    from gateway.config import ConfigError, load
+    from gateway.config import ConfigError
+    from gateway.config_file import ConfigFile
     from gateway.core.journal.disk import InUse
     from gateway.core.journal.schema import TooNew
 
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
         given = data or data_directory()
-        serving = _serve(_on_port(load(config), port), given) if config else _serve_demo(port, data)
+        serving = _serve_file(ConfigFile(config, port), given) if config else _serve_demo(port, data)
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
     except ConfigError as error:
@@ -53,14 +58,15 @@ def serve(
         fail(f"The journal is of a later version: {error}. No line was opened.", exits.NOT_SENT)
 
 
-async def _serve(config: "Config", data: Path) -> None:
+async def _serve_file(file: "ConfigFile", data: Path) -> None:
     from app.server import serve as run_server
 
-    await run_server(config, data)
+    await run_server(file.load(), data, file)
 
 
 async def _serve_demo(port: int | None, data: Path | None) -> None:
     """Serve a simulated line and a simulated robot that run in this very process."""
+    from app.server import serve as run_server
     from simulator.cli import start_demo_line, start_demo_robot
 
     with TemporaryDirectory(prefix="motion-gateway-") as folder:
@@ -68,10 +74,10 @@ async def _serve_demo(port: int | None, data: Path | None) -> None:
         async with AsyncExitStack() as stack:
             stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path).aclose)
             stack.push_async_callback(start_demo_robot(robot_path).aclose)
-            await _serve(_on_port(_demo_config(line_path, robot_path), port), data or Path(folder) / "data")
+            await run_server(_demo_config(line_path, robot_path, port), data or Path(folder) / "data")
 
 
-def _demo_config(line_path: Path, robot_path: Path) -> "Config":
+def _demo_config(line_path: Path, robot_path: Path, port: int | None) -> "Config":
     from gateway.config import Config
 
     bodies = [{"id": f"{body:02X}"} for body in DEMO_BODIES]
@@ -82,10 +88,5 @@ def _demo_config(line_path: Path, robot_path: Path) -> "Config":
     ]
     robot = {"id": "r1", "units": units}
     cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
-    return Config.model_validate({"access": {"mode": "open"}, "lines": [line, cell]})
-
-
-def _on_port(config: "Config", port: int | None) -> "Config":
-    if port is None:
-        return config
-    return config.model_copy(update={"server": config.server.model_copy(update={"port": port})})
+    server = {} if port is None else {"port": port}
+    return Config.model_validate({"server": server, "access": {"mode": "open"}, "lines": [line, cell]})

@@ -3,12 +3,12 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from gateway.access.territory import Territory
 from gateway.config import Config
-from gateway.config_file import ConfigFile
+from gateway.config_file import ConfigFile, changes
 from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
@@ -126,14 +126,15 @@ class Plant:
     async def reload(self, config: Config) -> None:
         """Serve the lines of another configuration; those that are in it as they were go on undisturbed.
 
-        :raises BodyBusy: something moves, or is at work, on a line that would be closed; nothing was changed.
+        Errors as of `require_rest`.
+
         :raises ShuttingDown, HeldUp: nothing begins now.
         """
         async with self._reloading:
             self.admission.require()
+            gone = self.require_rest(config)
             wanted = {line.id: line for line in config.lines}
-            gone = [line.id for line in self.config.lines if wanted.get(line.id) != line]
-            self._require_rest(gone)
+            found = changes(self.config, config)
             for line_id in gone:
                 self._ports[line_id].retire("it is configured anew")
             for line_id in gone:
@@ -146,9 +147,16 @@ class Plant:
                 self._ports[line_id] = self._ports.pop(line_id)
             self.territory.learn()
             self.on_lines()
+            self.events.publish("gateway.reloaded", SUBJECT, found)
 
-    def _require_rest(self, lines: Collection[str]) -> None:
-        for line_id in lines:
+    def require_rest(self, config: Config) -> Sequence[str]:
+        """Make sure that nothing moves on the lines that another configuration would close; gives their ids.
+
+        :raises BodyBusy: something does, or is at work; nothing was changed.
+        """
+        wanted = {line.id: line for line in config.lines}
+        gone = [line.id for line in self.config.lines if wanted.get(line.id) != line]
+        for line_id in gone:
             family = self._family_of(line_id)
             moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
             there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
@@ -159,6 +167,7 @@ class Plant:
                     "nothing was changed.",
                     "Stop it, or wait for its end; then reload again.",
                 )
+        return gone
 
     def _part(self, address: str) -> Part:
         return next(iter(self.territory.parts(address)), Part(address, address))
@@ -215,11 +224,11 @@ class Plant:
             family.was_left_alone()
 
     def _lease_taken(self, subject: str, lease: Lease) -> None:
-        self.events.publish("lease.taken", subject, lease)
+        self.events.publish(f"{_what(subject)}.lease.taken", subject, lease)
 
     def _lease_ended(self, subject: str, lease: Lease, why: End, parts: Sequence[Part]) -> None:
         """Tell it, and stop what would never end without its holder; moves go on to their ends."""
-        self.events.publish(f"lease.{why}", subject, lease)
+        self.events.publish(f"{_what(subject)}.lease.{why}", subject, lease)
         with acting(Origin(f"gateway: end of {lease.lease}")):
             for family in self.families.values():
                 family.end_motion(everything=False, within=parts)
@@ -267,3 +276,9 @@ class Plant:
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""
         return {address for family in self.families.values() for address in family.addresses()}
+
+
+def _what(subject: str) -> str:
+    """What a path is of: `body` for `/bodies/line1.3F`."""
+    kind = subject.split("/")[1]
+    return {"bodies": "body"}.get(kind, kind.removesuffix("s"))

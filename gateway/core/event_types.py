@@ -75,6 +75,20 @@ def move_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType
     return [EventType(f"{what}.move.{news}", subject, data, when) for news, when in MOVE_NEWS.items()]
 
 
+LEASE_NEWS: Mapping[str, str] = {
+    "taken": "somebody has leased it: nobody else moves or sets it",
+    "released": "its holder has given a lease back",
+    "expired": "a lease was not renewed in time",
+    "taken_over": "an admin has leased it instead",
+    "broken": "somebody else has ended a lease",
+}
+
+
+def lease_types(what: str, subject: str) -> list[EventType]:
+    """The types of the leases of `what`."""
+    return [EventType(f"{what}.lease.{news}", subject, Lease, when) for news, when in LEASE_NEWS.items()]
+
+
 # lines
 
 LINE = "/lines/{line_id}"
@@ -170,15 +184,4 @@ OF_THE_GATEWAY = (
     EventType("stream.gap", EVENTS, Gap, "events are missing at this place of the stream"),
 )
 
-LEASED = "/{kind}/{address}"
-"""A line, a body, a group or a robot."""
-
-OF_LEASES = (
-    EventType("lease.taken", LEASED, Lease, "somebody has leased it: nobody else moves or sets it"),
-    EventType("lease.released", LEASED, Lease, "its holder has given a lease back"),
-    EventType("lease.expired", LEASED, Lease, "a lease was not renewed in time"),
-    EventType("lease.taken_over", LEASED, Lease, "an admin has leased it instead"),
-    EventType("lease.broken", LEASED, Lease, "somebody else has ended a lease"),
-)
-
-CORE = (*LINES, *OF_THE_GATEWAY, *OF_LEASES)
+CORE = (*LINES, *OF_THE_GATEWAY, *lease_types("line", LINE))

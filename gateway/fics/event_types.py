@@ -2,7 +2,15 @@
 
 from pydantic import Field
 
-from gateway.core.event_types import EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
+from gateway.core.event_types import (
+    EventData,
+    EventType,
+    LeftMoving,
+    Nothing,
+    Unreadable,
+    lease_types,
+    move_types,
+)
 from gateway.fics.axes import Coordinates
 from gateway.fics.jogs import JogSession
 from gateway.fics.move_record import RobotMove
@@ -61,6 +69,7 @@ class UnitChange(EventData):
 
 TYPES = (
     *move_types("robot", UNIT, RobotMove),
+    *lease_types("robot", ROBOT),
     EventType("robot.move.overdue", UNIT, Overdue, "a move takes longer than its way and speeds explain"),
     *(
         EventType(f"robot.stop.{news}", ROBOT, data, when)

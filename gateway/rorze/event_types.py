@@ -2,7 +2,16 @@
 
 from pydantic import Field
 
-from gateway.core.event_types import LINE, EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
+from gateway.core.event_types import (
+    LINE,
+    EventData,
+    EventType,
+    LeftMoving,
+    Nothing,
+    Unreadable,
+    lease_types,
+    move_types,
+)
 from gateway.core.move_record import Move
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
@@ -82,6 +91,7 @@ class LineMessage(EventData):
 
 BODIES = (
     *move_types("body", BODY, Move),
+    *lease_types("body", BODY),
     *(
         EventType(f"body.stop.{news}", BODY, StopReport, when)
         for news, when in {
@@ -116,6 +126,7 @@ BODIES = (
 )
 
 LINES = (
+    *lease_types("group", GROUP),
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),
     EventType("line.strict", LINE, Strictness, "a reply came twice, or none has for an hour"),
     EventType("line.message", LINE, LineMessage, "a frame came that nobody knows"),

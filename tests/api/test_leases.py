@@ -38,10 +38,10 @@ async def leased(
     return taken | {"header": {"Lease-Token": str(taken["token"])}}
 
 
-def types(place: Stand, prefix: str) -> list[tuple[str, str]]:
+def leases_told(place: Stand) -> list[tuple[str, str]]:
     hub = place.plant.events
     events = [hub.event(number) for number in range(hub.first, hub.last + 1)]
-    return [(it.type, it.subject) for it in events if it.type.startswith(prefix)]
+    return [(it.type, it.subject) for it in events if ".lease." in it.type]
 
 
 @guarded()
@@ -88,11 +88,11 @@ async def test_an_admin_takes_over_and_breaks_and_nobody_else(stand: Stand, keys
     is_refused(await stand.post("/bodies/arm.3F/moves", RELATIVE, **anna, **lease["header"]))
     (second,) = (await stand.get("/leases", **bert)).json()["leases"]
     assert (await stand.client.delete(f"/leases/{second['lease']}", headers=admin)).status_code == 200
-    assert types(stand, "lease.") == [
-        ("lease.taken", "/bodies/arm.3F"),
-        ("lease.taken_over", "/bodies/arm.3F"),
-        ("lease.taken", "/lines/arm"),
-        ("lease.released", "/lines/arm"),
+    assert leases_told(stand) == [
+        ("body.lease.taken", "/bodies/arm.3F"),
+        ("body.lease.taken_over", "/bodies/arm.3F"),
+        ("line.lease.taken", "/lines/arm"),
+        ("line.lease.released", "/lines/arm"),
     ]
 
 
@@ -106,7 +106,7 @@ async def test_a_lease_is_renewed_with_its_token_and_ends_without(stand: Stand) 
         await asyncio.sleep(1.5)
         assert (await stand.post(f"{place}/renew", **lease["header"])).json()["expires_in_s"] == 2.0
     await asyncio.sleep(2.1)
-    assert types(stand, "lease.")[-1] == ("lease.expired", "/bodies/arm.3F")
+    assert leases_told(stand)[-1] == ("body.lease.expired", "/bodies/arm.3F")
     is_refused(await stand.post("/bodies/3F/moves", RELATIVE, **lease["header"]))
     assert (await stand.post(f"{place}/renew", **lease["header"])).status_code == 404
     assert (await stand.post("/bodies/3F/moves", RELATIVE)).status_code in (202, 422)

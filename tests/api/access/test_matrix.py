@@ -63,6 +63,8 @@ PUT       /groups/{group_id}                             setup    group
 POST      /groups/{group_id}/moves                       operate  group
 POST      /groups/{group_id}/stop                        stop     group
 GET       /lines                                         view     any
+POST      /lines                                         admin    plant
+POST      /lines/{line_id}/bodies                        admin    line
 GET       /lines/{line_id}                               view     line
 POST      /lines/{line_id}/scans                         setup    line
 GET       /lines/{line_id}/scans/{scan_id}               view     line
@@ -112,6 +114,7 @@ POST      /leases/{lease_id}/renew                       operate  any
 DELETE    /leases/{lease_id}                             operate  any
 POST      /tickets                                       view     any
 GET       /system/posture                                view     any
+POST      /system/reload                                 admin    plant
 GET       /livez                                         open     any
 GET       /readyz                                        open     any
 GET       /version                                       open     any
