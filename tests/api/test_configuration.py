@@ -63,13 +63,8 @@ async def test_bodies_and_lines_are_added_and_stand_in_the_file(stand: Stand) ->
         assert '{ id = "3F" }, { id = "40", name = "grip" }  # the lift' in path.read_text()
         assert "arm.40" in [it["body_id"] for it in (await stand.get("/bodies")).json()["bodies"]]
         line = {"id": "arm", "address": "tcp://127.0.0.1:9"}
-        for content in (
-            {"line": line},
-            {"line": {"id": "leg"}},
-            {"line": line | {"id": None}},
-            {"lines": []},
-        ):
-            assert (await stand.post("/lines", content)).status_code == 422, content
+        for wrong in (line, {"id": "leg"}, line | {"id": None}, {}):
+            assert (await stand.post("/lines", {"line": wrong})).status_code == 422, wrong
         assert (await stand.post("/lines/leg/bodies", wanted)).status_code == 404
         assert (await stand.post("/lines/arm/bodies", {"bodies": []})).status_code == 422
 
