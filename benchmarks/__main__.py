@@ -13,6 +13,7 @@ from benchmarks import (
     fan_out,
     first_byte,
     http_read,
+    key_cost,
     line_use,
     move_cost,
     stop_latency,
@@ -31,6 +32,7 @@ class Benchmark(StrEnum):
     CROWD = "crowd"
     FAN_OUT = "fan-out"
     MOVE_COST = "move-cost"
+    KEY_COST = "key-cost"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -42,6 +44,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.CROWD: crowd.run,
     Benchmark.FAN_OUT: fan_out.run,
     Benchmark.MOVE_COST: move_cost.run,
+    Benchmark.KEY_COST: key_cost.run,
 }
 
 

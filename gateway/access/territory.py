@@ -1,6 +1,7 @@
 """Which part of a plant a scope covers, and the one check of rights that all front ends share."""
 
 from collections.abc import Container, Iterable, Sequence
+from typing import Final
 
 from gateway.access.errors import NotPermitted
 from gateway.access.principal import Principal
@@ -11,6 +12,9 @@ from gateway.core.parts import Part
 from gateway.core.rights import Right
 from gateway.fics.family import Fics
 from gateway.rorze.family import Rorze
+
+MOST_KNOWN: Final = 10_000
+"""So many addresses, each in any case, are found at once when they come again."""
 
 
 class Territory:
@@ -23,6 +27,8 @@ class Territory:
     def __init__(self, lines: Container[str], bodies: Rorze, robots: Fics) -> None:
         self._lines, self._bodies, self._robots = lines, bodies, robots
         self._covered: dict[frozenset[str], frozenset[str]] = {}
+        self._single: dict[str, Sequence[Part]] = {}
+        """What addresses mean that are those of one part: of groups that changes."""
         self.learn()
 
     def learn(self) -> None:
@@ -32,6 +38,7 @@ class Territory:
             for group in self._bodies.groups()
         }
         self._covered.clear()
+        self._single.clear()
 
     def require(self, principal: Principal, right: Right, *addresses: str) -> None:
         """Refuse somebody who does not have the right on all of these; on none means on the whole plant.
@@ -101,16 +108,28 @@ class Territory:
 
         :raises Ambiguous: it fits several lines.
         """
+        known = self._single.get(address)
+        if known is not None:
+            return known
+        part = self._one(address)
+        if part is None:
+            return self._parts_of_group(numbered_address(address))
+        if len(self._single) < MOST_KNOWN:
+            self._single[address] = [part]
+        return [part]
+
+    def _one(self, address: str) -> Part | None:
+        """The line, the body or the robot that an address means."""
         if address in self._lines:
-            return [Part(address, address)]
+            return Part(address, address)
         robot = self._robot(address.partition("/")[0])
         if robot:
-            return [robot]
+            return robot
         try:
             body = self._bodies.body(address)
-            return [Part(body.line.id, body.address)]
         except NotFound:
-            return self._parts_of_group(numbered_address(address))
+            return None
+        return Part(body.line.id, body.address)
 
     def _parts_of_group(self, address: str) -> list[Part]:
         try:
