@@ -7,7 +7,7 @@ more than the few that every run has time for: `make fuzz`.
 import asyncio
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AsyncExitStack, suppress
 from pathlib import Path
 from random import Random
@@ -22,7 +22,7 @@ from hypothesis.errors import Unsatisfiable
 from api.app import create_app
 from gateway.access.credentials import Credentials
 from gateway.config import parse
-from simulator.fics.line import Layout
+from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot
 from simulator.rorze.line import build_line
 from tests.api.access.guarded import Keys
@@ -188,11 +188,13 @@ def ask_all(gateway: Gateway, strategy: Any, count: int) -> list[str]:
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
     )
+    drawing: Callable[[], None] = unhurried(given(strategy)(ask))
     with suppress(Unsatisfiable):  # an operation without parameters can be asked in one way only
-        unhurried(given(strategy)(ask))()
+        drawing()
     return wrong
 
 
+@pytest.mark.timeout(3600)
 def test_every_operation_answers_as_it_is_described(gateway: Gateway) -> None:
     drawn = list(strategies(gateway))
     each = max(1, -(-CASES // len(drawn) // 2))
