@@ -17,6 +17,7 @@ from benchmarks import (
     line_use,
     move_cost,
     stop_latency,
+    tls_crowd,
 )
 from benchmarks.figures import Figure, table
 
@@ -33,6 +34,7 @@ class Benchmark(StrEnum):
     FAN_OUT = "fan-out"
     MOVE_COST = "move-cost"
     KEY_COST = "key-cost"
+    TLS_CROWD = "tls-crowd"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -45,6 +47,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.FAN_OUT: fan_out.run,
     Benchmark.MOVE_COST: move_cost.run,
     Benchmark.KEY_COST: key_cost.run,
+    Benchmark.TLS_CROWD: tls_crowd.run,
 }
 
 

@@ -188,7 +188,7 @@ def ask_all(gateway: Gateway, strategy: Any, count: int) -> list[str]:
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
     )
-    drawing: Callable[[], None] = unhurried(given(strategy)(ask))
+    drawing: Callable[[], None] = unhurried(given(case=strategy)(ask))
     with suppress(Unsatisfiable):  # an operation without parameters can be asked in one way only
         drawing()
     return wrong
