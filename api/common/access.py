@@ -48,6 +48,12 @@ _NOT_GOOD: Final = (
     f"The credential is none of this gateway, or has expired, or was revoked{_REFUSAL}",
     "Use a good key: `motion-gateway keys list` tells which are.",
 )
+_REFUSAL_JA: Final = "。何も送信していません。"
+_SEND_KEY_JA: Final = "Authorization: Bearer KEY ヘッダーを送信してください。"
+_NOT_GOOD_JA: Final = (
+    f"このゲートウェイのキーではないか、期限切れまたは失効したキーです{_REFUSAL_JA}",
+    "有効なキーを使用してください（motion-gateway keys list で確認できます）。",
+)
 
 
 class Passage:
@@ -171,7 +177,7 @@ class Access:
         if shown:
             grant = self.credentials.verify(_bearer(shown))
             if grant is None:
-                raise NotAuthenticated(*_NOT_GOOD)
+                raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
             return grant, None
         headers = Headers.of(scope)
         if path_of(scope) in STREAMS and (ticket := _take_ticket(scope)):
@@ -180,14 +186,14 @@ class Access:
         if session is None:
             raise NotAuthenticated(
                 f"The request has no key{_REFUSAL}", "Send the header Authorization: Bearer KEY."
-            )
+            ).in_japanese(f"キーがありません{_REFUSAL_JA}", _SEND_KEY_JA)
         grant = self._good(self.sessions.grant_of(session))
         headers.require_own_page(scope)
         return grant, session
 
     def _good(self, grant: Grant | None) -> Grant:
         if grant is None or not self.credentials.holds(grant):
-            raise NotAuthenticated(*_NOT_GOOD)
+            raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)
         return grant
 
     def _tell(self, scope: Scope, error: NotAuthenticated | NotPermitted) -> None:
@@ -238,10 +244,10 @@ class Headers:
         host, origin, site = self._word(b"host"), self._word(b"origin"), self._word(b"sec-fetch-site")
         own = origin in (f"https://{host}", f"{scheme}://{host}")
         if origin and not own:
-            raise NotPermitted(_NOT_FROM_THERE)
+            raise NotPermitted(_NOT_FROM_THERE).in_japanese(_NOT_FROM_THERE_JA)
         typed_in = site == "none" and safe
         if not (site == "same-origin" or typed_in if site else own or safe):
-            raise NotPermitted(_NOT_FROM_THERE)
+            raise NotPermitted(_NOT_FROM_THERE).in_japanese(_NOT_FROM_THERE_JA)
 
 
 def _bearer(shown: Sequence[bytes]) -> str:
@@ -255,11 +261,12 @@ def _bearer(shown: Sequence[bytes]) -> str:
     if scheme.lower() != "bearer" or not key.strip():
         raise NotAuthenticated(
             f"The header Authorization has no key{_REFUSAL}", "Send Authorization: Bearer KEY."
-        )
+        ).in_japanese(f"Authorization ヘッダーにキーがありません{_REFUSAL_JA}", _SEND_KEY_JA)
     return key.strip()
 
 
 _NOT_FROM_THERE: Final = f"Only the gateway's own pages may use a browser that is signed in{_REFUSAL}"
+_NOT_FROM_THERE_JA: Final = f"サインイン済みのブラウザを使えるのは、ゲートウェイのページのみです{_REFUSAL_JA}"
 
 
 def is_secure(scope: Scope) -> bool:

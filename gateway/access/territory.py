@@ -56,12 +56,19 @@ class Territory:
                 f"This is about the whole plant, and the key {principal.name} is for "
                 f"{', '.join(sorted(principal.scope)) or 'nothing'}; nothing was sent.",
                 "Name what is meant, or use a key without a scope.",
+            ).in_japanese(
+                f"設備全体に対する要求ですが、キー {principal.name} の範囲は限定されています。"
+                "何も送信していません。",
+                "対象を指定するか、範囲の制限がないキーを使用してください。",
             )
         for address in addresses:
             if not self.covers(principal, address):
                 raise NotPermitted(
                     f"The key {principal.name} is not for {address}; nothing was sent.",
                     "Use a key whose scope has it, and all members of it if it is a group.",
+                ).in_japanese(
+                    f"{address} はキー {principal.name} の範囲外です。何も送信していません。",
+                    "対象（グループの場合は全メンバー）を範囲に含むキーを使用してください。",
                 )
 
     @staticmethod
@@ -75,6 +82,10 @@ class Territory:
                 f"This takes the right {right}, which the role {principal.role} of {principal.name} does not "
                 "have; nothing was sent.",
                 "Use a key with a higher role.",
+            ).in_japanese(
+                f"権限 {right} が必要ですが、{principal.name} の役割 {principal.role} にはありません。"
+                "何も送信していません。",
+                "より上位の役割のキーを使用してください。",
             )
 
     def covers(self, principal: Principal, address: str) -> bool:

@@ -1,7 +1,7 @@
 """What can go wrong between a request and a controller, said in one sentence each."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol, Self
 
 from protocols.table import Command, Effect
 
@@ -17,13 +17,22 @@ class GatewayError(Exception):
 
     kind: ClassVar[str] = "gateway-error"
     title: ClassVar[str] = "The request was not carried out"
+    title_ja: ClassVar[str] = ""
     moved: Moved = "no"
     retryable: bool = False
+    detail_ja: str = ""
+    """Empty where it is told in English only."""
+    remedy_ja: str = ""
 
     def __init__(self, detail: str, remedy: str = "") -> None:
         super().__init__(detail)
         self.detail = detail
         self.remedy = remedy
+
+    def in_japanese(self, detail: str, remedy: str = "") -> Self:
+        """Say it in Japanese, too."""
+        self.detail_ja, self.remedy_ja = detail, remedy
+        return self
 
 
 class NotFound(GatewayError):

@@ -32,6 +32,7 @@ class LeaseRefused(NotSent):
 
     kind = "lease"
     title = "It takes a lease"
+    title_ja = "リースが必要です"
     retryable = False
 
 
@@ -144,6 +145,9 @@ class Leases:
             raise LeaseRefused(
                 f"The token shown is not that of {held.id}; nothing was renewed.",
                 "Send the header Lease-Token with the token that came with the lease.",
+            ).in_japanese(
+                f"トークンが {held.id} のものではありません。更新していません。",
+                "リース取得時のトークンを Lease-Token ヘッダーで送信してください。",
             )
         held.until = self.clock() + held.ttl_s
         return self._told_to_holder(held)
@@ -223,17 +227,27 @@ class Leases:
             return LeaseRefused(
                 f"The token shown is of no lease on {part.address} that lasts; nothing was sent.",
                 "Take a lease again, if it is still wanted.",
+            ).in_japanese(
+                f"{part.address} に有効なリースのトークンではありません。何も送信していません。",
+                "必要であればリースを取り直してください。",
             )
         return LeaseRefused(
             f"{part.address} is moved and set with a lease only, and none is shown; nothing was sent.",
             "Take a lease by POST /leases, and send its token as Lease-Token. A stop needs none.",
+        ).in_japanese(
+            f"{part.address} の動作と設定にはリースが必要ですが、示されていません。何も送信していません。",
+            "POST /leases でリースを取得し、トークンを Lease-Token で送信してください。停止には不要です。",
         )
 
     def _is_leased(self, held: _Held) -> LeaseRefused:
+        rest_s = max(0.0, held.until - self.clock())
         return LeaseRefused(
-            f"{held.scope} is leased to {held.holder.name} for {max(0.0, held.until - self.clock()):.1f} s; "
-            "nothing was sent.",
+            f"{held.scope} is leased to {held.holder.name} for {rest_s:.1f} s; nothing was sent.",
             "Wait for the end of the lease, or let an admin take it over. A stop needs none.",
+        ).in_japanese(
+            f"{held.scope} は {held.holder.name} がリース中です（残り {rest_s:.1f} 秒）。"
+            "何も送信していません。",
+            "リースの終了を待つか、管理者が引き継いでください。停止にリースは不要です。",
         )
 
     # time
