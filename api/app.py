@@ -19,7 +19,7 @@ from api import (
     streams,
     system,
 )
-from api.bodies import groups, info, memories, moves, programs, text_commands
+from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
@@ -97,10 +97,11 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.access = Access(plant, credentials)
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
+    body_data = (settings, speed_sets, patterns)
     modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system)
     routers = [
         info.reads,
-        *(module.router for module in (*modules, programs, memories, leases, configuration)),
+        *(module.router for module in (*modules, programs, memories, *body_data, leases, configuration)),
     ]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []

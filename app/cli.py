@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from app import exits, journal, keys, moving, program, serving, setting_up, stopping, watching
+from app import exits, journal, keys, moving, plotting, program, serving, setting_up, stopping, watching
 
 app = typer.Typer(
     help="A network gateway for RORZE and DYNAX motion controllers. It is not a safety function.",
@@ -28,6 +28,7 @@ app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
 app.add_typer(keys.app, name="keys")
 app.add_typer(program.program, name="program")
+app.add_typer(plotting.plot, name="plot")
 
 
 @app.command()

@@ -42,11 +42,10 @@ class Memory:
         for intent in self._past.open_intents:
             detail = "The gateway has ended before this was known."
             self.journal.note(writes.ended(intent.id, time.time(), "unknown", detail))
-        begun = {move for intent in self._past.open_intents for move in intent.moves}
         for family in self._families:
             for moves in family.move_logs():
                 moves.on_change = self._keep_move
-            family.resume(records, begun)
+            family.resume(records, self._past.begun)
 
     async def close(self) -> None:
         """Write what waits; this life has ended well."""

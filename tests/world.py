@@ -40,6 +40,10 @@ class Immediate(Journal):
         self.disk.commit(entries, durable=True)
         await asyncio.sleep(DISK_S)
 
+    async def close(self) -> None:
+        self._end_well()
+        self.disk.close()
+
     async def rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:
         return self.disk.rows(sql, values)
 

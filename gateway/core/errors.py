@@ -56,6 +56,18 @@ class InvalidRequest(GatewayError):
     title = "The request is not valid"
 
 
+class Outdated(GatewayError):
+    """What was to be changed is no longer what its sender has read."""
+
+    kind = "precondition-failed"
+    title = "It has changed since it was read"
+
+    def __init__(self) -> None:
+        super().__init__(
+            "It is no longer what If-Match names; nothing was changed.", "Read it again, and decide anew."
+        )
+
+
 class Misplaced(NamedTuple):
     """What is wrong with a text, and where: line and column count from 1."""
 

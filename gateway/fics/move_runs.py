@@ -340,7 +340,10 @@ class MoveRun:
             self._move.end_cause = f"error_{code}"
             stands = self._motions.errors.latched
             text = stands if stands is not None and stands.code == code else None
-            self._advance(MoveStatus.FAILED, RobotFailed(self._move.robot_id, self._move.command, code, text))
+            failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
+            if self._finding().untouched():
+                failure.moved = "no"
+            self._advance(MoveStatus.FAILED, failure)
 
     async def _resolve(self, error: NoReply) -> None:
         """The line was lost in the middle: let the axes tell, where they can prove it."""

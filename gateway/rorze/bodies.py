@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, Literal, NamedTuple, TypeVar, cast
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
@@ -12,6 +12,7 @@ from gateway.core.move_record import Move
 from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
+from gateway.rorze.flash_state import FlashState
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.mark import Mark
 from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
@@ -19,10 +20,11 @@ from gateway.rorze.readings import believed, errs
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import Refusal
+from protocols.rorze.modes import GetOperatingMode, OperatingMode, SetOperatingMode
 from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
 from protocols.rorze.programs import EndProgram, ProgramStatus, RunProgram, StepProgram
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import ModeName, RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
     ControllerStatus,
@@ -42,6 +44,14 @@ NO_PROGRAM_S = 120.0
 """That no program runs is believed for so long: an autostart after a short loss of power may be unseen."""
 BELIEVED_S = 0.5
 """Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
+
+
+CountedIn = Literal["pulses", "encoder_counts"]
+
+
+def counted_in(mode: ModeName | None) -> CountedIn:
+    """What positions and amounts are counted in (RC-420 manual 13.1)."""
+    return "encoder_counts" if mode == "encoder" else "pulses"
 
 
 class MotorState(NamedTuple):
@@ -68,14 +78,19 @@ class Body:
     scale: Scale | None = None
     position_tolerance: int = 0
     """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
+    in_position: bool = False
+    """In servo mode a move has succeeded when INP is on."""
     poll_interval_s: float = 0.2
     """While it has a move, its state is asked for this often."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
     """Told of what it is seen to do by itself: the kind of event, and its data."""
     power: Power = field(default_factory=Power)
+    flash: FlashState = field(default_factory=FlashState)
     mark: Mark = field(init=False)
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
+    changing: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held while its settings are being changed."""
     look_due: asyncio.Event = field(default_factory=asyncio.Event)
     """Its state is to be read now, not at the next poll."""
     rest: MotorState | None = None
@@ -84,6 +99,8 @@ class Body:
     status_bits: int | None = None
     position: int | None = None
     position_at: float | None = None
+    mode: ModeName | None = None
+    """Its operating mode; None where it may have changed since it was read."""
     told: int = 0
     """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
     no_program_at: float | None = None
@@ -151,7 +168,7 @@ class Body:
         outcome = await future
         self.was_told(command)
         if isinstance(outcome, NoReply):
-            self.power.note_done(command)
+            self.perhaps_did(command)
         answered = answer_or_raise(self.address, command, outcome)
         reply = reply_of(self.number, command, answered, self.address)
         self.heard(command, reply, answered.at)
@@ -171,6 +188,15 @@ class Body:
         if self.rest is not None:
             await self._weigh(state, lane, answer.at)
         return state
+
+    async def know_mode(self) -> ModeName:
+        """Its operating mode, which is asked for where it is not known (EAD).
+
+        :raises GatewayError: it did not tell.
+        """
+        if self.mode is None:
+            return (await self.ask(GetOperatingMode()))[0].mode
+        return self.mode
 
     async def where_it_rests(self) -> MotorState:
         """Give the state it was seen at rest in a moment ago; otherwise look: it may run.
@@ -257,7 +283,9 @@ class Body:
         return at is not None and asyncio.get_running_loop().time() - at < NO_PROGRAM_S
 
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
-        self.no_program_at = None
+        if kind == "body.power_cycled":
+            self.flash.note_power_on(certain=bool(facts["certain"]))
+        self.no_program_at = self.mode = None
         self.look_due.set()
         self.on_news(kind, facts)
 
@@ -279,11 +307,16 @@ class Body:
 
         What was read before it was written is heard in between, and is undone by the second time.
         """
-        if command.effect is Effect.READ or isinstance(command, SetUserComment):
+        if command.effect is Effect.READ:
+            return
+        self.flash.note_told(command, is_known=command.code in COMMANDS)
+        if isinstance(command, SetUserComment):
             return
         self.told += 1
         self.rest = None
         self.power.note_told(command)
+        if isinstance(command, SetOperatingMode):
+            self.mode = None
         if isinstance(command, RENAMING):
             self.position = self.position_at = None
             self.look_due.set()
@@ -309,13 +342,22 @@ class Body:
         elif isinstance(reply, ControllerStatus) and command == _RUNS:
             self._saw_motion(bool(reply.on))
 
+    def perhaps_did(self, command: RorzeCommand[Any]) -> None:
+        """Note what may have been done without a reply."""
+        self.power.note_done(command)
+        self.flash.note_done(command, certain=False)
+
     def _was_done(self, command: RorzeCommand[Any]) -> None:
         self.power.note_done(command)
+        self.flash.note_done(command, certain=True)
         if isinstance(command, SetPosition):
             self.power.note_position_set(command)
 
     def _saw_setting(self, question: RorzeCommand[Any], reply: Reply) -> None:
         self.power.note_read(question, reply)
+        self.flash.note_read(question, reply)
+        if isinstance(reply, OperatingMode):
+            self.mode = reply.mode
         if self.power.changed is not None:
             self.look_due.set()
 
@@ -380,7 +422,7 @@ class Body:
     def out_of_sight(self) -> None:
         """What was moving counts as moving, what stood still may move, and nobody can look."""
         self.moving = self.moving or None
-        self.rest = self.no_program_at = None
+        self.rest = self.no_program_at = self.mode = None
         self.power.mark_due = True
 
     def fell_silent(self) -> None:
@@ -472,7 +514,7 @@ class Group:
             if isinstance(result, Reply):
                 member.heard(command, result, answered.at)
             elif isinstance(result, NoReply):
-                member.power.note_done(command)
+                member.perhaps_did(command)
         return results
 
     def _were_told(self, command: RorzeCommand[Any]) -> None:
@@ -483,7 +525,7 @@ class Group:
         """Note what may have been done without a reply."""
         if isinstance(outcome, NoReply):
             for member in self.members:
-                member.power.note_done(command)
+                member.perhaps_did(command)
         return outcome
 
 

@@ -63,6 +63,8 @@ class Body(Table):
     """Pulses by which a move may miss its target in encoder mode, where the motor need not stop exactly at it
     (RC-420 manual 13.7.5)."""
 
+    in_position: bool = False
+    """INP of a servo drive is wired: in servo mode a move has succeeded when that is on (17.4)."""
     power_comment: Annotated[int, PlainValidator(_check_comment)] = 7
     """User comment (9VS), 1-7, in which a mark tells that the power was kept; 0 or false: none."""
     needs_origin: bool = True

@@ -1,5 +1,6 @@
 """Refusals of bodies and of the link master."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from gateway.core.errors import CommandGarbled, ControllerRefused, GatewayError
@@ -42,4 +43,28 @@ class SaveUncertain(GatewayError):
         super().__init__(
             f"{address} has lost its power before or while it wrote its program to flash memory.",
             "Upload it again before it is run.",
+        )
+
+
+class TakenOtherwise(GatewayError):
+    """A setting was acknowledged, and the body tells another value afterwards."""
+
+    kind = "taken-otherwise"
+    title = "Sent, but not done"
+    retryable = True
+
+
+class PartlyDone(GatewayError):
+    """Some of several settings were changed, the rest were not."""
+
+    kind = "partly-done"
+    title = "Only some of it was changed"
+
+    def __init__(self, address: str, done: Sequence[str], left: Sequence[str], cause: GatewayError) -> None:
+        failed, *others = left
+        rest = f" {', '.join(others)} was not sent." if others else ""
+        super().__init__(
+            f"{address} took {', '.join(done)}; then {failed} was not done: {cause.detail}{rest} Nothing "
+            "moved because of it.",
+            "Read what is set now, and change the rest.",
         )

@@ -71,6 +71,13 @@ class EndFrame(EventData):
     cause: int = Field(description="The byte of 9MD, 0 after a normal end.")
 
 
+class SettingsNews(EventData):
+    """What of its settings, speed sets or patterns is otherwise now."""
+
+    commands: list[str] = Field(description="What was sent and read back, in order, without frames.")
+    saved: bool = Field(description="Whether all its settings were written to flash memory then (FIS).")
+
+
 class Strangers(EventData):
     """Bodies that have obeyed a command to a group, and are no members of it."""
 
@@ -122,6 +129,7 @@ BODIES = (
     ),
     EventType("body.program.started", BODY, ProgramRun, "the gateway has started its user program"),
     EventType("body.program.ended", BODY, ProgramRun, "that program has ended, or nobody knows: `status`"),
+    EventType("body.settings.changed", BODY, SettingsNews, "settings were changed by one of its documents"),
     EventType("body.left_moving", BODY, LeftMoving, "the gateway ends, and it moves as far as is known"),
 )
 

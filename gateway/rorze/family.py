@@ -118,6 +118,7 @@ class Rorze(Family):
                 it.name or "",
                 it.units,
                 position_tolerance=it.position_tolerance,
+                in_position=it.in_position,
                 poll_interval_s=table.poll_interval_s,
                 power=Power(it.power_comment, it.needs_origin),
             )

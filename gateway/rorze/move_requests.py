@@ -33,6 +33,7 @@ _HOME: Final[dict[str, MotionRow]] = {
     "fast_then_stop": origin.HomeFastThenStop,
     "fast_then_decelerate": origin.HomeFastThenDecelerate,
     "rc204": origin.HomeLikeRc204,
+    "centre_stall_dog": origin.CentreStallDog,
 }
 
 
@@ -98,11 +99,15 @@ class AbsoluteMoveRequest(
 
 
 class HomeRequest(_MoveRequest, json_schema_extra=example(kind="home")):
-    """Search the origin (RC-420 manual 13.5)."""
+    """Search the origin (RC-420 manual 13.5), or the centre of the stall dog after that (13.6.2)."""
 
     kind: Literal["home"]
-    method: Literal["standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204"] = Field(
-        default="standard", description="Commands 00M, 01M, 02M, 03M and 04M, in this order."
+    method: Literal[
+        "standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204", "centre_stall_dog"
+    ] = Field(
+        default="standard",
+        description="Commands 00M, 01M, 02M, 03M, 04M and 0QM, in this order. 0QM goes to the nearest dog, "
+        "and makes no body `homed`.",
     )
 
     def command(self, _: Scale | None) -> RorzeCommand[Any]:

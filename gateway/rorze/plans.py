@@ -87,7 +87,7 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     if target is None or not isinstance(command, RelativeMove | AbsoluteMove):
         planned.note = "How far it goes is only known when it is done."
         return planned
-    planned.distance = await _pulses(body, abs(target - position.pulses))
+    planned.distance = round(abs(target - position.pulses) * await pulses_per_count(body))
     try:
         profile = await _profile(body, command, planned.distance)
     except (ProfileError, ControllerRefused) as error:
@@ -117,13 +117,16 @@ async def _amount(body: Body, value: int | PositionReference | str, lane: Lane) 
     return None
 
 
-async def _pulses(body: Body, amount: int) -> int:
-    """An amount as the operating mode counts it, in pulses put out: encoder mode counts encoder steps."""
+async def pulses_per_count(body: Body) -> float:
+    """How many pulses are put out for one of what the operating mode counts: encoder mode counts its steps.
+
+    :raises GatewayError: it was not read.
+    """
     mode, _ = await body.ask(GetOperatingMode())
     if mode.mode != "encoder":
-        return amount
+        return 1.0
     ratio, _ = await body.ask(GetEncoderRatio())
-    return round(amount * ratio.ratio)
+    return ratio.ratio
 
 
 async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:

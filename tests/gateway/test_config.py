@@ -116,7 +116,7 @@ def test_a_configuration_cannot_be_changed() -> None:
             'name = "旋回"',
             "zzz = 1",
             "16: lines[0].bodies[1].zzz: unknown key; known are id, name, units, position_tolerance, "
-            "power_comment, needs_origin",
+            "in_position, power_comment, needs_origin",
         ),
     ],
 )

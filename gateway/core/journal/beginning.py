@@ -3,7 +3,7 @@
 import json
 import secrets
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
 from gateway.core.journal import writes
@@ -50,6 +50,8 @@ class Beginning(NamedTuple):
     events: Sequence[PastEvent]
     """The newest, without a hole, up to the last."""
     open_intents: Sequence[OpenIntent]
+    begun: frozenset[str] = frozenset()
+    """The moves that are not over, of which a command may have been written."""
 
 
 def begin(disk: Disk, most_events: int = 100_000, most_moves: int = 1000) -> Beginning:
@@ -74,6 +76,7 @@ def begin(disk: Disk, most_events: int = 100_000, most_moves: int = 1000) -> Beg
         moves=_moves(disk, most_moves),
         events=_events(disk, int(last), most_events),
         open_intents=_open_intents(disk),
+        begun=frozenset(_begun(disk)),
     )
     facts = {
         "epoch": found.epoch,
@@ -113,3 +116,12 @@ def _open_intents(disk: Disk) -> list[OpenIntent]:
         OpenIntent(intent_id, target, command, written_at is not None, (moves or "").split())
         for intent_id, target, command, written_at, moves in disk.rows(sql)
     ]
+
+
+def _begun(disk: Disk) -> Iterator[str]:
+    """Whatever their records say: those were written without waiting for the disk."""
+    sent = "SELECT 1 FROM intents WHERE {} AND coalesce(outcome, '') != 'not_sent' LIMIT 1"
+    for (move_id,) in disk.rows("SELECT id FROM moves WHERE final = 0"):
+        alone = disk.rows(sent.format("move_id = ?"), (move_id,))
+        if alone or disk.rows(sent.format("move_id LIKE ?"), (f"%{move_id}%",)):
+            yield move_id

@@ -76,6 +76,7 @@ async def test_no_request_waits_longer_than_a_minute(stand: Stand) -> None:
         ({"kind": "home", "method": "fast_then_stop"}, "&3F02M"),
         ({"kind": "home", "method": "fast_then_decelerate"}, "&3F03M"),
         ({"kind": "home", "method": "rc204"}, "&3F04M"),
+        ({"kind": "home", "method": "centre_stall_dog"}, "&3F0QM"),
     ],
 )
 def test_validate_only_answers_the_exact_bytes_and_moves_nothing(move: dict[str, object], frame: str) -> None:

@@ -99,6 +99,7 @@ def test_the_next_life_knows_how_the_last_one_ended(tmp_path: Path) -> None:
     assert second.moves == ["{0}", "{1}"]
     assert second.events == [("line.up", "/lines/a", "{6}"), ("line.down", "/lines/a", "{7}")]
     assert second.open_intents == [OpenIntent("i1", "a.3F", "home", written=True, moves=["m1", "m2"])]
+    assert second.begun == {"m1"}
     assert second.earlier == {first.epoch: 7}
     assert second.epoch != first.epoch
     disk.commit([writes.meta("clean", "1")], durable=True)
