@@ -6,7 +6,9 @@ from datetime import datetime
 from typing import Final, NamedTuple
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.rights import Right
 from gateway.core.trace_filter import TraceFilter
+from gateway.operations.caller import require
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from transports.trace import Record, TraceEntry
@@ -46,6 +48,7 @@ async def newest(
     plant: Plant, line_id: str, passing: TraceFilter, last: int, since: datetime | None
 ) -> list[TraceEntry]:
     """Give the newest records of a line that pass, oldest first."""
+    require(plant, Right.VIEW, line_id)
     recorder = plant.recorders[line_id]
     records = recorder.records(since)
     return await asyncio.to_thread(lambda: _formatted(list(passing.pass_on(records))[-last:]))
@@ -55,6 +58,7 @@ async def follow(
     plant: Plant, line_id: str, passing: TraceFilter, after: int | None
 ) -> AsyncIterator[News | None]:
     """Tell records as they come, until the gateway ends; None where there was nothing to tell for a while."""
+    require(plant, Right.VIEW, line_id)
     recorder = plant.recorders[line_id]
     number = recorder.recorded if after is None else min(after, recorder.recorded)
     while not plant.events.closed:
