@@ -107,6 +107,7 @@ GET       /commands                                      view     any
 GET       /metrics                                       view     plant
 POST      /tickets                                       view     any
 GET       /system/posture                                view     any
+GET       /system/identity                               view     any
 GET       /livez                                         open     any
 GET       /readyz                                        open     any
 GET       /version                                       open     any
@@ -114,6 +115,7 @@ GET       /sign-in                                       open     any
 POST      /sign-in                                       open     any
 POST      /sign-out                                      view     any
 GET       /                                              view     any
+GET       /assets/{name}                                 view     any
 GET       /docs                                          view     any
 GET       /redoc                                         view     any
 GET       /openapi.json                                  view     any
