@@ -973,6 +973,17 @@ class HomeRequest(TypedDict):
     """Commands 00M, 01M, 02M, 03M and 04M, in this order. Left out: standard."""
 
 
+class Identity(TypedDict):
+    """Who asks, and what they may do."""
+
+    name: str
+    """The name of the key, or of the person; `everybody` where no key is needed."""
+    role: Role
+    rights: list[Right]
+    scope: list[str] | None
+    """The lines, bodies, groups and robots that the key is for; null means all."""
+
+
 class InvalidField(TypedDict):
     """What is wrong with one part of the request."""
 
@@ -2757,6 +2768,12 @@ MoveStatus: TypeAlias = Literal[
 
 
 Retry: TypeAlias = Literal["read", "setting", "conditional", "never", "stop"]
+
+
+Right: TypeAlias = Literal["open", "view", "stop", "operate", "setup", "admin"]
+
+
+Role: TypeAlias = Literal["viewer", "operator", "setup", "admin"]
 
 
 WhenAnswered: TypeAlias = Literal["always", "on_completion", "at_once"]
