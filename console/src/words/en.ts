@@ -221,7 +221,7 @@ export const en = {
     state: "Sensors and status",
     sensorsOf: "Sensors",
     statusOf: "Status",
-    readStatus: "Read every second while this page is open.",
+    readStatus: "Read every two seconds while this page is open.",
     noStatus: "Not read yet.",
     clearStatus: "Clear status",
     clearStall: "Clear STALL",

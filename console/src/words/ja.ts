@@ -222,7 +222,7 @@ export const ja: typeof en = {
     state: "センサと状態",
     sensorsOf: "センサ",
     statusOf: "状態",
-    readStatus: "このページを開いている間、毎秒読み出します。",
+    readStatus: "このページを開いている間、2 秒ごとに読み出します。",
     noStatus: "未読です。",
     clearStatus: "状態をクリア",
     clearStall: "脱調をクリア",
