@@ -1,0 +1,259 @@
+"""The console as an operator uses it, in a real browser."""
+
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from time import monotonic
+
+import httpx
+import pytest
+from playwright.sync_api import expect
+
+from tests.console.browser import Console, Plant, plant_in
+from tests.e2e.processes import until
+
+Open = Callable[..., Console]
+
+PAGES = ("#/", "#/axis/line1.3F", "#/robot/r1", "#/program/line1.3F", "#/events", "#/wire/line1", "#/system")
+TITLES = {
+    "en": ("Plant", "line1.3F", "r1", "Program", "Events and alarms", "Wire", "System"),
+    "ja": ("設備", "line1.3F", "r1", "プログラム", "イベントとアラーム", "通信", "システム"),
+}
+FAR = 2_000_000
+
+
+def moves(plant: Plant, body: str = "3F") -> bool:
+    return bool(plant.gateway.get(f"/bodies/{body}/status")["moving"])
+
+
+@pytest.mark.parametrize(("language", "colours"), [("en", "light"), ("ja", "dark")])
+def test_every_page_speaks_the_language_and_has_no_serious_fault(
+    plant: Plant, open_console: Open, language: str, colours: str
+) -> None:
+    console = open_console(plant.url, "#/", language, colours)
+    for path, title in zip(PAGES, TITLES[language], strict=True):
+        console.go(path)
+        expect(console.page.get_by_role("heading", level=1)).to_contain_text(title)
+        assert console.page.locator("html").get_attribute("lang") == language
+        assert console.faults() == [], path
+
+
+def test_a_tile_follows_a_move_from_its_start_to_its_end(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    tile = console.page.get_by_role("link", name="line1.3F")
+    expect(tile).to_contain_text("stands still")
+    move = plant.gateway.moving("3F", 100_000)
+    expect(tile).to_contain_text("moves")
+    expect(tile.get_by_role("progressbar")).to_be_visible()
+    ended = plant.gateway.ended("3F", move["id"])
+    expect(tile).to_contain_text("relative: succeeded")
+    expect(tile).to_contain_text(f"{ended['position']:,}".replace(",", "\u202f"))
+
+
+def test_groups_are_frames_round_their_members(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    group = console.page.get_by_role("group", name="Group line1.80")
+    expect(group.get_by_role("link")).to_have_count(2)
+
+
+def test_escape_stops_everything_even_in_a_field(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F")
+    plant.gateway.moving("3F", FAR)
+    console.page.get_by_label("Target (pulse)").focus()
+    console.page.keyboard.press("Escape")
+    console.shows("Everything stands still: 4 confirmed")
+    assert not moves(plant)
+
+
+def test_space_stops_outside_fields_and_writes_a_blank_in_them(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/events")
+    console.page.get_by_label("Contains").press("Space")
+    plant.gateway.moving("3F", FAR)
+    assert moves(plant)
+    pause = console.button("Pause")
+    pause.focus()
+    console.page.keyboard.press("Space")
+    console.shows("Everything stands still")
+    expect(pause).to_be_visible()
+    assert not moves(plant)
+
+
+def test_a_stop_is_heard_while_the_page_is_busy(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/wire/line1")
+    plant.gateway.moving("3F", FAR)
+    console.page.evaluate("""() => setInterval(() => {
+        const until = performance.now() + 100;
+        while (performance.now() < until);
+        for (let n = 0; n < 3; n++) fetch("lines/line1/trace?last=5000");
+    }, 110)""")
+    began = monotonic()
+    console.page.keyboard.press("Escape")
+    until(lambda: plant.line.executed("0MS") or not moves(plant), "the motor is stopped")
+    assert monotonic() - began < 3
+    console.shows("Everything stands still")
+
+
+def test_a_motor_is_stepped_sent_to_a_place_and_homed(plant: Plant, open_console: Open) -> None:
+    plant.gateway.http.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"}).raise_for_status()
+    console = open_console(plant.url, "#/axis/line1.3F")
+    place = console.page.locator(".big b")
+    console.button("1000").click()
+    console.button("Step +1000 pulse").click()
+    expect(place).to_have_text("1\u202f000")
+    expect(console.button("Go")).to_have_attribute("aria-disabled", "true")
+    console.page.get_by_label("Target (pulse)").fill("-250")
+    console.button("Go").click()
+    expect(place).to_have_text("-250")
+    console.page.get_by_role("button", name="Home", exact=True).click()
+    console.shows("homing")
+    expect(console.page.get_by_role("row", name="homing").first).to_contain_text("moves")
+
+
+def test_what_a_button_sends_can_be_copied_as_curl(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F")
+    before = plant.line.truth("move")
+    console.button("Copy as curl: Step +100 pulse").click()
+    console.shows("Copied")
+    _, _, method, url, _, header, _, body = shlex.split(
+        console.page.evaluate("navigator.clipboard.readText()")
+    )
+    assert plant.line.truth("move") == before
+    name, value = header.split(": ")
+    answer = httpx.request(method, url, content=body, headers={name: value})
+    assert answer.status_code == 202
+    assert answer.json()["frame"] == "&3F1+M100\\r"
+
+
+def test_a_robot_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/robot/r1")
+    console.page.get_by_role("button", name="Home", exact=True).click()
+    until(lambda: robot_x(plant) is not None, "the robot is homed")
+    for hold, release in ((press_mouse, release_mouse), (press_key, release_key)):
+        start = robot_x(plant)
+        hold(console)
+        until(lambda start=start: robot_x(plant) > start, "the axis jogs")  # type: ignore[misc,operator]
+        release(console)
+        until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the axis stands still")
+    expect(console.page.locator(".notices .bad")).to_have_count(0)
+
+
+def robot_x(plant: Plant) -> float | None:
+    place = plant.gateway.http.get("/robots/r1/units/1/position")
+    value = place.json()["axes"]["X"]["value"] if place.is_success else None
+    return None if value is None else float(value)
+
+
+def press_mouse(console: Console) -> None:
+    expect(console.button("Jog X+, hold")).to_have_attribute("aria-disabled", "false")
+    console.button("Jog X+, hold").hover()
+    console.page.mouse.down()
+
+
+def release_mouse(console: Console) -> None:
+    console.page.mouse.up()
+
+
+def press_key(console: Console) -> None:
+    expect(console.button("Jog X+, hold")).to_have_attribute("aria-disabled", "false")
+    console.button("Jog X+, hold").focus()
+    console.page.keyboard.down("Enter")
+
+
+def release_key(console: Console) -> None:
+    console.page.keyboard.up("Enter")
+
+
+def test_a_jog_ends_with_the_page(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/robot/r1")
+    until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the robot stands still")
+    press_mouse(console)
+    until(lambda: plant.gateway.get("/robots/r1")["moving"], "the axis jogs")
+    console.page.close(run_before_unload=False)
+    until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the axis stands still")
+
+
+def test_a_page_that_is_loaded_in_the_middle_of_a_move_knows_it(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F")
+    plant.gateway.moving("3F", FAR)
+    expect(console.page.get_by_role("progressbar")).to_be_visible()
+    console.page.reload()
+    expect(console.page.get_by_role("progressbar")).to_be_visible()
+    console.shows("moves")
+    console.page.locator("main").get_by_role("button", name="Stop", exact=True).click()
+    expect(console.page.get_by_role("row", name="relative").first).to_contain_text("stopped")
+
+
+def test_after_the_gateway_is_gone_nothing_pretends_to_be_fresh(
+    tmp_path: Path, open_console: Open
+) -> None:
+    with plant_in(tmp_path) as plant:
+        lose_and_find(plant, open_console)
+
+
+def lose_and_find(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F")
+    plant.gateway.moving("3F", FAR)
+    console.shows("moves")
+    plant.gateway.kill()
+    console.shows("No connection to the gateway. What is shown is from")
+    console.shows("as last known")
+    expect(console.page.get_by_role("progressbar")).to_have_count(0)
+    console.button("Step +100 pulse").click(force=True)
+    console.shows("There is no connection to the gateway.")
+    console.page.keyboard.press("Escape")
+    console.shows("THE STOP DID NOT GET THROUGH. Use the hardware stop.")
+    plant.gateway.start()
+    plant.gateway.wait_until_ready()
+    expect(console.page.locator(".banner")).to_have_count(0)
+    expect(console.page.locator(".connection .good")).to_be_visible()
+    console.page.keyboard.press("Escape")
+    console.shows("Everything stands still")
+
+
+def test_faults_of_a_program_are_marked_and_a_good_one_runs(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/program/line1.01")
+    editor = console.page.get_by_label("Source")
+    editor.fill("*UP\n1+M500\nJMP *DOWN\nEND")
+    console.button("Upload").click()
+    console.shows("Line 3:")
+    expect(console.page.locator(".cm-lint-marker-error")).to_have_count(1)
+    editor.fill("*UP\n1+M500\nJON MT, +0\nWAT 300\nEND")
+    console.button("Upload").click()
+    console.shows("RAM holds the program: 5 instructions, read back.")
+    console.button("Run").click()
+    console.shows("Runs, at line 4")
+    expect(console.page.locator(".running")).to_have_text("WAT 300")
+    console.page.keyboard.press("Escape")
+    console.shows("Does not run. Last end: stopped")
+
+
+def test_the_wire_shows_what_a_frame_means_and_who_asked(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/wire/line1")
+    plant.gateway.command("00", "get-information", comment_number=1)
+    console.page.get_by_label("Contains").fill("&009VD1")
+    row = console.page.locator("tbody tr").last
+    expect(row).to_contain_text("00 · ")
+    expect(row).to_contain_text("http 127.0.0.1")
+
+
+def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/events")
+    plant.line.tell("POST", "/bodies/00/brown-outs", for_s=0.05)
+    there = {"kind": "absolute", "position": {"value": 5, "unit": "pulse"}}
+    until(
+        lambda: plant.gateway.http.post("/bodies/00/moves", json=there).json().get("detail"),
+        "a move is refused",
+    )
+    console.shows("has lost its power")
+    console.button("Acknowledge the loss of power").click()
+    console.shows("Nothing needs attention.")
+    console.page.get_by_label("Type").fill("body.power_cycle")
+    expect(console.page.locator("tbody tr").first).to_contain_text("body.power_cycle.acknowledged")
+
+
+def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/events")
+    console.button("Read what happened before").click()
+    console.shows("This is all that the gateway still has.")
+    console.page.get_by_label("Type").fill("line.up")
+    expect(console.page.locator("tbody tr").first).to_contain_text("line: up")
