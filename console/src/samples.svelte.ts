@@ -3,6 +3,7 @@
 import { type Event, gateway } from "./gateway.ts";
 import { Live } from "./live.ts";
 import { plant } from "./plant.svelte.ts";
+import { every } from "./reading.ts";
 
 export interface Sample {
   pulses: number;
@@ -82,19 +83,12 @@ class Samples {
 
   /** A gateway without live values is asked for one motor's position only. */
   #poll(one?: string): () => void {
-    if (!one) return () => undefined;
-    const timer = setInterval(() => void this.#ask(one), POLL_MS);
-    return () => clearInterval(timer);
+    return one ? every(POLL_MS, () => this.#ask(one)) : () => undefined;
   }
 
   async #ask(body_id: string): Promise<void> {
-    if (document.hidden || !plant.fresh) return;
-    try {
-      const { data } = await gateway.http.GET("/bodies/{body_id}/position", { params: { path: { body_id } } });
-      if (data) this.#note(body_id, data.pulses, body_id);
-    } catch {
-      // The connection, or the alarm of the body, tells why.
-    }
+    const { data } = await gateway.http.GET("/bodies/{body_id}/position", { params: { path: { body_id } } });
+    if (data) this.#note(body_id, data.pulses, body_id);
   }
 }
 

@@ -81,7 +81,7 @@ class Console:
 
     def shows(self, text: str) -> None:
         """Wait until the page says something."""
-        expect(self.page.get_by_text(text).first).to_be_visible()
+        expect(self.page.get_by_text(text).filter(visible=True).first).to_be_visible()
 
     def faults(self) -> list[str]:
         """Give what axe finds serious."""
