@@ -128,13 +128,17 @@ def test_a_robot_jogs_while_the_button_is_held(plant: Plant, open_console: Open)
     console = open_console(plant.url, "#/robot/r1")
     console.page.get_by_role("button", name="Home", exact=True).click()
     until(lambda: robot_x(plant) is not None, "the robot is homed")
-    for hold, release in ((press_mouse, release_mouse), (press_key, release_key)):
-        start = robot_x(plant)
-        hold(console)
-        until(lambda start=start: robot_x(plant) > start, "the axis jogs")  # type: ignore[misc,operator]
-        release(console)
-        until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the axis stands still")
+    jogged(plant, lambda: press_mouse(console), lambda: console.page.mouse.up())
+    jogged(plant, lambda: press_key(console), lambda: console.page.keyboard.up("Enter"))
     expect(console.page.locator(".notices .bad")).to_have_count(0)
+
+
+def jogged(plant: Plant, hold: Callable[[], None], release: Callable[[], None]) -> None:
+    start = robot_x(plant) or 0
+    hold()
+    until(lambda: (robot_x(plant) or 0) > start, "the axis jogs")
+    release()
+    until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the axis stands still")
 
 
 def robot_x(plant: Plant) -> float | None:
@@ -149,18 +153,10 @@ def press_mouse(console: Console) -> None:
     console.page.mouse.down()
 
 
-def release_mouse(console: Console) -> None:
-    console.page.mouse.up()
-
-
 def press_key(console: Console) -> None:
     expect(console.button("Jog X+, hold")).to_have_attribute("aria-disabled", "false")
     console.button("Jog X+, hold").focus()
     console.page.keyboard.down("Enter")
-
-
-def release_key(console: Console) -> None:
-    console.page.keyboard.up("Enter")
 
 
 def test_a_jog_ends_with_the_page(plant: Plant, open_console: Open) -> None:
@@ -183,9 +179,7 @@ def test_a_page_that_is_loaded_in_the_middle_of_a_move_knows_it(plant: Plant, op
     expect(console.page.get_by_role("row", name="relative").first).to_contain_text("stopped")
 
 
-def test_after_the_gateway_is_gone_nothing_pretends_to_be_fresh(
-    tmp_path: Path, open_console: Open
-) -> None:
+def test_after_the_gateway_is_gone_nothing_pretends_to_be_fresh(tmp_path: Path, open_console: Open) -> None:
     with plant_in(tmp_path) as plant:
         lose_and_find(plant, open_console)
 
