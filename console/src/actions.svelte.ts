@@ -7,7 +7,7 @@ import {
   GatewayError,
   type Right,
   type Robot,
-  gateway,
+  patient,
 } from "./gateway.ts";
 import { plant } from "./plant.svelte.ts";
 import { named, words } from "./words/index.svelte.ts";
@@ -44,7 +44,7 @@ export const notices = new Notices();
 export async function perform(what: string, deed: Deed): Promise<unknown> {
   const { notices: said } = words();
   try {
-    const done = await deed(gateway);
+    const done = await deed(patient);
     notices.add(true, isUnderWay(done) ? said.started(what) : said.done(what));
     return done;
   } catch (error) {
@@ -63,7 +63,8 @@ export function tellFailure(what: string, error: unknown): void {
 }
 
 function isUnderWay(done: unknown): boolean {
-  const status = (done as Partial<AnyMove> | undefined)?.status;
+  const { data = done } = (done ?? {}) as { data?: unknown };
+  const status = (data as Partial<AnyMove> | undefined)?.status;
   return status !== undefined && ["queued", "sent", "moving", "running"].includes(status);
 }
 

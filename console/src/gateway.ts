@@ -20,18 +20,22 @@ export type Right = Identity["rights"][number];
 export const address = new URL(".", location.href).href.slice(0, -1);
 
 const TIMEOUT_S = 5;
+/** A backup of a full line takes minutes. */
+const LONGEST_S = 1800;
 
 function speaking(request: Request): Request {
   request.headers.set("Accept-Language", language.now);
   return request;
 }
 
-export const gateway = new Gateway({
-  url: address,
-  key: "",
-  timeout: TIMEOUT_S,
-  fetch: (request) => fetch(speaking(request as Request)),
-});
+function gatewayWithin(timeout: number): Gateway {
+  return new Gateway({ url: address, key: "", timeout, fetch: (request) => fetch(speaking(request as Request)) });
+}
+
+/** For what a page shows. */
+export const gateway = gatewayWithin(TIMEOUT_S);
+/** For what somebody has asked for. */
+export const patient = gatewayWithin(LONGEST_S);
 
 /** Something that the gateway is asked for. */
 export type Deed = (gateway: Gateway) => Promise<unknown>;

@@ -10,10 +10,12 @@ export interface Shown {
   pulses: string | undefined;
 }
 
+const GROUPED = new Intl.NumberFormat("en");
+
 /** Write a place of a body. */
 export function shown(body: Body, pulses: number | null): Shown {
   if (pulses === null) return { value: "–", unit: body.unit ?? "", pulses: undefined };
-  const whole = pulses.toLocaleString("en").replaceAll(",", "\u202f");
+  const whole = GROUPED.format(pulses).replaceAll(",", "\u202f");
   const scaled = scaledOf(body, pulses);
   if (scaled === undefined) return { value: whole, unit: "pulse", pulses: undefined };
   return { value: scaled.toFixed(decimals(body)), unit: body.unit ?? "", pulses: words().plant.pulses(whole) };

@@ -16,12 +16,11 @@ const OLD_MS = 3000;
 /** How often a gateway without live values is asked for one position. */
 const POLL_MS = 500;
 
-/** What came meanwhile is shown together. */
-const SHOW_MS = 100;
-
 class Samples {
   #pending: Record<string, Sample> = {};
   #showing: ReturnType<typeof setTimeout> | undefined;
+  /** What comes within this time is shown together. */
+  #gatherMs = 0;
   #newest = $state.raw<Record<string, Sample>>({});
   #supported = true;
   /** The samples of one motor, oldest first; not reactive, the plot looks when it draws. */
@@ -36,6 +35,7 @@ class Samples {
   /** Follow all motors, or one of them, so many times a second; gives how to end it. */
   follow(rate: number, one?: string): () => void {
     this.trail.length = 0;
+    this.#gatherMs = 1000 / rate;
     this.#newest = {};
     let end = this.#supported ? this.#listen(rate, one) : this.#poll(one);
     return () => end();
@@ -69,7 +69,7 @@ class Samples {
   #note(address: string, pulses: number, one?: string): void {
     const sample = { pulses, at: Date.now() };
     this.#pending[address] = sample;
-    this.#showing ??= setTimeout(() => this.#show(), SHOW_MS);
+    this.#showing ??= setTimeout(() => this.#show(), this.#gatherMs);
     if (address !== one) return;
     this.trail.push(sample);
     while (this.trail[0] && this.trail[0].at < sample.at - KEPT_MS) this.trail.shift();

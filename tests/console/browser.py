@@ -2,23 +2,29 @@
 
 import shutil
 import socket
+import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import httpx
 from playwright.sync_api import Locator, Page, expect
 
 from tests.console.console import CONSOLE
 from tests.e2e.processes import (
+    MOTION_GATEWAY,
     Gateway,
+    Program,
     SimulatedLine,
     SimulatedRobot,
     group_of,
     simulated_line,
+    until,
     write_config,
 )
+from tests.open_access import OPEN
 
 CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
 PATIENCE_MS: Final = 15_000
@@ -55,6 +61,40 @@ def plant_in(folder: Path) -> Iterator[Plant]:
         finally:
             gateway.end()
             robot.program.end()
+
+
+@dataclass
+class Guarded:
+    """A gateway that needs keys."""
+
+    line: SimulatedLine
+    url: str
+    data: Path
+
+    def key(self, name: str, *words: str) -> str:
+        """Make a key; the first word is its role."""
+        made = subprocess.run(  # noqa: S603
+            [MOTION_GATEWAY, "keys", "create", name, "--role", *words, "--data", self.data],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return made.stdout.strip()
+
+
+@contextmanager
+def guarded_in(folder: Path) -> Iterator[Guarded]:
+    """Run a gateway that needs keys, and end it with the block."""
+    with simulated_line(folder) as line:
+        config = write_config(line, "guarded")
+        config.write_text(config.read_text().replace(OPEN, ""))
+        program = Program(folder / "gateway.log", "serve", "--config", str(config), "--data", str(folder))
+        url = program.said(r"running on (http://[0-9.]+:\d+)")[1]
+        until(lambda: httpx.get(f"{url}/readyz").is_success, "the gateway is ready")
+        try:
+            yield Guarded(line, url, folder)
+        finally:
+            program.end()
 
 
 def free_port() -> int:

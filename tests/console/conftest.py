@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from tests.console.browser import CHROMIUM, Console, Plant, plant_in
+from tests.console.browser import CHROMIUM, Console, Guarded, Plant, guarded_in, plant_in
 from tests.e2e.conftest import no_program_outlives_its_tests, programs_words
 
 __all__ = ["no_program_outlives_its_tests", "programs_words"]
@@ -35,13 +35,28 @@ def plant(shared_plant: Plant) -> Iterator[Plant]:
     shared_plant.gateway.http.post("/stop")
 
 
+@pytest.fixture(scope="session")
+def shared_guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
+    with guarded_in(tmp_path_factory.mktemp("guarded")) as guarded:
+        yield guarded
+
+
+@pytest.fixture
+def guarded(shared_guarded: Guarded) -> Guarded:
+    """The gateway that needs keys."""
+    shared_guarded.line.begin_anew()
+    return shared_guarded
+
+
 @pytest.fixture
 def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
     """Open consoles; none may have said anything that nobody wanted to hear."""
     pages: list[Page] = []
     faults: list[str] = []
 
-    def open_(url: str, path: str = "", language: str = "en", colours: str = "light") -> Console:
+    def open_(
+        url: str, path: str = "", language: str = "en", colours: str = "light", key: str = ""
+    ) -> Console:
         context = browser.new_context(
             locale={"en": "en-GB", "ja": "ja-JP"}[language],
             color_scheme="dark" if colours == "dark" else "light",
@@ -53,6 +68,9 @@ def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
         page.on("console", lambda said: faults.append(said.text) if "Content Security" in said.text else None)
         pages.append(page)
         page.goto(f"{url}/{path}")
+        if key:
+            page.get_by_label("Key").fill(key)
+            page.get_by_role("button", name="Sign in").click()
         return Console(page)
 
     yield open_

@@ -9,7 +9,7 @@ import httpx
 import pytest
 from playwright.sync_api import expect
 
-from tests.console.browser import Console, Plant, plant_in
+from tests.console.browser import Console, Guarded, Plant, plant_in
 from tests.e2e.processes import until
 
 Open = Callable[..., Console]
@@ -251,3 +251,37 @@ def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open
     console.shows("This is all that the gateway still has.")
     console.page.get_by_label("Type").fill("line.up")
     expect(console.page.locator("tbody tr").first).to_contain_text("line: up")
+
+
+def test_who_may_not_move_is_told_so_and_may_stop(guarded: Guarded, open_console: Open) -> None:
+    console = open_console(guarded.url, key=guarded.key("visitor", "viewer"))
+    console.shows("visitor")
+    console.go("#/axis/line1.3F")
+    console.shows("Your role is viewer, and this takes the right “operate”.")
+    console.button("Step +100 pulse").click(force=True)
+    console.shows("Step +100 pulse: not done.")
+    assert guarded.line.executed("1+M") == []
+    console.page.keyboard.press("Escape")
+    console.shows("Everything stands still")
+    console.button("Copy as curl: Step +100 pulse").click()
+    console.shows("Copied")
+    assert "Bearer $MOTION_GATEWAY_KEY" in console.page.evaluate("navigator.clipboard.readText()")
+
+
+def test_a_key_for_one_body_sees_that_body_live(guarded: Guarded, open_console: Open) -> None:
+    console = open_console(guarded.url, key=guarded.key("cell", "operator", "--scope", "line1.01"))
+    console.shows("cell")
+    expect(console.page.locator("a.tile")).to_have_count(1)
+    console.go("#/axis/line1.01")
+    console.button("Step +100 pulse").click()
+    expect(console.page.locator(".big b")).to_have_text("100")
+
+
+def test_who_signs_out_cannot_go_on(guarded: Guarded, open_console: Open) -> None:
+    console = open_console(guarded.url, key=guarded.key("hanako", "operator"))
+    other = console.page.context.new_page()
+    other.goto(guarded.url)
+    Console(other).button("Sign out").click()
+    expect(other).to_have_title("Sign in to the motion gateway")
+    console.shows("You are signed out")
+    expect(console.page.get_by_role("link", name="Sign in")).to_be_visible()
