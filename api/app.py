@@ -6,18 +6,22 @@ from fastapi import FastAPI, HTTPException
 from starlette.middleware.cors import CORSMiddleware
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import catalogue, command_routes, health, lines, sign_in, stops, streams, system
-from api.bodies import groups, info, memories, moves, programs, text_commands
+from api import backups, catalogue, command_routes, health, lines, samples, sign_in, stops, streams, system
+from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
+from api.bodies import routes as bodies
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
+from api.common.repeats import REPLAYED, Repeats
 from api.common.routes import unguarded
 from api.common.security import SameSite
 from api.common.version import VERSION
 from api.console import pages as console
 from api.front import documents
 from api.robots import routes as robots
+from api.scaras import routes as scaras
 from gateway.access.credentials import Credentials
+from gateway.operations.keys import Keys
 from gateway.plant import Plant
 
 DESCRIPTION = """\
@@ -35,8 +39,10 @@ class Application(FastAPI):
 
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
-        plant: Plant = self.state.plant
-        return Proxies(request_ids.RequestIds(super().build_middleware_stack()), plant.config.server)
+        stack, plant = super().build_middleware_stack(), self.state.plant
+        if plant.journal is not None:
+            stack = Repeats(stack, Keys(plant, plant.journal), self.state.access)
+        return Proxies(request_ids.RequestIds(stack), plant.config.server)
 
     def openapi(self) -> dict[str, Any]:
         """Describe the routes, once, as generators of clients need it, and the key that they take."""
@@ -81,8 +87,9 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.state.access = Access(plant, credentials)
     app.state.metrics = health.metrics_of(plant)
     problems.install(app)
-    modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system)
-    routers = [info.reads, *(module.router for module in modules), programs.router, memories.router]
+    modules = [info, moves, samples, stops, groups, lines, streams, catalogue, text_commands, health, system]
+    modules += [programs, memories, settings, speed_sets, patterns, backups]
+    routers = [info.reads, *(module.router for module in modules), *scaras.routers(), *bodies.routers()]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []
         routers += command_routes.routers(type(family))
@@ -101,7 +108,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
             allow_origins=server.allowed_origins,
             allow_methods=["*"],
             allow_headers=["*"],
-            expose_headers=[request_ids.HEADER],
+            expose_headers=[request_ids.HEADER, REPLAYED],
         )
     app.add_middleware(SameSite, allowed_hosts=server.names, allowed_origins=server.allowed_origins)
     return app

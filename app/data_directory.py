@@ -1,4 +1,4 @@
-"""Where the gateway keeps what outlives it: its keys, and whatever else it writes down."""
+"""Where the gateway keeps what outlives it: its keys and its journal."""
 
 import os
 from pathlib import Path
@@ -18,7 +18,7 @@ def data_directory() -> Path:
 Data = Annotated[
     Path | None,
     typer.Option(
-        help="Where the gateway keeps its keys; left out, /var/lib/motion-gateway for root, otherwise "
-        "motion-gateway in $XDG_STATE_HOME or ~/.local/state."
+        help="Where the gateway keeps its keys and its journal; left out, /var/lib/motion-gateway for root, "
+        "otherwise motion-gateway in $XDG_STATE_HOME or ~/.local/state."
     ),
 ]

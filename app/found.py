@@ -69,6 +69,7 @@ def _bodies(line: FoundLine) -> Iterator[str]:
         yield '# name = "lift"'
         yield '# units = { unit = "mm", pulses_per_unit = 100.0 }'
         yield "# position_tolerance = 0       # pulses, in encoder mode"
+        yield "# in_position = true           # INP of a servo drive is wired"
 
 
 def _robot_table(robot: FoundRobot, number: int) -> str:

@@ -19,6 +19,7 @@ from app.door import Door
 from app.systemd import Watchdog, notify, watchdog_wanted
 from app.tls import Certificate
 from gateway.config import Config, Server
+from gateway.core.journal.opening import open_journal
 from gateway.plant import Plant
 
 log = logging.getLogger(__name__)
@@ -38,16 +39,18 @@ class CannotListen(OSError):
 async def serve(config: Config, data: Path) -> None:
     """Serve until SIGINT, SIGTERM or SIGHUP. What `on_exit` leaves moving runs on in the controllers.
 
-    `data` is where the keys are.
+    `data` is where the keys, the names and the journal are.
 
     :raises CannotListen: no line was opened.
     :raises ConfigError: nobody could be let in, or the certificate cannot be used; no line was opened.
+    :raises InUse, TooNew: the journal in `data` belongs to another gateway; no line was opened.
     """
     from api.app import create_app, make_documents
 
     door = Door(config, data)
     with _listener(config.server) as listener:
-        plant = Plant(config)
+        plant = Plant(config, journal=open_journal(data))
+        plant.names.keep_in(data)
         app = create_app(plant, door.credentials)
         make_documents(app)
         server = _Server(_uvicorn_config(app, config.server, door.certificate))

@@ -20,8 +20,6 @@ from app.exits import fail
 if TYPE_CHECKING:
     from gateway.config import Config
 
-DEMO_BODIES = (0x00, 0x01, 0x3F)
-
 
 def serve(
     config: Annotated[Path | None, typer.Option(help="The configuration file (TOML).")] = None,
@@ -34,17 +32,23 @@ def serve(
         fail("Say either --config FILE or --demo.", exits.USAGE)
     from app.server import CannotListen
     from gateway.config import ConfigError, load
+    from gateway.core.journal.disk import InUse
+    from gateway.core.journal.schema import TooNew
 
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
         given = data or data_directory()
-        serving = _serve(_on_port(load(config), port), given) if config else _serve_demo(port)
+        serving = _serve(_on_port(load(config), port), given) if config else _serve_demo(port, data)
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
     except ConfigError as error:
         fail(str(error), exits.CONFIG)
     except CannotListen as error:
         fail(str(error), exits.NOT_SENT)
+    except InUse as error:
+        fail(f"The journal is in use: {error}. No line was opened.", exits.NOT_SENT)
+    except TooNew as error:
+        fail(f"The journal is of a later version: {error}. No line was opened.", exits.NOT_SENT)
 
 
 async def _serve(config: "Config", data: Path) -> None:
@@ -53,30 +57,17 @@ async def _serve(config: "Config", data: Path) -> None:
     await run_server(config, data)
 
 
-async def _serve_demo(port: int | None) -> None:
+async def _serve_demo(port: int | None, data: Path | None) -> None:
     """Serve a simulated line and a simulated robot that run in this very process."""
+    from app.demo import BODIES, demo_config
     from simulator.cli import start_demo_line, start_demo_robot
 
     with TemporaryDirectory(prefix="motion-gateway-") as folder:
         line_path, robot_path = Path(folder) / "line1", Path(folder) / "cell1"
         async with AsyncExitStack() as stack:
-            stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path).aclose)
+            stack.push_async_callback(start_demo_line(BODIES, line_path).aclose)
             stack.push_async_callback(start_demo_robot(robot_path).aclose)
-            await _serve(_on_port(_demo_config(line_path, robot_path), port), Path(folder))
-
-
-def _demo_config(line_path: Path, robot_path: Path) -> "Config":
-    from gateway.config import Config
-
-    bodies = [{"id": f"{body:02X}"} for body in DEMO_BODIES]
-    line = {"id": "line1", "address": f"serial://{line_path}?baud=9600", "bodies": bodies}
-    units = [
-        {"number": 1, "axes": ["X", "Y", "Z"], "motor_axes": ["A", "B", "Z"]},
-        {"number": 2, "axes": ["X", "Y", "Z"]},
-    ]
-    robot = {"id": "r1", "units": units}
-    cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
-    return Config.model_validate({"access": {"mode": "open"}, "lines": [line, cell]})
+            await _serve(_on_port(demo_config(line_path, robot_path), port), data or Path(folder) / "data")
 
 
 def _on_port(config: "Config", port: int | None) -> "Config":

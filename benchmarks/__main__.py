@@ -14,6 +14,7 @@ from benchmarks import (
     first_byte,
     http_read,
     line_use,
+    live_values,
     move_cost,
     stop_latency,
 )
@@ -31,6 +32,7 @@ class Benchmark(StrEnum):
     CROWD = "crowd"
     FAN_OUT = "fan-out"
     MOVE_COST = "move-cost"
+    LIVE_VALUES = "live-values"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -42,6 +44,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.CROWD: crowd.run,
     Benchmark.FAN_OUT: fan_out.run,
     Benchmark.MOVE_COST: move_cost.run,
+    Benchmark.LIVE_VALUES: live_values.run,
 }
 
 

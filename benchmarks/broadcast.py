@@ -53,7 +53,7 @@ async def main(config: Path, bare_port: int, count: int, seconds: float) -> None
     loop, hub, bare = asyncio.get_running_loop(), EventHub(), Broadcast()
     await loop.create_server(lambda: bare, "127.0.0.1", bare_port)
     with patch("gateway.plant.EventHub", lambda: hub):
-        serving = asyncio.create_task(serve(load(config), config.parent))
+        serving = asyncio.create_task(serve(load(config), config.with_suffix(".data")))
         while len(bare.transports) < count:  # noqa: ASYNC110  # a protocol has no event for it
             await asyncio.sleep(0.05)
         while not serving.done():

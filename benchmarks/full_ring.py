@@ -41,7 +41,7 @@ def a_move(number: int) -> dict[str, object]:
 def main(config: Path) -> None:
     """Serve until the process is ended."""
     with patch("gateway.plant.EventHub", FullHub):
-        uvloop.run(serve(load(config), config.parent))
+        uvloop.run(serve(load(config), config.with_suffix(".data")))
 
 
 if __name__ == "__main__":

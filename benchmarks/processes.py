@@ -56,7 +56,9 @@ async def announced(*program: str) -> AsyncIterator[str]:
 @asynccontextmanager
 async def gateway(config: Path, port: int, processors: set[int]) -> AsyncIterator[Process]:
     """Run the gateway, which accepts connections at `port`, on some processors."""
-    async with _serving([*MOTION_GATEWAY, "serve", "--config", str(config)], port, processors) as process:
+    data = str(config.with_suffix(".data"))
+    program = [*MOTION_GATEWAY, "serve", "--config", str(config), "--data", data]
+    async with _serving(program, port, processors) as process:
         yield process
 
 

@@ -14,6 +14,8 @@ from gateway.access.roles import Role
 from gateway.core.tables import Array, Fault, Line, Table, refuse_repeats
 from gateway.core.toml_lines import KeyPath, LineIndex
 from gateway.families import FAMILIES
+from gateway.rorze.config import Line as RorzeLine
+from gateway.rorze.scaras.config import Scara
 from protocols.wording import sentence
 from transports.addresses import Address
 
@@ -170,6 +172,7 @@ class Config(Table):
     server: Server = Server()
     access: Access = Access()
     lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
+    scaras: Array[Scara] = ()
 
     @model_validator(mode="after")
     def _be_guarded(self) -> Self:
@@ -198,6 +201,28 @@ class Config(Table):
                 taken.add((path, its_id))
             if line.trace_file and line.trace_file in [other.trace_file for other in self.lines[:index]]:
                 raise Fault("two lines cannot write to one file", "lines", index, "trace_file")
+        return self
+
+    @model_validator(mode="after")
+    def _place_scaras(self) -> Self:
+        """A SCARA robot is found by its id alone, and has its bodies and its group for itself."""
+        lines = {line.id: line for line in self.lines if isinstance(line, RorzeLine)}
+        taken = {line.id for line in self.lines} | {
+            it for line in self.lines for it in line.unique_ids().values()
+        }
+        busy: set[tuple[str, str]] = set()
+        for index, scara in enumerate(self.scaras):
+            if scara.id in taken:
+                raise Fault("is the id of something else", "scaras", index, "id")
+            taken.add(scara.id)
+            try:
+                scara.require_place_on(lines.get(scara.line))
+            except Fault as fault:
+                raise Fault(str(fault), "scaras", index, *fault.path) from None
+            wanted = {(scara.line, number) for number in (scara.group, *scara.members)}
+            if not busy.isdisjoint(wanted):
+                raise Fault("has a body or the group of another one", "scaras", index, "members")
+            busy |= wanted
         return self
 
 

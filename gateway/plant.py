@@ -13,10 +13,15 @@ from gateway.core.admission import Admission
 from gateway.core.errors import HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
+from gateway.core.journal.journal import Journal
+from gateway.core.journal.opening import Opened
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
+from gateway.core.names import Names
 from gateway.core.origin import POLL, acting
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
+from gateway.memory import Memory
+from gateway.rorze.family import Rorze
 from gateway.wind_down import SUBJECT, WindDown
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
@@ -36,9 +41,11 @@ class Plant:
         *,
         open_transport: Callable[[str], Transport] = create,
         rng: random.Random | None = None,
+        journal: Opened | None = None,
     ) -> None:
         self.config = config
         self.events = EventHub()
+        self.names = Names()
         self.recorders: dict[str, Recorder] = {}
         self.watch = LoopWatch()
         self.watch.on_held = self._was_held
@@ -46,6 +53,7 @@ class Plant:
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
         self.families = {name: family(site) for name, family in FAMILIES.items()}
         self._ports: dict[str, AnyLine] = {}
+        self._memory = None if journal is None else Memory(journal, self.events, self.families.values())
         self._watches: list[asyncio.Task[None]] = []
         self._end = WindDown(
             site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
@@ -55,6 +63,15 @@ class Plant:
             self._ports[line.id] = built = self.families[line.protocol].add(line, port)
             built.admission = self.admission
             built.recorder = self.recorders[built.id]
+            if self._memory is not None:
+                self._memory.keep(built)
+        for scara in config.scaras:
+            self.family(Rorze).add_scara(scara)
+
+    @property
+    def journal(self) -> Journal | None:
+        """Where what has an effect is written down, if anywhere."""
+        return None if self._memory is None else self._memory.journal
 
     def _open_port(self, line: tables.Line, open_transport: Callable[[str], Transport]) -> Transport:
         file = (
@@ -68,6 +85,8 @@ class Plant:
 
     async def start(self) -> None:
         """Open the lines; ports that are missing are tried again and again."""
+        if self._memory is not None:
+            self._memory.start()
         for port in self._ports.values():
             port.start()
         with acting(POLL):
@@ -99,6 +118,8 @@ class Plant:
             await family.close()
         for recorder in self.recorders.values():
             await asyncio.to_thread(recorder.close)
+        if self._memory is not None:
+            await self._memory.close()
 
     def _was_held(self, seconds: float) -> None:
         """What has waited while the loop was held for long is not sent any more, and nothing is believed."""

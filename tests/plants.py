@@ -156,6 +156,7 @@ def configuration(
     options: str = "",
     body_options: str = "",
     server: str = "allow_endless_moves = true",
+    more: str = "",
 ) -> str:
     """The TOML of a plant whose lines are all alike."""
     body_tables = ", ".join(f'{{id = "{body:02X}"{body_options and ", "}{body_options}}}' for body in bodies)
@@ -167,7 +168,7 @@ def configuration(
         f"bodies = [{body_tables}]\ngroups = [{group_tables}]\n{options}\n"
         for number, line in enumerate(lines)
     )
-    return f"[server]\n{server}\n{tables}{OPEN}"
+    return f"[server]\n{server}\n{tables}{OPEN}{more}"
 
 
 @asynccontextmanager
@@ -182,10 +183,15 @@ async def rig(
     options: str = "",
     body_options: str = "",
     server: str = "allow_endless_moves = true",
+    more: str = "",
     seed: int = 0,
+    beginning: bool = False,
 ) -> AsyncIterator[Rig]:
-    """Start a plant and wait until its lines are ready; `present` bodies answer, by default all."""
-    config = parse(configuration(lines, bodies, groups, options, body_options, server), "test.toml")
+    """Start a plant and wait until its lines are ready; `present` bodies answer, by default all.
+
+    `beginning` gives it as it is at its start, when nothing is known of it yet.
+    """
+    config = parse(configuration(lines, bodies, groups, options, body_options, server, more), "test.toml")
     there = bodies if present is None else present
     wires = {
         line.address: Wire(build_line(there, 0.0, settings=settings, seed=seed), baud)
@@ -196,6 +202,9 @@ async def rig(
     await plant.start()
     try:
         await asyncio.sleep(SET_UP_S)
+        if beginning:
+            yield running
+            return
         while any(body.online and not is_known(body) for body in plant.bodies()):  # noqa: ASYNC110  # no event
             await asyncio.sleep(SET_UP_S)
         while any(line.state == "out_of_step" for line in plant.lines.values()):  # noqa: ASYNC110  # no event

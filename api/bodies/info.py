@@ -1,9 +1,9 @@
 """Bodies over HTTP: what they are, where they stand, in which state, and the speed of a running move."""
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
@@ -25,13 +25,15 @@ from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
 from gateway.operations.commands import ask
-from gateway.rorze.bodies import PULSES_RUNNING, Body
+from gateway.rorze.bodies import PULSES_RUNNING, Body, CountedIn, counted_in
 from gateway.rorze.family import Rorze
 from gateway.rorze.move_requests import Length
 from gateway.rorze.power import Homed
+from protocols.rorze.encoder import ClearEncoderStallError, GetEncoderStallError
 from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.position import GetPosition
 from protocols.rorze.row import RorzeCommand
+from protocols.rorze.stall_sensor import ClearStallSensorError, GetStallSensorError, StallError
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
     END_CAUSE_BITS,
@@ -41,8 +43,14 @@ from protocols.rorze.status import (
     names_of,
 )
 from protocols.rorze.stops import Accelerate, ChangeSpeed, Decelerate
+from protocols.table import Ack
 
+StallFinder = Literal["stall_sensor", "encoder"]
 WHERE = GetPosition()
+STALL_FINDERS: Final[Sequence[tuple[StallFinder, RorzeCommand[StallError], type[RorzeCommand[Ack]]]]] = (
+    ("stall_sensor", GetStallSensorError(), ClearStallSensorError),
+    ("encoder", GetEncoderStallError(), ClearEncoderStallError),
+)
 Fresh = Annotated[bool, Query(description="Ask each body for its status and position first.")]
 
 router = new_router("bodies")
@@ -89,7 +97,10 @@ class Position(BaseModel):
     """Where a motor stands."""
 
     body_id: str
-    pulses: int
+    pulses: int = Field(description="Or encoder counts: see `counted_in`.")
+    counted_in: CountedIn | None = Field(
+        description="encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known."
+    )
     value: float | None = Field(description="The same in `unit`; null without a scale.")
     unit: str | None
     read_at: datetime = Field(description="When the controller's answer came.")
@@ -153,6 +164,13 @@ class SensorBits(BaseModel):
     ems: bool
 
 
+class StallFound(BaseModel):
+    """A STALL error that stands: moves are refused until it is cleared or the axis homed."""
+
+    finder: StallFinder = Field(description="By QRD, or by PRD.")
+    reset: str = Field(description="The route that clears it: POST, with {}.")
+
+
 class BodyStatus(BaseModel):
     """The state of a controller."""
 
@@ -160,6 +178,7 @@ class BodyStatus(BaseModel):
     moving: bool
     status: StatusBits
     sensors: SensorBits
+    stalls: list[StallFound] = Field(description="Which finder has raised a STALL error that stands.")
     end_causes: list[str] = Field(
         description="Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; "
         "empty after a normal end, and while the motor moves."
@@ -211,7 +230,9 @@ class SpeedAccepted(BaseModel):
 
 @reads.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
 async def read_position(request: Request, body_id: BodyId) -> Response:
-    """Ask the controller where the motor stands (6PD)."""
+    """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
+    if _body(request, body_id).mode is None:
+        await bodies.know_mode(plant_of(request), origin_of(request), body_id)
     reply, at = await _ask(request, body_id, WHERE)
     return json_response(_position(_body(request, body_id), reply.pulses, at))
 
@@ -225,21 +246,35 @@ async def set_position(request: Request, body_id: BodyId, position: Length) -> R
 
 @reads.get("/bodies/{body_id}/status", Right.VIEW, response_model=BodyStatus)
 async def read_status(request: Request, body_id: BodyId) -> Response:
-    """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD)."""
+    """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
+
+    Where a STALL error stands it is asked who has found it (QRD, PRD).
+    """
     (status, first), (cause, _), (sensors, _) = await asyncio.gather(
         *(_ask(request, body_id, it) for it in (GetControllerStatus(), GetEndCause(), GetSensors()))
     )
+    address, flags = _body(request, body_id).address, _flags(status.bits or 0, CONTROLLER_STATUS_BITS)
+    stalls = await _stalls(request, address) if flags["stall_error"] else []
     return json_response(
         BodyStatus(
-            body_id=_body(request, body_id).address,
+            body_id=address,
             moving=bool((status.bits or 0) & PULSES_RUNNING),
-            status=StatusBits(**_flags(status.bits or 0, CONTROLLER_STATUS_BITS)),
+            status=StatusBits(**flags),
             sensors=SensorBits(**_flags(sensors.bits or 0, SENSOR_BITS)),
+            stalls=stalls,
             end_causes=names_of(cause.bits, END_CAUSE_BITS),
             read_at=utc_of(first),
             age_ms=age_ms_of(first),
         )
     )
+
+
+async def _stalls(request: Request, address: str) -> list[StallFound]:
+    return [
+        StallFound(finder=finder, reset=f"/bodies/{address}/commands/{clears.name()}")
+        for finder, question, clears in STALL_FINDERS
+        if (await _ask(request, address, question))[0].stalled
+    ]
 
 
 @router.post("/bodies/{body_id}/speed", Right.OPERATE, response_model=SpeedAccepted)
@@ -308,6 +343,7 @@ def _position(body: Body, pulses: int, at: float) -> Position:
     return Position(
         body_id=body.address,
         pulses=pulses,
+        counted_in=None if body.mode is None else counted_in(body.mode),
         value=scale.value(pulses) if scale else None,
         unit=scale.unit if scale else None,
         read_at=utc_of(at),

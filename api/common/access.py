@@ -3,7 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import monotonic
 from typing import Final
 from urllib.parse import parse_qs, parse_qsl, urlencode
@@ -30,7 +30,7 @@ STREAMS: Final = frozenset({"/events", "/events/stream"})
 LOOK_AGAIN_S: Final = 5.0
 """How often it is asked whether the credential of an event stream is still good."""
 CLOSE_NOT_AUTHENTICATED: Final = 4401
-_TARGETS: Final = ("body_id", "group_id", "robot_id", "line_id")
+_TARGETS: Final = ("body_id", "group_id", "scara_id", "robot_id", "line_id")
 _SAFE: Final = frozenset({"GET", "HEAD"})
 _TICKET: Final = "ticket"
 _ONCE: Final = frozenset({b"authorization", b"cookie"})
@@ -78,7 +78,7 @@ class _Counted(_Of):
 
     def __init__(self, principal: Principal, usages: Usages, use: Use) -> None:
         origin = current()
-        super().__init__(principal, Origin(f"{principal.name} ({origin.caller})", origin.request_id))
+        super().__init__(principal, replace(origin, caller=f"{principal.name} ({origin.caller})"))
         self._usages, self._key, self._use = usages, principal.id, use
 
     def __enter__(self) -> None:
@@ -145,6 +145,15 @@ class Access:
         :raises NotPermitted: who asks does not have the right there; nothing was sent.
         """
         self.territory.require(current_principal(), right, *addresses)
+
+    def caller_of(self, scope: Scope) -> str | None:
+        """Name who asks, as it stays the same over all requests; None where none may be answered."""
+        if self.is_open:
+            return current().caller
+        try:
+            return self._grant_of(scope)[0].principal.id
+        except (NotAuthenticated, NotPermitted):
+            return None
 
     def grant_of(self, scope: Scope) -> Grant:
         """Find what a request that has passed was let in for.
@@ -268,7 +277,7 @@ def session_cookie(scope: Scope) -> str:
 def _use_of(scope: Scope, right: Right) -> Use:
     if right is Right.STOP:
         return Use.STOP
-    if scope["type"] == "websocket" or path_of(scope) == "/events/stream":
+    if scope["type"] == "websocket" or path_of(scope).endswith("/stream"):
         return Use.SUBSCRIBER
     moves = right is Right.OPERATE and not scope["path"].endswith(_HEARTBEAT)
     return Use.MOVE if moves else Use.REQUEST

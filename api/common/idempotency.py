@@ -1,4 +1,4 @@
-"""The header Idempotency-Key: refused until it is honoured, for its sender relies on it and repeats."""
+"""The header Idempotency-Key: refused where it is not honoured, for its sender relies on it and repeats."""
 
 from typing import Final
 
@@ -8,16 +8,18 @@ from gateway.core.errors import InvalidRequest
 
 WITH_EFFECT: Final = frozenset({"POST", "PUT", "PATCH", "DELETE"})
 """Methods whose requests do something. Reads may carry the header."""
+HONOURED: Final = "motion-gateway.key-honoured"
+"""Stands in the scope of a request whose key is seen to."""
 
 
 def require_no_key(request: HTTPConnection) -> None:
-    """Refuse a request that relies on being carried out once, however often it is sent.
+    """Refuse a request that relies on being carried out once, where nobody sees to that.
 
     :raises InvalidRequest: it has the header.
     """
-    if "idempotency-key" in request.headers:
+    if "idempotency-key" in request.headers and HONOURED not in request.scope:
         raise InvalidRequest(
-            "The gateway does not honour the header Idempotency-Key: a repeated request would be carried out "
-            "again; nothing was sent.",
+            "The header Idempotency-Key is not honoured here, for there is no journal, or the command comes "
+            "as text: a repeated request would be carried out again; nothing was sent.",
             "Leave the header out, and look at what the first request did before you repeat it.",
         )

@@ -29,6 +29,7 @@ from gateway.core.errors import (
     NotAllowed,
     NotFound,
     NotSent,
+    Outdated,
 )
 from gateway.core.origin import current
 
@@ -43,6 +44,7 @@ _STATUS: Final[Mapping[type[GatewayError], int]] = {
     NotPermitted: 403,
     NotFound: 404,
     Ambiguous: 409,
+    Outdated: 412,
     InvalidRequest: 422,
     NotAllowed: 403,
     NotSent: 503,

@@ -24,8 +24,9 @@ class Part(NamedTuple):
 class Territory:
     """The addresses of a plant.
 
-    A line covers its bodies, groups and robot. A command to a group needs all that are members now. A group
-    in a scope covers the members that the configuration gives it: a group defined anew gives nobody more.
+    A line covers its bodies, groups and robot. A command to a group, or to a SCARA robot, needs all that are
+    members now. One in a scope covers the members that the configuration gives it: a group defined anew gives
+    nobody more.
     """
 
     def __init__(self, plant: Plant) -> None:
@@ -34,6 +35,10 @@ class Territory:
         self._configured = {
             group.address: [Part(group.line.id, member.address) for member in group.members]
             for group in self._bodies.groups()
+        }
+        self._scaras = {
+            scara.id: [Part(scara.line.id, member.address) for member in scara.members]
+            for scara in self._bodies.scaras()
         }
         self._covered: dict[frozenset[str], frozenset[str]] = {}
 
@@ -96,6 +101,8 @@ class Territory:
 
     def _meant_by(self, name: str) -> Iterable[str]:
         """The addresses that a name in a scope covers: none, if it fits nothing or several lines."""
+        if name in self._scaras:
+            return [part.address for part in self._scaras[name]]
         fitting = [address for address in self._configured if _fits(name, address)]
         if len(fitting) == 1:
             return [part.address for part in self._configured[fitting[0]]]
@@ -107,6 +114,8 @@ class Territory:
     def _parts(self, address: str) -> list[Part]:
         if address in self._plant.ports():
             return [Part(address, address)]
+        if address.lower() in self._scaras:
+            return self._scaras[address.lower()]
         robot = self._robot(address.partition("/")[0])
         if robot:
             return [robot]

@@ -47,6 +47,18 @@ class InvalidRequest(GatewayError):
     title = "The request is not valid"
 
 
+class Outdated(GatewayError):
+    """What was to be changed is no longer what its sender has read."""
+
+    kind = "precondition-failed"
+    title = "It has changed since it was read"
+
+    def __init__(self) -> None:
+        super().__init__(
+            "It is no longer what If-Match names; nothing was changed.", "Read it again, and decide anew."
+        )
+
+
 class Misplaced(NamedTuple):
     """What is wrong with a text, and where: line and column count from 1."""
 
@@ -138,6 +150,16 @@ class StoppedFirst(Cancelled):
         )
 
 
+class RestartedFirst(Cancelled):
+    """The gateway ended between a request and the moment it could be sent."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "The gateway has ended before this could be sent; nothing was sent, and nothing is sent again.",
+            "Send the command again if it is still wanted.",
+        )
+
+
 class HeldUp(NotSent):
     """The gateway was suspended, or held up for seconds, between a request and its turn to be sent."""
 
@@ -213,7 +235,14 @@ class MoveFailed(GatewayError):
 
     kind = "move-failed"
     title = "The move failed"
-    moved = "yes"
+    moved: Moved = "yes"
+
+
+class MoveOver(GatewayError):
+    """A move was to be changed on its way, and has ended."""
+
+    kind = "move-over"
+    title = "The move is over"
 
 
 class ErrorText(Protocol):

@@ -21,14 +21,15 @@ class Kept(NamedTuple):
 
 
 class EventRing:
-    """Keeps so many events, numbered from 1."""
+    """Keeps so many events, numbered from the one after `begun`."""
 
-    def __init__(self, capacity: int) -> None:
-        self.first = 1
+    def __init__(self, capacity: int, begun: int = 0) -> None:
+        self.first = begun + 1
         """Number of the oldest event that is kept."""
-        self.last = 0
-        """Number of the newest event; 0 before the first."""
+        self.last = begun
+        """Number of the newest event; `begun` before the first."""
         self._capacity = capacity
+        self._begun = begun
         self._packed: deque[bytes] = deque()
         """Texts and bytes are nothing to the garbage collector, which would hold the loop for 100 ms to look
         through so many objects (decision 9)."""
@@ -40,18 +41,18 @@ class EventRing:
     def append(self, event: Kept) -> None:
         """Keep one more event, for which the oldest may go."""
         self.last += 1
-        self.first = max(1, self.last - self._capacity + 1)
+        self.first = max(self.first, self.last - self._capacity + 1)
         self._newest.append(event)
         if len(self._newest) == BLOCK:
             self._packed.append(zlib.compress("\n".join(map("\n".join, self._newest)).encode(), LEVEL))
             self._newest = []
-        if (self._dropped + 1) * BLOCK < self.first:
+        if self._begun + (self._dropped + 1) * BLOCK < self.first:
             self._packed.popleft()
             self._dropped += 1
 
     def __getitem__(self, number: int) -> Kept:
         """Give an event, from `first` to `last`."""
-        block, place = divmod(number - 1, BLOCK)
+        block, place = divmod(number - 1 - self._begun, BLOCK)
         if block == self._dropped + len(self._packed):
             return self._newest[place]
         return self._block(block)[place]

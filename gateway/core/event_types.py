@@ -39,6 +39,8 @@ class EventType:
     """One sentence, without its full stop."""
     since: str = "0.1.0"
     """The version of the gateway that brought it."""
+    live: bool = False
+    """Whether it is a value that is told while somebody watches it, and is not kept."""
 
 
 def table_of(*types: Iterable[EventType]) -> Mapping[str, EventType]:
@@ -71,6 +73,22 @@ MOVE_NEWS: Mapping[str, str] = {
 def move_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
     """The types of the moves of `what`; the data is the move's record as it is then."""
     return [EventType(f"{what}.move.{news}", subject, data, when) for news, when in MOVE_NEWS.items()]
+
+
+RESTORE_NEWS: Mapping[str, str] = {
+    "started": "a backup is being restored",
+    "progress": "a restore has come further; once a second at most",
+    "verified": "all of the backup was read back",
+    "differs": "it was read back, and `differences` is what is not as in the backup",
+    "failed": "nobody could read it back, or what flash memory holds is not known",
+    "cancelled": "a request, a stop or the end of the gateway has ended it",
+}
+"""What is told of a restore, in the order of its life."""
+
+
+def restore_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
+    """The types of the restores of `what`; the data is the restore's record as it is then."""
+    return [EventType(f"{what}.restore.{news}", subject, data, when) for news, when in RESTORE_NEWS.items()]
 
 
 # lines
@@ -129,10 +147,72 @@ class Gap(EventData):
     first_available: str = Field(description="The cursor of the oldest event that can be had.")
 
 
+class JournalTrouble(EventData):
+    """Why the journal cannot be written."""
+
+    reason: str
+
+
+class JournalSetAside(EventData):
+    """Where a broken journal was put."""
+
+    file: str
+
+
+class Crashed(EventData):
+    """What was under way when the last life of the gateway ended without being told to."""
+
+    last_seen_at: str | None = Field(description="When it was last known to live; null where it never was.")
+    moves: list[str] = Field(description="Moves that were not over: they are followed, or resolved.")
+    commands: list[str] = Field(description="Commands of which nobody knows what has become of them.")
+
+
 OF_THE_GATEWAY = (
+    EventType(
+        "gateway.journal.trouble",
+        GATEWAY,
+        JournalTrouble,
+        "the journal cannot be written: nothing with an effect is sent, reads and stops go on",
+    ),
+    EventType("gateway.journal.recovered", GATEWAY, Nothing, "the journal can be written again"),
+    EventType(
+        "gateway.journal.set_aside", GATEWAY, JournalSetAside, "a broken journal was replaced at the start"
+    ),
+    EventType(
+        "gateway.crashed", GATEWAY, Crashed, "it has started after a life that did not end as it should"
+    ),
     EventType("gateway.loop.held", GATEWAY, LoopHeld, "the gateway was suspended or held up"),
     EventType("gateway.shutting_down", GATEWAY, ShuttingDown, "nothing begins any more"),
     EventType("stream.gap", EVENTS, Gap, "events are missing at this place of the stream"),
 )
 
-CORE = (*LINES, *OF_THE_GATEWAY)
+# live values
+
+IO = "io"
+
+
+class Signal(EventData):
+    """One input or output."""
+
+    channel: int | None = Field(None, description="Of a robot: eight inputs or outputs, from 1.")
+    number: int = Field(description="From 0; of a robot, within its channel.")
+    name: str | None = Field(None, description="As the configuration has it.")
+    on: bool
+
+
+class Signals(EventData):
+    """The inputs and outputs of a body, or of a robot's first channel."""
+
+    inputs: list[Signal]
+    outputs: list[Signal]
+
+
+SIGNALS = EventType(
+    IO,
+    "/{bodies or robots}/{id}",
+    Signals,
+    "somebody watches it (`sample`); twice a second at most",
+    live=True,
+)
+
+CORE = (*LINES, *OF_THE_GATEWAY, SIGNALS)

@@ -4,6 +4,7 @@ import asyncio
 import re
 import secrets
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import lru_cache, partial
@@ -15,7 +16,9 @@ from pydantic_core import from_json, to_json
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
 from gateway.core.event_ring import EventRing, Kept
+from gateway.core.live import Live, Watch
 from gateway.core.turns import Turn, Turns
+from gateway.core.waiting import happens
 
 RETAINED_EVENTS = 100_000
 """How many of the newest events can be read again."""
@@ -32,12 +35,18 @@ SHARED_BATCHES = 16
 MAX_PAGE = 1000
 """Events in one page of the list."""
 
+SLOWEST_HZ, FASTEST_HZ = 0.1, 50.0
+"""How often a second somebody may ask for live values."""
+
+VALUES_WITHIN_S = 1.0
+"""The list waits for live values no longer."""
+
 GAP = "stream.gap"
 """Type of the event, made for one client only, that stands for events it can no longer get."""
 
 _SOURCE = "/motion-gateway"
 _CURSOR = re.compile("([0-9a-f]{8})-([0-9]{12})")
-_ADDRESSED = frozenset({"bodies", "groups", "robots"})
+_ADDRESSED = frozenset({"bodies", "groups", "robots", "scaras"})
 """What has an address that a filter can name."""
 _TYPE = re.compile(r"[a-z0-9_]+(?:\.[a-z0-9_]+)*(?P<any>\.\*)?")
 
@@ -52,8 +61,8 @@ class CloudEvent(BaseModel):
     source: str = _SOURCE
     type: str
     subject: str
-    """`/lines/LINE`, `/bodies/LINE.3F`, `/groups/LINE.80`, `/robots/ROBOT`, `/robots/ROBOT/units/1`, or
-    `/events` for the stream itself."""
+    """`/lines/LINE`, `/bodies/LINE.3F`, `/groups/LINE.80`, `/robots/ROBOT`, `/robots/ROBOT/units/1`,
+    `/scaras/SCARA`, or `/events` for the stream itself."""
     time: AwareDatetime
     datacontenttype: Literal["application/json"] = "application/json"
     sequence: str = Field(pattern="^[0-9]{12}$")
@@ -63,6 +72,25 @@ class CloudEvent(BaseModel):
     correlationid: str | None = Field(None, exclude_if=lambda value: value is None)
     """Id of the move, scan or request it belongs to."""
     data: dict[str, Any]
+
+
+class Telemetry(BaseModel):
+    """A value as it was read: a CloudEvent 1.0 that is not kept, and so has no sequence."""
+
+    model_config = ConfigDict(frozen=True)
+
+    specversion: Literal["1.0"] = "1.0"
+    id: str
+    source: str = _SOURCE
+    type: str
+    subject: str
+    """`/bodies/LINE.3F` or `/robots/ROBOT/units/1`."""
+    time: AwareDatetime
+    """When the controller's answer came."""
+    datacontenttype: Literal["application/json"] = "application/json"
+    data: dict[str, Any]
+    cursor: str
+    """Where reading of events can go on: that of the last event before it."""
 
 
 class Event(NamedTuple):
@@ -128,13 +156,15 @@ class Filter(NamedTuple):
 
     def wants(self, event: Event) -> bool:
         """Whether the event passes."""
-        if (self.types or self.prefixes) and not (
-            event.type in self.types or event.type.startswith(self.prefixes)
-        ):
+        return self.passes(event.type, event.subject)
+
+    def passes(self, type_: str, subject: str) -> bool:
+        """Whether events of a type, about a subject, do."""
+        if (self.types or self.prefixes) and not (type_ in self.types or type_.startswith(self.prefixes)):
             return False
         if not self.bodies:
             return True
-        kind, _, address = event.subject.removeprefix("/").partition("/")
+        kind, _, address = subject.removeprefix("/").partition("/")
         if kind not in _ADDRESSED:
             return False
         # With its line, without it, and the robot that a unit belongs to.
@@ -182,13 +212,26 @@ class Subscription(AsyncIterator[Event]):
     It is a place in the hub's ring and keeps no events of its own, so that the change from old to new can
     neither leave out nor repeat one, and a client that does not read costs nothing. It ends when the hub is
     closed, or by `SlowConsumer`.
+
+    With a `sample` it gets live values, too, so many times a second at most, once it has read all events: the
+    newest of each, without those that it was too slow for. They are read while it is `watching`.
     """
 
-    def __init__(self, hub: "EventHub", position: int, wanted: Filter, missed_after: str | None) -> None:
+    def __init__(
+        self,
+        hub: "EventHub",
+        position: int,
+        wanted: Filter,
+        missed_after: str | None,
+        sample: float | None = None,
+    ) -> None:
         self._hub = hub
         self._position = position
         self._wanted = wanted
         self._missed_after = missed_after
+        self._watch = (
+            None if sample is None else Watch(hub.live, wanted, sample, partial(hub.turns.wake, self))
+        )
         self._in_time: int | None = None
         """The newest event when news last found it waiting; None while it reads what it has missed."""
         self._waits = False
@@ -209,6 +252,10 @@ class Subscription(AsyncIterator[Event]):
         event = batch.events[0]
         self._position = event.number
         return event
+
+    def watching(self) -> AbstractContextManager[object]:
+        """Have live values read within the context, where it was asked for them."""
+        return nullcontext() if self._watch is None else self._watch
 
     async def next_batch(self) -> Batch | None:
         """Wait for the next events; None when the hub is closed, and there are no more.
@@ -237,7 +284,8 @@ class Subscription(AsyncIterator[Event]):
         outlet.on_room = partial(self._in_turn, turn)
         self._in_turn(turn)
         try:
-            slow = await end
+            with self.watching():
+                slow = await end
         finally:
             outlet.on_room = _nothing
             self._hub.turns.forget(self)
@@ -267,8 +315,8 @@ class Subscription(AsyncIterator[Event]):
 
     def _in_turn(self, turn: Turn) -> None:
         """Have a turn: at news, or soon where there is something to be read, or nothing more to come."""
-        hub = self._hub
-        if self._position == hub.last and self._missed_after is None and not hub.closed:
+        hub, due = self._hub, self._watch is not None and self._watch.due
+        if self._has_read_all and not hub.closed and not due:
             self._waits = True
             hub.turns.at_news(self, turn)
         else:
@@ -283,6 +331,8 @@ class Subscription(AsyncIterator[Event]):
             raise SlowConsumer(self.cursor)
         if self._missed_after is not None or after < hub.first - 1:
             return Batch([self._skip_to_first()])
+        if after == hub.last and self._watch is not None and self._watch.due:
+            return hub.readings(self._watch.take(), hub.live.last, after, self._wanted)
         self._position = min(after + BATCH, hub.last)
         return hub.batch(after, self._position, self._wanted)
 
@@ -323,8 +373,8 @@ class Page:
 class EventHub:
     """Numbers events, keeps the newest and hands them out. Not for use from other threads.
 
-    An epoch is one life of the gateway: after a restart numbers begin anew, and cursors of the old epoch are
-    answered with a gap.
+    Without a journal an epoch is one life of the gateway: after a restart numbers begin anew, and cursors of
+    the old epoch are answered with a gap. With one, numbers go on, and so do cursors.
     """
 
     def __init__(
@@ -338,10 +388,26 @@ class EventHub:
         """Number of the newest event; 0 before the first."""
         self.closed = False
         self._clock = clock
+        self._capacity = capacity
         self._ring = EventRing(capacity)
+        self._earlier: Mapping[str, int] = {}
+        """Epochs that were before, each with the number of its last event."""
         self.turns = Turns()
         """The order in which subscriptions read."""
         self.batch = lru_cache(SHARED_BATCHES)(self._batch)
+        self.live = Live(self.epoch, _SOURCE, clock)
+        """The newest values, which are no events."""
+        self.readings = lru_cache(SHARED_BATCHES)(self._readings)
+        self.on_published: Callable[[Event], object] = lambda _: None
+
+    def resume(
+        self, epoch: str, earlier: Mapping[str, int], last: int, events: Sequence[tuple[str, str, str]]
+    ) -> None:
+        """Go on after the last event of an earlier life; `events` are the newest up to that."""
+        self.epoch, self._earlier, self.last = epoch, earlier, last
+        self._ring = EventRing(self._capacity, last - len(events))
+        for event in events:
+            self._ring.append(Kept(*event))
 
     @property
     def first(self) -> int:
@@ -358,6 +424,7 @@ class EventHub:
         event = self._event(self.last + 1, type_, subject, data, correlation)
         self._ring.append(Kept(type_, subject, event.json))
         self.last = event.number
+        self.on_published(event)
         self.turns.news()
         return event
 
@@ -371,12 +438,15 @@ class EventHub:
         after: str | None = None,
         bodies: Iterable[str] | None = None,
         types: Iterable[str] | None = None,
+        sample: float | None = None,
     ) -> Subscription:
         """Begin after a cursor, or now; a cursor that cannot be continued is answered with a `GAP` first.
 
+        With a `sample` there are live values, too, at most so many times a second of each.
+
         :raises InvalidRequest: the cursor or a filter is malformed.
         """
-        return self._read(self.cursor if after is None else after, Filter.of(bodies, types))
+        return self._read(self.cursor if after is None else after, Filter.of(bodies, types), sample)
 
     async def since(
         self,
@@ -393,6 +463,18 @@ class EventHub:
             _cursor(self.epoch, self.first - 1) if after is None else after, Filter.of(bodies, types)
         )
         return await reader.page(min(limit, MAX_PAGE))
+
+    async def values(
+        self, bodies: Iterable[str] | None, types: Iterable[str] | None, sample: float
+    ) -> Sequence[Event]:
+        """Read live values for somebody who does not stay: those that come first, within a second.
+
+        :raises InvalidRequest: a filter is malformed.
+        """
+        wanted, read = Filter.of(bodies, types), asyncio.Event()
+        with Watch(self.live, wanted, sample, read.set) as watch:
+            await happens(read, VALUES_WITHIN_S)
+            return self.readings(watch.take(), self.live.last, self.last, wanted).events
 
     def event(self, number: int) -> Event:
         """Give a retained event, from `first` to `last`."""
@@ -429,7 +511,18 @@ class EventHub:
         events = map(self.event, range(after + 1, last + 1))
         return Batch([event for event in events if wanted.wants(event)])
 
-    def _read(self, after: str, wanted: Filter) -> Subscription:
+    def _readings(self, has: int, last: int, position: int, wanted: Filter) -> Batch:
+        """Give the readings from after `has` to `last`, to all who have read the events to a position."""
+        del last  # the newest of each, whatever its number: it tells the batches apart
+        cursor = _cursor(self.epoch, position)
+        return Batch(
+            [
+                Event(self.epoch, position, it.type, it.subject, f'{it.json},"cursor":"{cursor}"}}')
+                for it in self.live.newer(has, wanted)
+            ]
+        )
+
+    def _read(self, after: str, wanted: Filter, sample: float | None = None) -> Subscription:
         match = _CURSOR.fullmatch(after)
         if match is None:
             raise InvalidRequest(
@@ -437,8 +530,10 @@ class EventHub:
             )
         epoch, number = match[1], int(match[2])
         if epoch == self.epoch and number <= self.last:
-            return Subscription(self, number, wanted, None)
-        return Subscription(self, self.first - 1, wanted, after)
+            return Subscription(self, number, wanted, None, sample)
+        if epoch in self._earlier:  # it may have seen more of it than the journal has
+            return Subscription(self, min(number, self._earlier[epoch]), wanted, None, sample)
+        return Subscription(self, self.first - 1, wanted, after, sample)
 
 
 def _cursor(epoch: str, number: int) -> str:

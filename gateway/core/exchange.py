@@ -89,6 +89,8 @@ class Exchange(ABC, Generic[C, F, O]):
     proves: Proof | None = None
     """What its reply is the last part of."""
     on_written: Callable[[float], None] | None = None
+    intent: str | None = None
+    """What the journal calls it, once it is written down there."""
     origin: Origin = field(default_factory=current)
     series: Series | None = None
     """The undivided series it belongs to."""

@@ -15,6 +15,7 @@ from gateway.core.event_types import EventType
 from gateway.core.events import EventHub
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
+from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
 from gateway.core.records import Record
 from gateway.core.stops import UNCONFIRMED, StopMode
@@ -83,7 +84,8 @@ class PortInfo(BaseModel):
     waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
     load: dict[str, float] = Field(
         description="Percent of the last ten seconds that the line was taken up by clients, followers (they "
-        "see moves to their ends), health, probes (of the silent), fences, stops and set_up."
+        "see moves to their ends), health, live (values that somebody watches), probes (of the silent), "
+        "fences, stops and set_up."
     )
     counters: dict[str, int] = Field(description="What has happened on the line since the start.")
 
@@ -149,6 +151,21 @@ class Family(ABC):
     def is_dated(cls, row: Any) -> bool:
         """Whether the age of its answer means something."""
         return bool(row.reply_type().model_fields)
+
+    # over restarts
+
+    def move_logs(self) -> Iterable[MoveLog[Any]]:
+        """Where its moves are remembered."""
+        return ()
+
+    def resume(  # noqa: B027  # a family without moves has nothing to take over
+        self, records: Sequence[Mapping[str, Any]], begun: Collection[str]
+    ) -> None:
+        """Take over those moves of an earlier life that are its own, before the lines are opened.
+
+        Of those that were not over, what is not among the `begun` and was not sent was never written. Nothing
+        is sent again: controllers are asked, and moves that go on are followed.
+        """
 
     # life
 

@@ -14,12 +14,14 @@ from typing import Any, Generic, Protocol, TypeVar
 from gateway.core.admission import Admission
 from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, LineDown, NoReply, Overtaking
 from gateway.core.exchange import F, X
+from gateway.core.journal.intents import Intents
 from gateway.core.lanes import STOPS, Lane
 from gateway.core.line_state import LineState
 from gateway.core.load import Load
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
+from gateway.core.trace_filter import Talk
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
 from transports.recorder import Recorder
 
@@ -320,6 +322,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """What every frame has to pass."""
         self._new_reader = reader
         self._reader = reader()
+        self.intents: Intents[X] | None = None
+        """Where what has an effect is written down first, if anywhere."""
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
         self.load = Load()
@@ -361,6 +365,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             series.epochs = {number: self.gate.epoch(number) for number in numbers}
             yield series
 
+    def talk_of(self, _: bytes) -> Talk:
+        """What a frame on it is about; where no address stands in frames, all are about the same."""
+        return Talk(b"")
+
     @abstractmethod
     def _take(self, frame: W) -> None:
         """Hear a frame, let the next one go, and only then settle what it answers."""
@@ -371,6 +379,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def revoke(self, why: Overtaking) -> None:
         """Send no command that was admitted before now and is not written yet."""
         self._session.revoke(why)
+        self._cancel_held(lambda _: True, why())
 
     def fence(self) -> None:
         """Let nothing but stops go before it is proved that no earlier reply is still to come."""
@@ -395,6 +404,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         before = ORIGIN.set(exchange.origin)
         try:
             if self._send(exchange.frame, now):
+                if self.intents is not None:
+                    self.intents.note_written(exchange)
                 self.load.begin("stops" if exchange.lane in STOPS else exchange.origin.work, now)
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
@@ -422,6 +433,11 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Take out of the queue what is not wanted any more."""
         self._session.cancel(unwanted, reason)
+        self._cancel_held(unwanted, reason)
+
+    def _cancel_held(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
+        if self.intents is not None:
+            self.intents.cancel(unwanted, reason)
 
     def _promise(self, exchange: X) -> "asyncio.Future[Any]":
         future: asyncio.Future[Any] = self._loop.create_future()
@@ -431,11 +447,24 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _queue(self, exchange: X) -> "asyncio.Future[Any]":
         """Let an exchange wait for its turn; the future gives what became of it and never raises."""
         future = self._promise(exchange)
+        if self.intents is not None and self.intents.must_come_first(exchange):
+            self.intents.hold(exchange, self._admit)
+        else:
+            self._admit(exchange)
+        return future
+
+    def _admit(self, exchange: X) -> None:
+        """Let it wait for its turn from now on."""
+        if not self._open:
+            raise self._down()
         self._session.submit(exchange)
         self._pump()
         if exchange.expires_at is not None:
             self._expire_at(exchange.expires_at)
-        return future
+
+    def address_of(self, target: int) -> str:
+        """The address of what a frame is for, in the journal."""
+        return f"{self.id}.{target:02X}"
 
     async def _say_first(self, exchange: X) -> Any:
         """Send what belongs to the set-up ahead of everything but stops and fences."""
@@ -478,7 +507,8 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _break_off_all(self, reason: str, remedy: str) -> None:
         """Settle all that waits for a port that has gone, and forget what was half read."""
         self._reader = self._new_reader()
+        unsent = Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later.")
         self._session.break_off(
-            NoReply(f"Line {self.id} was lost before the reply came: {reason}.", remedy),
-            Cancelled(f"Line {self.id} went down: {reason}. Nothing was sent.", "Try again later."),
+            NoReply(f"Line {self.id} was lost before the reply came: {reason}.", remedy), unsent
         )
+        self._cancel_held(lambda _: True, unsent)

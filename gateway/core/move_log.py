@@ -3,6 +3,7 @@
 import asyncio
 import secrets
 from collections import OrderedDict
+from collections.abc import Callable, Iterable
 from datetime import datetime
 from itertools import islice
 from typing import Generic, TypeVar
@@ -24,6 +25,15 @@ class MoveLog(Generic[M]):
     def __init__(self) -> None:
         self._moves: OrderedDict[str, M] = OrderedDict()
         self._over: dict[str, asyncio.Event] = {}
+        self.on_change: Callable[[M], object] = lambda _: None
+        """Called with a move that is new or has another status."""
+
+    def remember(self, moves: Iterable[M]) -> None:
+        """Take over the moves of an earlier life, in their order."""
+        for move in moves:
+            self.add(move)
+            if move.status.final:
+                self.end(move)
 
     def add(self, move: M) -> None:
         """Remember a new move; the oldest that are over may be forgotten for it."""

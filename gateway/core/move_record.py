@@ -13,7 +13,7 @@ from gateway.core.records import Record
 LOST_AFTER_S = 30.0
 """What has not answered this long in the middle of a move has lost it."""
 
-MoveKind = Literal["relative", "absolute", "home", "continuous", "interpolated"]
+MoveKind = Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
 
 
 class MoveStatus(StrEnum):
@@ -92,13 +92,17 @@ class Move(MoveRecord):
     end_cause: str | None = Field(
         default=None,
         description="normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the "
-        "controller says; not_executed or position_mismatch as the gateway found.",
+        "controller says; not_executed, position_mismatch or not_in_position as the gateway found.",
     )
     start_position: int | None = Field(default=None, description="In pulses, before the move.")
     target_position: int | None = Field(
         default=None, description="In pulses, where it can be known beforehand."
     )
     position: int | None = Field(default=None, description="In pulses, as last read.")
+    homing_distance: int | None = Field(
+        default=None,
+        description="Of a homing that ended well: pulses from its end back to its start (0PD).",
+    )
     completion: Literal["frame", "polling"] | None = Field(
         default=None, description="Whether the end was announced by the link master or found by polling."
     )

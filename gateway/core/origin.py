@@ -6,7 +6,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-Work = Literal["clients", "followers", "health", "probes", "fences", "stops", "set_up"]
+Work = Literal["clients", "followers", "health", "probes", "fences", "stops", "set_up", "live"]
 """What a line's time is taken for: `followers` see moves to their ends, `stops` are seen to standstill."""
 
 
@@ -16,6 +16,8 @@ class Origin:
 
     caller: str
     request_id: str | None = None
+    key: str | None = None
+    """The Idempotency-Key that the request came with, within its scope."""
     work: Work = field(default="clients", compare=False)
 
 
@@ -24,6 +26,7 @@ FENCE = Origin("gateway: fence", work="fences")
 PROBE = Origin("gateway: probe", work="probes")
 POLL = Origin("gateway: poll", work="health")
 SET_UP = Origin("gateway: set-up", work="set_up")
+LIVE = Origin("gateway: live", work="live")
 
 ORIGIN: ContextVar[Origin] = ContextVar("origin", default=GATEWAY)
 

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict
 
-from gateway.core.errors import GatewayError, InvalidRequest, NotAllowed
+from gateway.core.errors import GatewayError, InvalidRequest, NotAllowed, NotFound
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
 from gateway.core.records import Record
@@ -122,6 +122,13 @@ class Target(ABC):
         :raises GatewayError: it could not be worked out, or never be carried out.
         """
         raise InvalidRequest(f"{self.address} plans no moves by {command.name()}; nothing was sent.")
+
+    async def samples(self, move_id: str) -> BaseModel:
+        """Give where it was seen during one of its moves.
+
+        :raises NotFound: nothing is kept of it.
+        """
+        raise NotFound(f"{self.address} keeps no samples of a move {move_id}.")
 
     async def stop(self, mode: StopMode) -> Stopped:
         """Stop it; every stop frame is queued before anything is awaited."""

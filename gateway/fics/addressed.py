@@ -3,7 +3,7 @@
 import asyncio
 from typing import Any, Final
 
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import ControllerRefused, InvalidRequest
 from gateway.core.stops import StopMode
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
 from gateway.fics.fit import require_fit
@@ -11,6 +11,7 @@ from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.moves import RobotMoves
 from gateway.fics.plans import PlannedRobotMove, plan_of
 from gateway.fics.robot import Robot
+from gateway.fics.samples import RobotSamples, samples_of
 from gateway.fics.soft_limits import uncrossed
 from gateway.fics.units import RobotUnit
 from protocols.fics import commands
@@ -100,8 +101,17 @@ class UnitTarget(RobotTarget):
         """Start a move, or open a JOG session; errors as of `RobotMoves.start` and `Jogs.start`."""
         if isinstance(command, StartJog):
             return await self.jog(command)
-        move = await self._moves.start(self.robot, self.unit.number, command)
+        try:
+            move = await self._moves.start(self.robot, self.unit.number, command)
+        except ControllerRefused as refusal:
+            self.robot.macros.note(command, refusal)
+            raise
+        self.robot.macros.note(command, None)
         return Begun(self.path, [move])
+
+    async def samples(self, move_id: str) -> RobotSamples:
+        """Give where it was seen during a move; errors as of `Ways.of`."""
+        return samples_of(self._moves.log.get(move_id), self._moves.ways.of(move_id))
 
     async def jog(self, command: StartJog) -> Opened:
         """Jog an axis, only as long as heartbeats come; errors as of `Jogs.start`."""

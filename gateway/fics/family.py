@@ -1,7 +1,8 @@
 """Fics robots: all of a plant, each alone on its line, with their moves."""
 
 import asyncio
-from collections.abc import Awaitable, Coroutine, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Collection, Coroutine, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field
@@ -10,16 +11,24 @@ from gateway.core.addresses import there_are
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.lanes import Lane
+from gateway.core.move_log import MoveLog
+from gateway.core.restore_record import Restore
+from gateway.core.restores import Restores
+from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
 from gateway.core.targets import Replies, Stopped, Target, stopped
 from gateway.fics import config
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
 from gateway.fics.axes import UnitAxes
+from gateway.fics.backup_restore import RobotRestore
 from gateway.fics.bits import Bits
 from gateway.fics.event_types import TYPES
-from gateway.fics.guards import motion_without_proof
+from gateway.fics.exchange import FicsExchange
+from gateway.fics.guards import amid_a_restore, motion_without_proof
 from gateway.fics.jogs import JogSession
 from gateway.fics.line import FicsLine
+from gateway.fics.live import ChannelSource, UnitSource
+from gateway.fics.macros import Macros
 from gateway.fics.move_record import RobotMove
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
@@ -60,7 +69,9 @@ class Fics(Family):
     def __init__(self, site: Site) -> None:
         super().__init__(site)
         self._robots: dict[str, Robot] = {}
-        self.moves = RobotMoves()
+        self._tables: dict[str, config.Line] = {}
+        self.moves = RobotMoves(site.events.live.demand_changes)
+        self.restores: Restores[RobotRestore] = Restores(self._publish_restore)
 
     def add(self, table: config.Line, port: Transport) -> FicsLine:
         """Build a line with its robot and its units."""
@@ -80,6 +91,8 @@ class Fics(Family):
             for unit in it.units
         ]
         line.gate.add(motion_without_proof)
+        line.gate.add(amid_a_restore(partial(self._amid_a_restore, it.id)))
+        self._tables[it.id] = table
         self._robots[it.id] = Robot(
             it.id,
             it.name or "",
@@ -88,11 +101,19 @@ class Fics(Family):
             self._publish,
             poll_interval_s=table.poll_interval_s,
             bits=Bits(it.status_bits, it.sensor_bits),
+            macros=Macros(it.macros or {}),
         )
         return line
 
     def _publish(self, kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
         return self.site.events.publish(kind, subject, data, correlation).cursor
+
+    def _publish_restore(self, what: str, restore: Restore) -> None:
+        self.site.events.publish(f"robot.restore.{what}", restore.target, restore, correlation=restore.id)
+
+    def _amid_a_restore(self, robot_id: str, exchange: FicsExchange) -> bool:
+        restored = self.restores.amid(robot_id)
+        return restored is not None and not restored.lets_pass(exchange)
 
     # finding
 
@@ -160,11 +181,31 @@ class Fics(Family):
         """Only queries tell something."""
         return row.is_query()
 
+    # over restarts
+
+    def move_logs(self) -> Iterator[MoveLog[RobotMove]]:
+        """That of all robots."""
+        yield self.moves.log
+
+    def resume(self, records: Sequence[Mapping[str, Any]], begun: Collection[str]) -> None:
+        """Take over the moves of robots that are still configured."""
+        units = {unit.address for robot in self.robots() for unit in robot.units}
+        own = [RobotMove.model_validate(it) for it in records if it["body_id"] in units]
+        self.moves.log.remember(own)
+        for move in own:
+            if not move.status.final:
+                self.moves.take_over(self.robot(move.robot_id), move, begun=move.id in begun)
+
     # life
 
     def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
         """Look after each robot."""
-        return map(watch, self.robots())
+        live = self.site.events.live
+        for robot in self.robots():
+            yield watch(robot)
+            table = self._tables[robot.id]
+            units = (UnitSource(robot, unit, live, table.move_samples_per_s) for unit in robot.units)
+            yield Sampler(robot.line, live, [*units, ChannelSource(robot, live)], table.live_share).run()
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every robot."""
@@ -205,6 +246,7 @@ class Fics(Family):
 
     async def let_go(self) -> None:
         """Give those who wait for moves what is known now."""
+        await self.restores.close()
         self.moves.let_go()
 
     async def close(self) -> None:

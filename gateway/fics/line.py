@@ -129,6 +129,10 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
         frame = self._session.exchange(command, Lane.COMMAND).frame
         return frame.decode("ascii").replace("\r", "\\r").replace("\n", "\\n")
 
+    def address_of(self, _target: int) -> str:
+        """The robot's id: there is nobody else on its line."""
+        return self._session.robot_id
+
     def _break_off(self, reason: str) -> None:
         self._was_away = True
         self._break_off_all(reason, REMEDY)

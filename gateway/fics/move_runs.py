@@ -15,6 +15,7 @@ from gateway.core.errors import (
     NotSent,
     PowerCycled,
 )
+from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.silence import Silence
@@ -81,6 +82,7 @@ class MoveRun:
 
     async def make(self, start_within_s: float) -> None:
         """Follow the move from the queue to its end."""
+        OF_MOVES.set([self._move.id])
         expires_at = asyncio.get_running_loop().time() + start_within_s
         try:
             with preparing(self._move.robot_id, self._command):
@@ -103,6 +105,15 @@ class MoveRun:
         finally:
             self._motions.end(accepted)
             self._tell(None)
+
+    async def take_over(self) -> None:
+        """Follow a move of an earlier life, whose answer will not come, by what the axes do."""
+        self._motions.state.begin(self._command, self._unit.number)
+        self._tell(None)
+        try:
+            await self._resolve(_ended_with(self._move.robot_id))
+        finally:
+            self._motions.end()
 
     def _advance(self, status: MoveStatus, error: GatewayError | None = None) -> None:
         self._advance_move(self._move, status, error)
@@ -327,7 +338,10 @@ class MoveRun:
             self._move.end_cause = f"error_{code}"
             stands = self._motions.errors.latched
             text = stands if stands is not None and stands.code == code else None
-            self._advance(MoveStatus.FAILED, RobotFailed(self._move.robot_id, self._move.command, code, text))
+            failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
+            if self._finding().untouched():
+                failure.moved = "no"
+            self._advance(MoveStatus.FAILED, failure)
 
     async def _resolve(self, error: NoReply) -> None:
         """The line was lost in the middle: let the axes tell, where they can prove it."""
@@ -382,6 +396,14 @@ def _out_of_reach(robot_id: str, silence: Silence) -> NoReply:
         f"{robot_id} could not be asked for {silence.out_of_reach_s:.0f} s; the move may have ended, or the "
         "axes may still be moving.",
         "See that its line works, then read its status and position.",
+    )
+
+
+def _ended_with(robot_id: str) -> NoReply:
+    return NoReply(
+        f"The gateway has ended while a command to {robot_id} was under way, and nothing proves what has "
+        "become of it; nothing was sent again.",
+        "Read status and position before anything else.",
     )
 
 

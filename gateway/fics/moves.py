@@ -1,26 +1,33 @@
 """The moves of robots: started at most once each, remembered when they are over."""
 
 import asyncio
+from collections.abc import Callable, Coroutine
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
-from gateway.core.errors import GatewayError
+from gateway.core.errors import GatewayError, RestartedFirst
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import MoveError, MoveStatus
+from gateway.core.ways import Way, Ways
+from gateway.fics.axes import Places
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.move_runs import MoveRun
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
+from protocols.fics.commands import read
 from protocols.fics.row import FicsCommand
 
 
 class RobotMoves:
     """All moves of all robots: starts them, follows them, remembers them."""
 
-    def __init__(self) -> None:
+    def __init__(self, on_way: Callable[[], None] = lambda: None) -> None:
+        self._on_way = on_way
+        """Called when the way of a move begins, or has ended."""
         self.log = MoveLog[RobotMove]()
+        self.ways = Ways[Way[Places]]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
         """With what is known when the robot has taken the command, or why it has not."""
 
@@ -59,17 +66,26 @@ class RobotMoves:
         if not robot.motion.idle.is_set():
             raise RobotBusy(f"A move of {robot.id} is not over; nothing was sent.", "Wait for it or stop it.")
         move = self._new(robot, axes, command)
-        advance = partial(self.advance, robot)
-        publish = partial(robot.publish, unit=axes, correlation=move.id)
-        run = MoveRun(axes, command, move, robot.motions, robot.durations, advance, publish)
-        task = asyncio.create_task(run.make(start_within_s), name=f"move {move.id}")
-        self._tasks[task] = run.begun
-        task.add_done_callback(self._tasks.pop)
-        task.add_done_callback(lambda _: run.begun.cancel())
+        run = self._run(robot, axes, command, move)
+        self._keep(run, run.make(start_within_s), move)
         refusal = await asyncio.shield(run.begun)
         if refusal is not None:
             raise refusal
         return move
+
+    def take_over(self, robot: Robot, move: RobotMove, *, begun: bool) -> None:
+        """Go on with a move of an earlier life: ask the robot, and follow the move to its end."""
+        if move.status is MoveStatus.QUEUED and not begun:
+            move.evidence.append("The gateway has ended before the command was written.")
+            self.advance(robot, move, MoveStatus.CANCELLED, RestartedFirst())
+            return
+        if move.status is MoveStatus.QUEUED:
+            move.status = MoveStatus.SENT
+            move.evidence.append("The journal does not tell whether the command was written.")
+        move.evidence.append("The gateway was restarted in the middle of the move; the robot was asked.")
+        robot.motion.begin_move(move.unit, move)
+        run = self._run(robot, robot.unit(move.unit), _command_of(move), move)
+        self._keep(run, run.take_over(), move)
 
     async def begun(self) -> None:
         """Wait until every move that was asked for has been taken or refused."""
@@ -88,6 +104,17 @@ class RobotMoves:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
+    def _run(self, robot: Robot, axes: RobotUnit, command: FicsCommand[Any], move: RobotMove) -> MoveRun:
+        advance = partial(self.advance, robot)
+        publish = partial(robot.publish, unit=axes, correlation=move.id)
+        return MoveRun(axes, command, move, robot.motions, robot.durations, advance, publish)
+
+    def _keep(self, run: MoveRun, making: Coroutine[Any, Any, None], move: RobotMove) -> None:
+        task = asyncio.create_task(making, name=f"move {move.id}")
+        self._tasks[task] = run.begun
+        task.add_done_callback(self._tasks.pop)
+        task.add_done_callback(lambda _: run.begun.cancel())
+
     def _new(self, robot: Robot, unit: RobotUnit, command: FicsCommand[Any]) -> RobotMove:
         now, coordinates = datetime.now(UTC), unit.coordinates_of(command)
         move = RobotMove(
@@ -105,6 +132,7 @@ class RobotMoves:
         self.log.add(move)
         robot.motion.begin_move(unit.number, move)
         move.event_cursor = _publish("queued", robot, move)
+        self.log.on_change(move)
         return move
 
     def advance(
@@ -116,11 +144,27 @@ class RobotMoves:
             move.error = MoveError.of(error)
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
+            self._begin_way(robot.unit(move.unit), move, move.sent_at)
         if status.final:
             move.ended_at = datetime.now(UTC)
+            robot.unit(move.unit).way = None
+            self._on_way()
             robot.motion.end_move(move.unit)
             self.log.end(move)
         _publish("started" if status is MoveStatus.MOVING else status, robot, move)
+        self.log.on_change(move)
+
+    def _begin_way(self, unit: RobotUnit, move: RobotMove, sent_at: datetime) -> None:
+        start = move.start_position or dict.fromkeys(move.units)
+        unit.way = Way(sent_at, asyncio.get_running_loop().time(), start)
+        self.ways.begin(move.id, unit.way)
+        self._on_way()
+
+
+def _command_of(move: RobotMove) -> FicsCommand[Any]:
+    """The command of a move, read from its frame."""
+    arguments = move.frame.replace("\\r", "").replace("\\n", "").removeprefix(move.command)
+    return read(move.command, arguments.strip())
 
 
 def _publish(news: str, robot: Robot, move: RobotMove) -> str:

@@ -30,6 +30,12 @@ async def set_position(plant: Plant, body_id: str, position: Length) -> tuple[in
 
 
 @for_caller
+async def know_mode(plant: Plant, body_id: str) -> None:
+    """Ask a body for its operating mode where that is not known; errors as of `Body.ask`."""
+    await plant.family(Rorze).body(body_id).know_mode()
+
+
+@for_caller
 async def acknowledge_power_cycle(plant: Plant, body_id: str) -> None:
     """Allow motions to places again; errors as of `Body.acknowledge_power_cycle`."""
     await plant.family(Rorze).body(body_id).acknowledge_power_cycle()

@@ -4,12 +4,12 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from gateway.core.errors import NotFound
+from gateway.core.errors import MoveOver, NotFound
 from gateway.core.move_record import MoveRecord
 from gateway.core.origin import current
-from gateway.core.targets import Result
+from gateway.core.targets import AnyCommand, Result
 from gateway.operations.caller import for_caller
-from gateway.operations.commands import do
+from gateway.operations.commands import ask, do
 from gateway.plant import Plant
 
 
@@ -32,6 +32,21 @@ def newest(plant: Plant, target: str, limit: int) -> list[Any]:
     return addressed.log.of(addressed.address)[:limit]
 
 
+@for_caller
+async def change_speed(plant: Plant, target: str, move_id: str, command: AnyCommand) -> MoveRecord:
+    """Change the speed of a move on its way.
+
+    :raises NotFound: the target has none of this id, or it is no longer kept.
+    :raises MoveOver: it has ended; nothing was sent.
+    :raises GatewayError: it was refused, as while homing and interpolating, or not sent.
+    """
+    move = await get(plant, target, move_id)
+    if move.status.final:
+        raise MoveOver(f"The move {move_id} has ended ({move.status}); {command.name()} was not sent.")
+    await ask(plant, current(), target, command)
+    return move
+
+
 async def get(plant: Plant, target: str, move_id: str, wait_s: float = 0.0) -> MoveRecord:
     """Give a move when it is over, or as it is when the time is up.
 
@@ -43,3 +58,13 @@ async def get(plant: Plant, target: str, move_id: str, wait_s: float = 0.0) -> M
         raise NotFound(f"{addressed.address} has no move {move_id}.")
     await addressed.log.wait(move_id, wait_s)
     return move
+
+
+@for_caller
+async def samples(plant: Plant, target: str, move_id: str) -> Any:
+    """Give where a body or a unit was seen during a move, and where the plan has it, if there is one.
+
+    :raises NotFound: the target has none of this id, or nothing is kept of it.
+    """
+    await get(plant, target, move_id)
+    return await plant.target(target).samples(move_id)

@@ -12,6 +12,9 @@ from gateway.plant import Plant
 Numbered = tuple[int, list[float | None]]
 """A position's number, and its coordinates in the order of the axes."""
 
+Wanted = tuple[int, list[float | None] | None]
+"""The same to be stored; without coordinates, where the unit stands."""
+
 
 class Stored(NamedTuple):
     """Positions that a robot holds."""
@@ -38,9 +41,17 @@ async def read(plant: Plant, robot_id: str, unit: int, first: int, last: int) ->
 
 
 @for_caller
-async def store(plant: Plant, robot_id: str, unit: int, positions: Sequence[Numbered]) -> None:
-    """Store positions undivided, and see that the robot holds them; errors as of `tables.store`."""
-    await plant.family(Fics).robot(robot_id).upload_positions(positions, unit)
+async def store(plant: Plant, robot_id: str, unit: int, positions: Sequence[Wanted]) -> None:
+    """Store positions undivided, and see that the robot holds them.
+
+    Errors as of `tables.store`, and as of `tables.here` where one is to be where the unit stands.
+    """
+    robot = plant.family(Fics).robot(robot_id)
+    here: list[float | None] = []
+    if any(coordinates is None for _, coordinates in positions):
+        here = await robot.tables.here(robot.unit(unit))
+    stored = [(number, here if axes is None else axes) for number, axes in positions]
+    await robot.upload_positions(stored, unit)
 
 
 def in_order(plant: Plant, robot_id: str, unit: int, field: str, axes: Amounts) -> list[float | None]:

@@ -1,5 +1,7 @@
 """Software stops: ahead of everything, repeated until standstill is proved."""
 
+import asyncio
+
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped
 from gateway.operations.caller import for_caller
@@ -18,6 +20,5 @@ async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
 @for_caller
 async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
-    stopping = [family.stop_all(mode) for family in plant.families.values()]
-    reports = [(await stopped).reports for stopped in stopping]
-    return Stopped({name: those for report in reports for name, those in report.items()})
+    stopped = await asyncio.gather(*[family.stop_all(mode) for family in plant.families.values()])
+    return Stopped({name: those for it in stopped for name, those in it.reports.items()})

@@ -1,17 +1,20 @@
 """A body as the gateway sees it: its address, what was last known of it, and how to ask it something."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, Literal, NamedTuple, TypeVar, cast
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move
 from gateway.core.waiting import happens
+from gateway.core.ways import Way
+from gateway.rorze.edges import Edges
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
+from gateway.rorze.flash_state import FlashState
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.mark import Mark
 from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
@@ -19,10 +22,11 @@ from gateway.rorze.readings import believed, errs
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
 from protocols.rorze.link import Refusal
+from protocols.rorze.modes import GetOperatingMode, OperatingMode, SetOperatingMode
 from protocols.rorze.origin import GetHomingDistance
 from protocols.rorze.position import GetPosition, SetPosition, SignedPulses
 from protocols.rorze.programs import EndProgram, ProgramStatus, RunProgram, StepProgram
-from protocols.rorze.row import RorzeCommand
+from protocols.rorze.row import ModeName, RorzeCommand
 from protocols.rorze.status import (
     CONTROLLER_STATUS_BITS,
     ControllerStatus,
@@ -42,6 +46,14 @@ NO_PROGRAM_S = 120.0
 """That no program runs is believed for so long: an autostart after a short loss of power may be unseen."""
 BELIEVED_S = 0.5
 """Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
+
+
+CountedIn = Literal["pulses", "encoder_counts"]
+
+
+def counted_in(mode: ModeName | None) -> CountedIn:
+    """What positions and amounts are counted in (RC-420 manual 13.1)."""
+    return "encoder_counts" if mode == "encoder" else "pulses"
 
 
 class MotorState(NamedTuple):
@@ -66,16 +78,24 @@ class Body:
     number: int
     name: str = ""
     scale: Scale | None = None
+    input_names: Mapping[int, str] = field(default_factory=dict)
+    output_names: Mapping[int, str] = field(default_factory=dict)
     position_tolerance: int = 0
     """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
+    in_position: bool = False
+    """In servo mode a move has succeeded when INP is on."""
     poll_interval_s: float = 0.2
     """While it has a move, its state is asked for this often."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
     """Told of what it is seen to do by itself: the kind of event, and its data."""
     power: Power = field(default_factory=Power)
+    flash: FlashState = field(default_factory=FlashState)
     mark: Mark = field(init=False)
+    edges: Edges = field(init=False)
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
+    changing: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Held while its settings are being changed."""
     look_due: asyncio.Event = field(default_factory=asyncio.Event)
     """Its state is to be read now, not at the next poll."""
     rest: MotorState | None = None
@@ -84,6 +104,12 @@ class Body:
     status_bits: int | None = None
     position: int | None = None
     position_at: float | None = None
+    way: Way[int] | None = None
+    """Where it is seen during the move that is not over yet."""
+    changes: int = 0
+    """Counts what may have changed its settings."""
+    mode: ModeName | None = None
+    """Its operating mode; None where it may have changed since it was read."""
     told: int = 0
     """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
     no_program_at: float | None = None
@@ -94,6 +120,8 @@ class Body:
     """The link master has announced the end of a move."""
     end_due: asyncio.Event = field(default_factory=asyncio.Event)
     """The move seems to be over: the link master has announced it, or a stop is confirmed."""
+    watched: bool = False
+    """Whether the robot it belongs to is asked as a whole, so that nobody need ask it again and again."""
     being_stopped: bool = False
     """Whether a stop is under way that is not confirmed yet."""
     stopped_at: int | None = None
@@ -107,6 +135,7 @@ class Body:
     def __post_init__(self) -> None:
         self.power.on_news = self._power_news
         self.mark = Mark(self)
+        self.edges = Edges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
 
     @cached_property
     def short(self) -> str:
@@ -122,6 +151,11 @@ class Body:
     def online(self) -> bool:
         """Whether it can be asked now, as far as is known."""
         return self.line.state != "down" and self.number not in self.line.silent
+
+    @property
+    def settings(self) -> tuple[int, int]:
+        """Tells whether its settings may have changed: by what it was told, or with its power."""
+        return self.changes, self.power.losses
 
     @property
     def last_heard_at(self) -> float | None:
@@ -151,7 +185,7 @@ class Body:
         outcome = await future
         self.was_told(command)
         if isinstance(outcome, NoReply):
-            self.power.note_done(command)
+            self.perhaps_did(command)
         answered = answer_or_raise(self.address, command, outcome)
         reply = reply_of(self.number, command, answered, self.address)
         self.heard(command, reply, answered.at)
@@ -171,6 +205,15 @@ class Body:
         if self.rest is not None:
             await self._weigh(state, lane, answer.at)
         return state
+
+    async def know_mode(self) -> ModeName:
+        """Its operating mode, which is asked for where it is not known (EAD).
+
+        :raises GatewayError: it did not tell.
+        """
+        if self.mode is None:
+            return (await self.ask(GetOperatingMode()))[0].mode
+        return self.mode
 
     async def where_it_rests(self) -> MotorState:
         """Give the state it was seen at rest in a moment ago; otherwise look: it may run.
@@ -257,7 +300,9 @@ class Body:
         return at is not None and asyncio.get_running_loop().time() - at < NO_PROGRAM_S
 
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
-        self.no_program_at = None
+        if kind == "body.power_cycled":
+            self.flash.note_power_on(certain=bool(facts["certain"]))
+        self.no_program_at = self.mode = None
         self.look_due.set()
         self.on_news(kind, facts)
 
@@ -279,11 +324,17 @@ class Body:
 
         What was read before it was written is heard in between, and is undone by the second time.
         """
-        if command.effect is Effect.READ or isinstance(command, SetUserComment):
+        if command.effect is Effect.READ:
+            return
+        self.flash.note_told(command, is_known=command.code in COMMANDS)
+        if isinstance(command, SetUserComment):
             return
         self.told += 1
+        self.changes += command.effect in (Effect.SETTING, Effect.MAINTENANCE)
         self.rest = None
         self.power.note_told(command)
+        if isinstance(command, SetOperatingMode):
+            self.mode = None
         if isinstance(command, RENAMING):
             self.position = self.position_at = None
             self.look_due.set()
@@ -308,19 +359,32 @@ class Body:
             self._saw_motion(bool(reply.bits & PULSES_RUNNING))
         elif isinstance(reply, ControllerStatus) and command == _RUNS:
             self._saw_motion(bool(reply.on))
+        else:
+            self.edges.read(reply)
+
+    def perhaps_did(self, command: RorzeCommand[Any]) -> None:
+        """Note what may have been done without a reply."""
+        self.power.note_done(command)
+        self.flash.note_done(command, certain=False)
 
     def _was_done(self, command: RorzeCommand[Any]) -> None:
         self.power.note_done(command)
+        self.flash.note_done(command, certain=True)
         if isinstance(command, SetPosition):
             self.power.note_position_set(command)
 
     def _saw_setting(self, question: RorzeCommand[Any], reply: Reply) -> None:
         self.power.note_read(question, reply)
+        self.flash.note_read(question, reply)
+        if isinstance(reply, OperatingMode):
+            self.mode = reply.mode
         if self.power.changed is not None:
             self.look_due.set()
 
     def _saw_position(self, pulses: int, at: float) -> None:
         self.position, self.position_at = pulses, at
+        if self.way is not None:
+            self.way.add(at, pulses)
         if self.power.contradicts(pulses, 0xFF, self.position_tolerance):
             self.look_due.set()
 
@@ -330,6 +394,12 @@ class Body:
         expected = 0 if self.move is None else PULSES_RUNNING
         if before is None or (before ^ bits) & ~expected:
             self.on_news("body.status.changed", {"status": names_of(bits, CONTROLLER_STATUS_BITS)})
+
+    def reported(self, fields: Mapping[str, int]) -> None:
+        """It has told a change of its state by itself (RC-420 manual 13.11): a reason to look, no proof."""
+        self.edges.reported(fields)
+        if "C" in fields:
+            self.look_due.set()
 
     def _saw_motion(self, runs: bool) -> None:
         if self.move is not None:
@@ -380,7 +450,7 @@ class Body:
     def out_of_sight(self) -> None:
         """What was moving counts as moving, what stood still may move, and nobody can look."""
         self.moving = self.moving or None
-        self.rest = self.no_program_at = None
+        self.rest = self.no_program_at = self.mode = None
         self.power.mark_due = True
 
     def fell_silent(self) -> None:
@@ -472,7 +542,7 @@ class Group:
             if isinstance(result, Reply):
                 member.heard(command, result, answered.at)
             elif isinstance(result, NoReply):
-                member.power.note_done(command)
+                member.perhaps_did(command)
         return results
 
     def _were_told(self, command: RorzeCommand[Any]) -> None:
@@ -483,7 +553,7 @@ class Group:
         """Note what may have been done without a reply."""
         if isinstance(outcome, NoReply):
             for member in self.members:
-                member.power.note_done(command)
+                member.perhaps_did(command)
         return outcome
 
 

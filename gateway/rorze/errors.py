@@ -1,5 +1,6 @@
 """Refusals of bodies and of the link master."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from gateway.core.errors import CommandGarbled, ControllerRefused, GatewayError
@@ -32,14 +33,37 @@ class ProgramDiffers(GatewayError):
 
 
 class SaveUncertain(GatewayError):
-    """A body has lost its power around the moment in which it wrote its program to flash memory."""
+    """A body has lost its power around the moment in which it wrote to flash memory."""
 
     kind = "save-uncertain"
-    title = "Nobody knows which program was written to flash memory"
+    title = "Nobody knows what was written to flash memory"
     retryable = True
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, what: str, remedy: str) -> None:
         super().__init__(
-            f"{address} has lost its power before or while it wrote its program to flash memory.",
-            "Upload it again before it is run.",
+            f"{address} has lost its power before or while it wrote {what} to flash memory.", remedy
+        )
+
+
+class TakenOtherwise(GatewayError):
+    """A setting was acknowledged, and the body tells another value afterwards."""
+
+    kind = "taken-otherwise"
+    title = "Sent, but not done"
+    retryable = True
+
+
+class PartlyDone(GatewayError):
+    """Some of several settings were changed, the rest were not."""
+
+    kind = "partly-done"
+    title = "Only some of it was changed"
+
+    def __init__(self, address: str, done: Sequence[str], left: Sequence[str], cause: GatewayError) -> None:
+        failed, *others = left
+        rest = f" {', '.join(others)} was not sent." if others else ""
+        super().__init__(
+            f"{address} took {', '.join(done)}; then {failed} was not done: {cause.detail}{rest} Nothing "
+            "moved because of it.",
+            "Read what is set now, and change the rest.",
         )

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import random
+import re
 from collections.abc import Callable, Coroutine, Iterable, Mapping
 from typing import Any
 
@@ -11,6 +12,7 @@ from gateway.core.lanes import IMPATIENT, STOPS, Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState as LineState
 from gateway.core.origin import PROBE, SET_UP, acting
+from gateway.core.trace_filter import Talk
 from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
@@ -32,6 +34,8 @@ from transports.base import Transport
 
 log = logging.getLogger(__name__)
 
+_ADDRESS = re.compile(b"&([0-9A-F]{2})|[$#]([0-9A-F])")
+_MEMBER = re.compile(rb"\[([0-7][0-9A-F]):")
 WRITTEN_WITHIN_S = 5.0
 """A command or read that could not be written for so long is not sent any more, as a move is not."""
 ALL_SILENT = (
@@ -89,8 +93,11 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         self.controllers = ""
         """What the link master answered to XID."""
         self.set_ups = 0
-        self.own_groups: set[int] = set()
-        """Groups for sweeps, which nobody waits for: they are defined when the line serves."""
+        self.own_groups: dict[int, int] = {}
+        """Groups for sweeps, each with the set-up by which the link master knows it; 0 is none.
+
+        They are defined with a port that is new, and behind everybody when the link master is set up again.
+        """
         self.followed = 0
         """How many of its bodies have a move that is not over."""
         self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
@@ -150,6 +157,15 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         """Show the exact frame of a command as text, with its CR escaped."""
         return self._session.frame_of(body, command).decode("ascii").replace("\r", "\\r")
 
+    def talk_of(self, frame: bytes) -> Talk:
+        """A frame is about its address; a group's about all members, and a reply about those it names."""
+        match = _ADDRESS.search(frame)
+        if match is None:
+            return Talk(b"")
+        number = int(match[1] or match[2], 16)
+        named = (int(member, 16) for member in _MEMBER.findall(frame))
+        return Talk(b"%X" % number, frozenset((number, *self.groups.get(number, ()), *named)))
+
     def shows_silence(self, error: GatewayError) -> bool:
         """Whether an error shows that a body does not answer, on a line that works."""
         if self.state in (LineState.DOWN, LineState.SETTING_UP) or isinstance(error, GarbledReply):
@@ -182,8 +198,9 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         link_answers = isinstance(identified, Answered | Refusal)
         if link_answers or not self._all_are_offline():
             await self._tell(SetReplyFormat(end_of_move=1))
-            for group, members in [it for it in self.groups.items() if it[0] not in self.own_groups]:
-                await self._tell(_group_definition(group, members))
+            for group, members in [it for it in self.groups.items() if fresh or it[0] not in self.own_groups]:
+                told = await self._tell(_group_definition(group, members))
+                self._note_own_group(group, told, self.set_ups)
         if self._open:
             self._begin_to_serve(link_answers=link_answers)
 
@@ -231,11 +248,20 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
             raise outcome
         self.groups[group] = members
 
-    async def define_own_group(self, group: int, members: list[int]) -> bool:
-        """Define a group for sweeps, behind everybody else; whether the link master took it."""
+    def knows_own_group(self, group: int) -> bool:
+        """Whether its link master was told of a group for sweeps since it was last set up."""
+        return self.own_groups[group] == self.set_ups
+
+    async def define_own_group(self, group: int) -> None:
+        """Define a group for sweeps, behind everybody else."""
+        set_up = self.set_ups
         with acting(SET_UP):
-            outcome = await self.submit(LINK_MASTER, _group_definition(group, members), Lane.BACKGROUND)
-        return isinstance(outcome, Answered)
+            command = _group_definition(group, self.groups[group])
+            self._note_own_group(group, await self.submit(LINK_MASTER, command, Lane.BACKGROUND), set_up)
+
+    def _note_own_group(self, group: int, told: Outcome, set_up: int) -> None:
+        if group in self.own_groups and isinstance(told, Answered):
+            self.own_groups[group] = set_up
 
     # asking
 

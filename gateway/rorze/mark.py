@@ -37,6 +37,13 @@ class Marked(Protocol):
         """Take commands out of its queue."""
 
 
+class _StandsAlready(Cancelled):
+    """Another has written the mark meanwhile."""
+
+    def __init__(self) -> None:
+        super().__init__("The mark stands already; nothing was sent.")
+
+
 class Mark:
     """Writes the mark of one body, and looks at it."""
 
@@ -102,12 +109,15 @@ class Mark:
         body, power = self._body, self._body.power
         power.candidate = power.candidate or new_mark()
         written = SetUserComment(comment_number=power.comment, text=power.candidate)
-        await body.ask(written, lane=lane)
+        try:
+            await body.ask(written, lane=lane)
+        except _StandsAlready:
+            return
         text, at = await self._read(lane)
         if power.mark is None and written.text == power.candidate == text:
             power.note_marked(text, at)
             # A copy that still waits would hide a loss of power.
-            body.drop(self._is_a_copy, Cancelled("The mark stands already; nothing was sent."))
+            body.drop(self._is_a_copy, _StandsAlready())
 
     def _is_a_copy(self, exchange: RorzeExchange) -> bool:
         row = exchange.command

@@ -23,14 +23,21 @@ from gateway.rorze.pace import background_of, is_crowded, is_prompt
 from gateway.rorze.plans import target_of
 from gateway.rorze.power import POWER_ON_POSITION, needs_place
 from gateway.rorze.readings import believed, errs
+from protocols.rorze.inputs_outputs import GetSensors
 from protocols.rorze.modes import GetOperatingMode
-from protocols.rorze.origin import OriginSearch
+from protocols.rorze.origin import CentreStallDog, GetHomingDistance, OriginSearch
 from protocols.rorze.row import RorzeCommand
-from protocols.rorze.status import END_CAUSE_BITS, GetControllerStatus, GetEndCause, names_of
+from protocols.rorze.status import END_CAUSE_BITS, SENSOR_BITS, GetControllerStatus, GetEndCause, names_of
 from protocols.table import Reply
 
+STRAIGHT = ("relative", "absolute", "continuous", "jog")
+"""Moves that go from where the motor stands, one way."""
 MOTION_ERRORS = 0x66
 """Bits of the controller status: a limit, EMS, the movement range or STALL can end a move (9CD)."""
+IN_POSITION_S = 6.0
+"""A servo drive that has not arrived so long after the last pulse has been given CLR: after about 5 s (RC-420
+manual 17.4.1)."""
+IN_POSITION_BIT = SENSOR_BITS.index("in_position")
 MISSING_END_FRAME_S = 0.5
 """An end-of-move frame this late tells that the link master has forgotten to send them."""
 OVERDUE_S = 2.0
@@ -51,6 +58,14 @@ class Verdict(NamedTuple):
     status: MoveStatus
     end_cause: str | None = None
     error: GatewayError | None = None
+
+
+class Stretch(NamedTuple):
+    """Where a motor that moves together with others has to start, and should come to, in pulses."""
+
+    start: int
+    target: int
+    tolerance: int
 
 
 @dataclass(eq=False)
@@ -110,6 +125,19 @@ class Case:
                 f"{body.address} moves already, by no move of this gateway; {move.command} was not sent.",
                 "Wait for its end or stop it.",
             )
+
+    def expect(self, stretch: Stretch) -> None:
+        """Take the target from who has planned the move.
+
+        :raises NotSent: the motor does not stand where the plan begins.
+        """
+        if self.before is None or self.before.position != stretch.start:
+            raise NotSent(
+                f"{self.body.address} stands at {self.move.start_position} pulses, and the move was planned "
+                f"from {stretch.start}; {self.move.command} was not sent.",
+                "See what else moves it, and try again.",
+            )
+        self.move.target_position, self.tolerance = stretch.target, stretch.tolerance
 
     async def _target(self, command: RorzeCommand[Any], start: int) -> int | None:
         return await believed(self.body.line, lambda: target_of(self.body, command, start, Lane.PROOF))
@@ -246,7 +274,7 @@ class Case:
 
     def _is_off_its_way(self, state: MotorState) -> bool:
         start, target = self.move.start_position, self.move.target_position
-        if not state.runs or start is None or target is None:
+        if not state.runs or start is None or target is None or self.move.kind == "interpolated":
             return False
         slack = max(self.tolerance, self.body.position_tolerance)
         return not min(start, target) - slack <= state.position <= max(start, target) + slack
@@ -287,7 +315,12 @@ class Case:
     def _untouched(self, state: MotorState) -> bool:
         """Whether the motor shows that a move of some length was never begun."""
         before = self.before
-        if before is None or self.move.kind not in ("relative", "absolute", "continuous"):
+        leads_back = self.move.kind == "interpolated" and self.move.target_position in (
+            None,
+            self.move.start_position,
+        )
+        straight = self.move.kind == "interpolated" or self.move.kind in STRAIGHT
+        if before is None or not straight or leads_back:
             return False
         ended_at_once = state.bits & ~before.bits & MOTION_ERRORS
         return state.position == before.position and not ended_at_once
@@ -321,8 +354,42 @@ class Case:
         if kept is None:
             return Verdict(MoveStatus.UNKNOWN, error=_perhaps_without_power(body, move))
         if move.kind == "home":
-            body.power.found_origin()
+            await self._homed()
+        elif body.in_position and (verdict := await self._without_in_position()) is not None:
+            return verdict
         return Verdict(MoveStatus.SUCCEEDED, "normal")
+
+    async def _without_in_position(self) -> Verdict | None:
+        """Wait for the servo drive to arrive (INP): how the move ends if it does not, else None."""
+        body = self.body
+        if await self._answered(body.know_mode) != "servo":
+            return None
+        until = asyncio.get_running_loop().time() + IN_POSITION_S
+        while not (sensor := await self._answered(self._ask_for_in_position)):
+            if sensor is None:
+                return self.given_up()
+            if body.being_stopped or body.stopped_at is not None:
+                return Verdict(MoveStatus.STOPPED, "stop_command")
+            if asyncio.get_running_loop().time() > until:
+                return Verdict(MoveStatus.FAILED, "not_in_position", _not_in_position(body))
+            body.end_due.clear()
+            await body.end_seems_due(body.poll_interval_s)
+        self._note("The servo drive reports that it is in position (INP).")
+        return None
+
+    async def _ask_for_in_position(self) -> bool:
+        sensors, _ = await self.body.ask(GetSensors(bit=IN_POSITION_BIT), lane=Lane.PROOF)
+        return bool(sensors.on)
+
+    async def _homed(self) -> None:
+        """An origin search, or the centring of a stall dog, has ended well: ask how far it went (0PD)."""
+        if self.move.command != CentreStallDog.code:  # which finds the nearest dog, wherever that is
+            self.body.power.found_origin()
+        with suppress(GatewayError):
+            told, _ = await believed(
+                self.body.line, lambda: self.body.ask(GetHomingDistance(), lane=Lane.PROOF), _same_reply
+            )
+            self.move.homing_distance = told.pulses
 
     def given_up(self, error: GatewayError | None = None) -> Verdict:
         """The verdict on a move whose end nobody could see: what was heard of it last is evidence."""
@@ -407,7 +474,7 @@ class Case:
         arrived = self._is_target(self.move.position)
         if arrived and not at_power_on:
             return False
-        fell_back = at_power_on and self.move.kind in ("relative", "absolute", "continuous")
+        fell_back = at_power_on and self.move.kind in STRAIGHT
         return self.body.went_silent or (fell_back and not arrived)
 
     async def _end_announced(self) -> bool:
@@ -429,6 +496,15 @@ class Case:
 
     def _note(self, sentence: str) -> None:
         self.move.evidence.append(sentence)
+
+
+def _not_in_position(body: Body) -> MoveFailed:
+    return MoveFailed(
+        f"{body.address} has put out all pulses, and its servo drive was not in position within "
+        f"{IN_POSITION_S:g} s: the controller gives CLR then, and the motor may stand elsewhere than it "
+        "counts.",
+        "See what holds the axis up, and home it before the next move to a place.",
+    )
 
 
 def _gone(body: Body) -> MoveFailed:

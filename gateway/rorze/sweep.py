@@ -42,28 +42,23 @@ class Sweep:
         ]
         self._group_of = {member: group for group in self.groups for member in group.members}
         self._distrusted_until: dict[Group, float] = {}
-        self._defined: dict[Group, int] = {}
-        """By which set-up of the line its link master knows a group."""
         for group in self.groups:
             line.groups[group.number] = [member.number for member in group.members]
-            line.own_groups.add(group.number)
+            line.own_groups[group.number] = 0
 
     def covers(self, body: Body) -> bool:
         """Whether a group that is relied on asks for it."""
         group = self._group_of.get(body)
-        if group is None or self._defined.get(group) != self._line.set_ups:
+        if group is None or not self._line.knows_own_group(group.number):
             return False
         return self._distrusted_until.get(group, -inf) <= _now()
 
     async def define(self) -> None:
         """Define the groups that the link master has not been told since the last set-up (XVS)."""
         for group in self.groups:
-            set_up = self._line.set_ups
-            if self._line.state != "ready" or self._defined.get(group) == set_up:
-                continue
-            with suppress(GatewayError):
-                if await self._line.define_own_group(group.number, [it.number for it in group.members]):
-                    self._defined[group] = set_up
+            if self._line.state == "ready" and not self._line.knows_own_group(group.number):
+                with suppress(GatewayError):
+                    await self._line.define_own_group(group.number)
 
     def group_for(self, body: Body, company: Iterable[Body]) -> Group | None:
         """The group to ask in the place of a body, where enough of its members are in the same company."""

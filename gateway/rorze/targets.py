@@ -12,6 +12,7 @@ from gateway.rorze.line import Line, lane_of
 from gateway.rorze.move_requests import MoveRequest, common_command
 from gateway.rorze.moves import Moves
 from gateway.rorze.plans import GroupPlan, PlannedMove, group_plan_of, plan_of
+from gateway.rorze.samples import BodySamples, samples_of
 from gateway.rorze.stops import Stops
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.programs import EndProgram
@@ -81,6 +82,10 @@ class BodyTarget(_Motors):
         """Work out a move; errors as of `plan_of`."""
         self._moves.require_end(command)
         return await plan_of(self.thing, command)
+
+    async def samples(self, move_id: str) -> BodySamples:
+        """Give where it was seen during a move, beside its plan; errors as of `Ways.of`."""
+        return await samples_of(self._moves.ways.of(move_id))
 
 
 class GroupTarget(_Motors):

@@ -1,11 +1,12 @@
 """Lengths and angles to pulses and back: one factor for each body, set in the configuration."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from gateway.core.errors import InvalidRequest
 
+Per = Literal["", "/s", "/s2"]
 Unit = Literal["pulse", "mm", "um", "deg", "mdeg"]
 _IN_BASE: dict[str, tuple[str, float]] = {
     "mm": ("mm", 1.0),
@@ -30,7 +31,7 @@ class Scale(BaseModel):
         """
         return round(value * self._factor(unit))
 
-    def value(self, pulses: int) -> float:
+    def value(self, pulses: float) -> float:
         """The length or angle of so many pulses, in the scale's own unit."""
         return pulses / self.pulses_per_unit
 
@@ -44,6 +45,20 @@ class Scale(BaseModel):
                 f"This body moves in {self.unit}, not in {unit}; nothing was sent.", "Use its unit."
             )
         return self.pulses_per_unit * size / own_size
+
+
+class Scaled(BaseModel):
+    """A number of pulses, or of pulses per second, in the body's unit."""
+
+    value: float
+    unit: str = Field(description="Such as mm, mm/s or mm/s2.")
+
+    @classmethod
+    def of(cls, pulses: float | None, scale: Scale | None, per: Per = "") -> Self | None:
+        """Convert pulses; None without a number, or without a scale."""
+        if pulses is None or scale is None:
+            return None
+        return cls(value=scale.value(pulses), unit=f"{scale.unit}{per}")
 
 
 def to_pulses(value: float, unit: Unit, scale: Scale | None) -> int:

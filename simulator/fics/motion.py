@@ -122,6 +122,6 @@ def glide(origin: float, target: float, ramps: Ramps, now: float) -> Glide:
     up_s, down_s = (peak - low) / ramps.acceleration, (peak - low) / ramps.deceleration
     steady = max(distance - (low + peak) / 2 * (up_s + down_s), 0.0)
     up = _Phase(now, up_s, 0.0, low, peak - low, ramps.s_curve)
-    cruise = _Phase(up.end_s, steady / peak if steady else 0.0, up.end_way, peak, 0.0, s_curve=False)
+    cruise = _Phase(up.end_s, steady / peak if peak else 0.0, up.end_way, peak, 0.0, s_curve=False)
     down = _Phase(cruise.end_s, down_s, cruise.end_way, peak, low - peak, ramps.s_curve)
     return Glide(origin, target, ramps, (up, cruise, down))

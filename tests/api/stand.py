@@ -85,6 +85,7 @@ async def build_stand(
     access: Mapping[str, object] = OPEN_TABLE,
     credentials: Credentials | None = None,
     groups: Mapping[str, Bodies] = NO_GROUPS,
+    scaras: Sequence[Mapping[str, object]] = (),
 ) -> AsyncIterator[Stand]:
     """Start a plant of these lines and wait until they are ready."""
     now = asyncio.get_running_loop().time()
@@ -97,7 +98,7 @@ async def build_stand(
         {"id": line, "address": addresses[line], "bodies": lines[line], "groups": groups.get(line, [])}
         for line in lines
     ]
-    config = Config.model_validate({"server": server, "access": access, "lines": tables})
+    config = Config.model_validate({"server": server, "access": access, "lines": tables, "scaras": scaras})
     by_address = {addresses[line]: port for line, port in ports.items()}
     plant = TestedPlant(config, open_transport=lambda address: by_address[address])
     ups = plant.events.subscribe(types=["line.up"])

@@ -31,6 +31,7 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
             ],
         ),
         ("move-cost", ["move: processor time", "memory after moves"]),
+        ("live-values", [f"120 bodies watched: {what}" for what in ("a processor", "values")]),
     ],
 )
 def test_a_benchmark_runs_and_prints_its_figures(benchmark: str, names: list[str]) -> None:

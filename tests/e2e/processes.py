@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import Any, TypeVar
 
 import httpx
@@ -213,6 +214,7 @@ class Gateway:
 
     def __init__(self, config: Path) -> None:
         self.config = config
+        self.data = Path(mkdtemp(prefix="data-", dir=config.parent))
         self._starts = 0
         self.start()
 
@@ -220,7 +222,7 @@ class Gateway:
         """Start it, at a port that is free now."""
         self._starts += 1
         log = self.config.with_name(f"{self.config.stem}-{self._starts}.log")
-        self.program = Program(log, "serve", "--config", str(self.config))
+        self.program = Program(log, "serve", "--config", str(self.config), "--data", str(self.data))
         self.url = self.program.said(r"running on (http://[0-9.]+:\d+)")[1]
         self.http = httpx.Client(base_url=self.url, timeout=PATIENCE_S)
         self._cursor: str | None = None

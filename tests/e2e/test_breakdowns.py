@@ -77,7 +77,7 @@ def test_a_box_that_is_killed_in_a_move(line: SimulatedLine, gateway: Gateway) -
 
 
 def test_a_gateway_that_is_killed_in_a_move(line: SimulatedLine, gateway: Gateway) -> None:
-    gateway.moving("3F", FAR)
+    move = gateway.moving("3F", FAR)
     gateway.kill()
     known = len(line.requests())
     gateway.start()
@@ -89,11 +89,34 @@ def test_a_gateway_that_is_killed_in_a_move(line: SimulatedLine, gateway: Gatewa
     refused = gateway.move("3F", 10)
     assert refused.status_code == 409
     assert refused.json()["moved"] == "no"
-    # The new gateway knows nothing of the move, but it can stop it.
+    # The new gateway follows the move in its own record, and can stop it.
+    assert gateway.get(f"/bodies/3F/moves/{move['id']}")["status"] in ("sent", "moving")
     assert gateway.http.post("/bodies/3F/stop").json()["confirmed"]
+    assert gateway.ended("3F", move["id"])["status"] == "stopped"
     assert [it.facts["text"] for it in line.executed(MOTION)] == [f"1+M{FAR}"]
     (stop,) = line.truth("pulses_stop")
     assert gateway.get("/bodies/3F/position")["pulses"] == stop.facts["at"]
+
+
+def test_a_move_outlives_the_gateway_that_began_it(line: SimulatedLine, gateway: Gateway) -> None:
+    cursor = gateway.get("/events?limit=1000")["cursor"]
+    key = {"Idempotency-Key": "once"}
+    content = {"kind": "relative", "direction": "cw", "distance": {"value": LONG, "unit": "pulse"}}
+    move = gateway.http.post("/bodies/3F/moves", json=content, headers=key).json()
+    gateway.kill()
+    gateway.start()
+    gateway.wait_until_ready()
+    again = gateway.http.post("/bodies/3F/moves", json=content, headers=key)
+    assert (again.headers["idempotency-replayed"], again.json()["id"]) == ("true", move["id"])
+    end = gateway.ended("3F", move["id"])
+    assert (end["status"], end["position"]) == ("succeeded", end["target_position"])
+    assert [it.facts["text"] for it in line.executed(MOTION)] == [f"1+M{LONG}"]
+    told = gateway.get(f"/events?after={cursor}&limit=1000")["events"]
+    sequence = [int(event["sequence"]) for event in told]
+    assert sequence == list(range(int(cursor[9:]) + 1, int(cursor[9:]) + 1 + len(told)))
+    (crash,) = [event for event in told if event["type"] == "gateway.crashed"]
+    assert crash["data"]["moves"] == [move["id"]]
+    assert move["id"] in gateway.program.words()
 
 
 def test_a_gateway_that_is_told_to_end_while_clients_listen(line: SimulatedLine, gateway: Gateway) -> None:

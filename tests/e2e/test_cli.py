@@ -183,7 +183,7 @@ def test_a_wrong_configuration_is_refused_with_its_line(
     config = tmp_path / "gateway.toml"
     text = write_config(line, "template").read_text("utf-8")
     config.write_text(text.replace(right, wrong, 1), "utf-8")
-    said = run("serve", "--config", config)
+    said = run("serve", "--config", config, "--data", tmp_path / "data")
     checked = run("check", config)
     assert (checked.returncode, checked.stderr) == (78, said.stderr)
     assert said.returncode == 78

@@ -207,7 +207,7 @@ def test_every_motor_is_stopped_where_the_configuration_says_so(cell: Cell) -> N
 def test_a_closed_terminal_leaves_no_motor_moving(cell: Cell) -> None:
     ours, its = pty.openpty()
     program = subprocess.Popen(  # noqa: S603  # our own program at a terminal of its own
-        [MOTION_GATEWAY, "serve", "--config", str(cell.config())],
+        [MOTION_GATEWAY, "serve", "--config", str(cell.config()), "--data", str(cell.folder / "terminal")],
         preexec_fn=lambda: os.login_tty(its),
     )
     os.close(its)

@@ -1,43 +1,127 @@
 """What a journal tells at the start of the gateway: where the last life ended, and whether it ended well."""
 
+import json
 import secrets
 import time
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final, NamedTuple
 
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk
+
+EPOCHS_KEPT: Final = 100
+
+
+class PastEvent(NamedTuple):
+    """An event of an earlier life."""
+
+    type: str
+    subject: str
+    text: str
+
+
+class OpenIntent(NamedTuple):
+    """Something with an effect of which the journal does not know what has become of it."""
+
+    id: str
+    target: str
+    command: str
+    written: bool
+    """Whether its first byte was handed to the port, as far as the journal knows."""
+    moves: Sequence[str]
+    """The moves it was to make."""
 
 
 class Beginning(NamedTuple):
     """What was found, and what this life goes on from."""
 
     epoch: str
-    """Of the events, whose numbers go on: another one only when the journal is another."""
+    """Of the events, whose numbers go on. Another one after a crash, before which events may have been read
+    that the journal does not have."""
+    earlier: Mapping[str, int]
+    """The epochs before, each with the number of its last event."""
     last_event: int
     was_clean: bool
     """Whether the last life ended by itself; True for the first."""
     seen_at: float | None
     """When the last life was last known to live, by the wall clock."""
-    open_moves: list[str]
-    """Records of moves that were not over, as JSON."""
+    moves: Sequence[str]
+    """The newest records of moves, as JSON, those that were not over among them, in their order."""
+    events: Sequence[PastEvent]
+    """The newest, without a hole, up to the last."""
+    open_intents: Sequence[OpenIntent]
+    begun: frozenset[str] = frozenset()
+    """The moves that are not over, of which a command may have been written."""
 
 
-def begin(disk: Disk) -> Beginning:
+def begin(disk: Disk, most_events: int = 100_000, most_moves: int = 1000) -> Beginning:
     """Read what the last life has left, and note that this one has begun.
 
     :raises DiskFull, DiskFailed: that could not be noted.
     """
     known: dict[str, str] = dict(disk.rows("SELECT name, value FROM meta"))
     [(last,)] = disk.rows("SELECT coalesce(max(number), 0) FROM events")
+    was_clean = known.get("clean", "1") == "1"
+    earlier: dict[str, int] = json.loads(known.get("epochs", "{}"))
+    epoch = known.get("epoch")
+    if epoch is not None and not was_clean:
+        earlier = dict([*earlier.items(), (epoch, int(last))][-EPOCHS_KEPT:])
+        epoch = None
     found = Beginning(
-        epoch=known.get("epoch") or secrets.token_hex(4),
-        last_event=max(int(last), int(known.get("last_event", 0))),
-        was_clean=known.get("clean", "1") == "1",
+        epoch=epoch or secrets.token_hex(4),
+        earlier=earlier,
+        last_event=int(last),
+        was_clean=was_clean,
         seen_at=float(known["seen_at"]) if "seen_at" in known else None,
-        open_moves=[
-            record for (record,) in disk.rows("SELECT record FROM moves WHERE final = 0 ORDER BY id")
-        ],
+        moves=_moves(disk, most_moves),
+        events=_events(disk, int(last), most_events),
+        open_intents=_open_intents(disk),
+        begun=frozenset(_begun(disk)),
     )
-    facts = {"epoch": found.epoch, "clean": "0", "seen_at": str(time.time())}
+    facts = {
+        "epoch": found.epoch,
+        "epochs": json.dumps(earlier),
+        "clean": "0",
+        "seen_at": str(time.time()),
+    }
     disk.commit([writes.meta(name, value) for name, value in facts.items()], durable=True)
     return found
+
+
+def anew() -> Beginning:
+    """The beginning of a life without a past."""
+    return Beginning(secrets.token_hex(4), {}, 0, True, None, (), (), ())
+
+
+def _moves(disk: Disk, most: int) -> list[str]:
+    newest = "SELECT id FROM moves WHERE final = 1 ORDER BY id DESC LIMIT ?"
+    sql = f"SELECT record FROM moves WHERE final = 0 OR id IN ({newest}) ORDER BY id"  # noqa: S608  # no input
+    return [record for (record,) in disk.rows(sql, (most,))]
+
+
+def _events(disk: Disk, last: int, most: int) -> list[PastEvent]:
+    """Read backwards up to the first hole: what a disk in trouble did not take."""
+    sql = "SELECT number, type, subject, text FROM events ORDER BY number DESC LIMIT ?"
+    found: list[PastEvent] = []
+    for number, *event in disk.rows(sql, (most,)):
+        if number != last - len(found):
+            break
+        found.append(PastEvent(*event))
+    return found[::-1]
+
+
+def _open_intents(disk: Disk) -> list[OpenIntent]:
+    sql = "SELECT id, target, command, written_at, move_id FROM intents WHERE ended_at IS NULL ORDER BY id"
+    return [
+        OpenIntent(intent_id, target, command, written_at is not None, (moves or "").split())
+        for intent_id, target, command, written_at, moves in disk.rows(sql)
+    ]
+
+
+def _begun(disk: Disk) -> Iterator[str]:
+    """Whatever their records say: those were written without waiting for the disk."""
+    sent = "SELECT 1 FROM intents WHERE {} AND coalesce(outcome, '') != 'not_sent' LIMIT 1"
+    for (move_id,) in disk.rows("SELECT id FROM moves WHERE final = 0"):
+        alone = disk.rows(sent.format("move_id = ?"), (move_id,))
+        if alone or disk.rows(sent.format("move_id LIKE ?"), (f"%{move_id}%",)):
+            yield move_id

@@ -26,6 +26,8 @@ SYNCED_WITHIN_S = 1.0
 """What nobody waits for is safe from a loss of power after so long."""
 MOST_AT_ONCE = 1000
 """Entries of one commit."""
+MOST_OWED = 50_000
+"""What nobody waits for is kept while the disk is full, and written when there is room: so many changes."""
 
 
 class JournalUnavailable(NotSent):
@@ -74,6 +76,10 @@ class Journal:
     _unsynced_since: float | None = None
     _failed: bool = False
     """The file is not trusted again in this process."""
+    _owed: list[Write] = field(default_factory=list)
+    """What nobody waited for and a full disk has not taken, in its order."""
+    _forgot: bool = False
+    """Some of that was too much: the next life has to begin as after a crash."""
 
     def start(self) -> None:
         """Begin to write, beside the event loop."""
@@ -83,7 +89,7 @@ class Journal:
 
     async def close(self) -> None:
         """Write what waits, mark the end as clean, and release the file."""
-        self.note(writes.meta("clean", "1"))
+        self.on_trouble = lambda _why: None  # what is told from now on is not written any more
         self._waiting.put(None)
         if self._thread is not None:
             await asyncio.to_thread(self._thread.join)
@@ -142,6 +148,7 @@ class Journal:
                 if isinstance(question, _Question):
                     self._answer(question)
             if None in taken:
+                self._end_well()
                 return
             if not taken or time.monotonic() - looked_at > LOOK_S:
                 self._look()
@@ -165,19 +172,32 @@ class Journal:
         error = self._try([write for entry in entries for write in entry.writes], durable=durable)
         if error is None:
             self._unsynced_since = None if durable else self._unsynced_since or now
+        else:
+            self._owe([write for entry in entries if entry.done is None for write in entry.writes])
         self._loop.call_soon_threadsafe(self._settle, entries, error)
 
     def _try(self, batch: Sequence[Write], *, durable: bool) -> OSError | None:
         if self._failed:
             return DiskFailed(self.trouble or "it has failed before")
         try:
-            self.disk.commit(batch, durable=durable)
+            self.disk.commit([*self._owed, *batch], durable=durable)
         except DiskFull as error:
             return error
         except DiskFailed as error:
             self._failed = True
             return error
+        self._owed.clear()
         return None
+
+    def _owe(self, batch: Sequence[Write]) -> None:
+        room = MOST_OWED - len(self._owed)
+        self._forgot = self._forgot or len(batch) > room
+        self._owed += batch[: max(room, 0)]
+
+    def _end_well(self) -> None:
+        """Mark the end as clean, if nothing was lost."""
+        if not self._forgot:
+            self._try([writes.meta("clean", "1")], durable=True)
 
     def _answer(self, question: _Question) -> None:
         try:

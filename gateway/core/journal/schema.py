@@ -69,6 +69,14 @@ MIGRATIONS: Final = (
     ) WITHOUT ROWID;
     CREATE INDEX alarms_standing ON alarms (target) WHERE reset_at IS NULL;
     """,
+    """
+    -- The idempotency key, within its scope, of the request that wanted it.
+    ALTER TABLE intents ADD COLUMN key TEXT;
+    CREATE INDEX intents_by_key ON intents (key) WHERE key IS NOT NULL;
+    """,
+    """
+    CREATE INDEX intents_by_move ON intents (move_id) WHERE move_id IS NOT NULL;
+    """,
 )
 """One script for each version, applied in order; a script that was published never changes."""
 

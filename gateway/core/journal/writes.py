@@ -28,12 +28,13 @@ def intent(
     caller: str,
     request_id: str | None = None,
     move_id: str | None = None,
+    key: str | None = None,
 ) -> Write:
     """Something with an effect is about to be written to a line."""
     return Write(
-        "INSERT INTO intents (id, at, target, command, effect, frame, caller, request_id, move_id) "
-        "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-        (intent_id, at, target, command, effect, frame, caller, request_id, move_id),
+        "INSERT INTO intents (id, at, target, command, effect, frame, caller, request_id, move_id, key) "
+        "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        (intent_id, at, target, command, effect, frame, caller, request_id, move_id, key),
     )
 
 
@@ -62,7 +63,8 @@ def event(number: int, at: float, type_: str, subject: str, text: str) -> Write:
 
 def key_used(scope: str, key: str, digest: str, at: float) -> Write:
     """The first request with an idempotency key has begun."""
-    return Write("INSERT INTO keys (scope, key, digest, at) VALUES (?, ?, ?, ?)", (scope, key, digest, at))
+    sql = "INSERT OR REPLACE INTO keys (scope, key, digest, at) VALUES (?, ?, ?, ?)"
+    return Write(sql, (scope, key, digest, at))
 
 
 def key_answered(scope: str, key: str, status: int, location: str | None, answer: str) -> Write:

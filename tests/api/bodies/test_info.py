@@ -14,6 +14,7 @@ SET_SPEED = "/bodies/3F/commands/set-start-speed"
 
 @on_stand()
 async def test_the_position_comes_from_the_controller(stand: Stand) -> None:
+    await stand.get("/bodies/3F/position")  # the operating mode is asked for once
     await stand.send("3F", "set-position", position=-1234)
     position = (await stand.get("/bodies/3f/position")).json()
     assert (position["body_id"], position["pulses"], position["unit"]) == ("arm.3F", -1234, None)

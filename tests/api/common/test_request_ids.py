@@ -98,7 +98,7 @@ async def test_refusals_of_strangers_have_it_and_pages_may_read_it(stand: Stand)
     assert (stranger.status_code, stranger.headers["x-request-id"]) == (403, MINE)
     assert stranger.json()["request_id"] == MINE
     page = await stand.get("/bodies", origin="http://panel.plant:8080")
-    assert page.headers["access-control-expose-headers"] == "X-Request-Id"
+    assert page.headers["access-control-expose-headers"] == "X-Request-Id, Idempotency-Replayed"
 
 
 @on_stand()

@@ -11,12 +11,14 @@ from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from tests.gateway.rorze.full_line import FULL, SWEEP_GROUPS, busy_s, full_line, teach
 from tests.gateway.rorze.test_body_power import now
-from tests.plants import Rig, in_virtual_time, start
+from tests.plants import Rig, in_virtual_time, rig, start
 
 IDLE_SHARE = 0.1
 GET_WITHIN_S = 0.25
 END_TOLD_WITHIN_S = 1.5
 STOPPED_WITHIN_S = 5.0
+STOPPED_AT_START_WITHIN_S = 7.5
+"""While each body is asked for a program, and told to end it."""
 MOVERS = [f"{4 * number:02X}" for number in range(30)]
 
 
@@ -81,6 +83,16 @@ async def test_a_stop_of_all_is_confirmed_within_5_s_and_nobody_is_alarmed() -> 
         frames = it.wire.frames(sent)
         assert frames[:120] == [f"&{number:02X}5IS" for number in FULL]
         assert not any(frame[3:6] in ("URD", "UES") for frame in frames)
+
+
+@in_virtual_time
+async def test_a_stop_of_all_right_after_the_start_is_confirmed_by_groups_too() -> None:
+    async with rig(bodies=FULL, groups={}, baud=9600, options=SWEEP_GROUPS, beginning=True) as it:
+        await asyncio.sleep(1.0)
+        asked_at = now()
+        reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert now() - asked_at <= STOPPED_AT_START_WITHIN_S
+        assert {report.state for report in reports} == {"confirmed"}
 
 
 @in_virtual_time

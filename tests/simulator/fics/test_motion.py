@@ -3,7 +3,7 @@
 from math import inf
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from simulator.fics.layout import Layout
@@ -71,6 +71,7 @@ places, speeds, rates = st.floats(-1e5, 1e5), st.floats(0.1, 1e4), st.floats(0.1
 
 
 @given(places, places, st.floats(0, 1e4), speeds, rates, rates, st.booleans(), st.floats(0, 1))
+@example(0.0, 5e-324, 0.0, 1.0, 0.5, 0.5, False, 0.0).via("a way too short for any speed")
 def test_every_move_gets_there_without_jumps_and_never_too_fast(
     origin: float, target: float, low: float, high: float, up: float, down: float, curve: bool, share: float
 ) -> None:

@@ -7,9 +7,11 @@ from pathlib import Path
 import pytest
 
 from gateway.core.journal import schema, writes
-from gateway.core.journal.beginning import begin
+from gateway.core.journal.beginning import OpenIntent, begin
 from gateway.core.journal.disk import DiskFailed, InUse, SqliteDisk
 from gateway.core.journal.schema import TooNew
+
+TOLD = {"command": "home", "effect": "motion", "frame": "&3FHMF\\r", "caller": "test"}
 
 
 def test_two_gateways_never_share_a_directory(tmp_path: Path) -> None:
@@ -75,10 +77,16 @@ def test_a_directory_that_cannot_be_written_says_so(tmp_path: Path) -> None:
 def test_the_next_life_knows_how_the_last_one_ended(tmp_path: Path) -> None:
     disk = SqliteDisk(tmp_path)
     first = begin(disk)
-    assert (first.was_clean, first.seen_at, first.last_event, first.open_moves) == (True, None, 0, [])
+    assert (first.was_clean, first.seen_at, first.last_event, first.moves) == (True, None, 0, [])
     disk.commit(
         [
-            writes.event(7, 1.0, "line.up", "/lines/a", "{}"),
+            writes.event(4, 1.0, "line.up", "/lines/a", "{4}"),
+            writes.event(6, 1.0, "line.up", "/lines/a", "{6}"),
+            writes.event(7, 1.0, "line.down", "/lines/a", "{7}"),
+            writes.intent("i1", 1.0, target="a.3F", **TOLD, move_id="m1 m2"),
+            writes.written("i1", 1.0),
+            writes.intent("i0", 1.0, target="a.3F", **TOLD),
+            writes.ended("i0", 1.0, "answered"),
             writes.move("m1", 1.0, "a.3F", "{1}", final=False),
             writes.move("m0", 1.0, "a.3F", "{0}", final=True),
         ],
@@ -87,8 +95,15 @@ def test_the_next_life_knows_how_the_last_one_ended(tmp_path: Path) -> None:
     disk.close()
     disk = SqliteDisk(tmp_path)
     second = begin(disk)
-    assert (second.epoch, second.last_event, second.was_clean) == (first.epoch, 7, False)
-    assert (second.open_moves, second.seen_at is not None) == (["{1}"], True)
+    assert (second.last_event, second.was_clean, second.seen_at is not None) == (7, False, True)
+    assert second.moves == ["{0}", "{1}"]
+    assert second.events == [("line.up", "/lines/a", "{6}"), ("line.down", "/lines/a", "{7}")]
+    assert second.open_intents == [OpenIntent("i1", "a.3F", "home", written=True, moves=["m1", "m2"])]
+    assert second.begun == {"m1"}
+    assert second.earlier == {first.epoch: 7}
+    assert second.epoch != first.epoch
     disk.commit([writes.meta("clean", "1")], durable=True)
-    assert begin(disk).was_clean
+    third = begin(disk)
+    assert third.was_clean
+    assert (third.epoch, third.earlier) == (second.epoch, second.earlier)
     disk.close()

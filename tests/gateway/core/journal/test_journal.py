@@ -1,6 +1,7 @@
 """The journal: durable before it returns, in one commit with all that waits, honest about trouble."""
 
 import asyncio
+import sqlite3
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -13,6 +14,7 @@ from gateway.core.journal import journal as module
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk, DiskFailed, DiskFull, SqliteDisk
 from gateway.core.journal.journal import Journal, JournalUnavailable
+from gateway.core.journal.retention import Retention
 from gateway.core.journal.writes import Value, Write
 
 pytestmark = pytest.mark.anyio
@@ -116,6 +118,68 @@ async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
         await recovery(journal)
         await journal.write(intent())
     assert told == ["journal.db: No space left on device", None]
+
+
+async def test_what_a_full_disk_has_not_taken_is_written_in_its_order_when_there_is_room(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(module, "LOOK_S", 0.01)
+    disk = SqliteDisk(tmp_path)
+    async with journal_on(disk) as journal:
+        journal.retention = Retention(days=100_000)
+        await journal.write(intent())
+        with monkeypatch.context() as full:
+            full.setattr(disk, "_connection", FullConnection())
+            journal.note(writes.written("i1", 2.0))
+            journal.note(writes.ended("i1", 3.0, "answered"))
+            while journal.trouble is None:  # noqa: ASYNC110
+                await asyncio.sleep(0.002)
+            with pytest.raises(JournalUnavailable):
+                await journal.write(intent(2))
+        await recovery(journal)
+        assert await journal.rows("SELECT id, written_at, outcome FROM intents") == [("i1", 2.0, "answered")]
+    assert was_clean(tmp_path)
+
+
+async def test_an_end_at_which_something_was_forgotten_is_not_clean(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(module, "LOOK_S", 0.01)
+    monkeypatch.setattr(module, "MOST_OWED", 1)
+    disk = SqliteDisk(tmp_path)
+    async with journal_on(disk) as journal:
+        with monkeypatch.context() as full:
+            full.setattr(disk, "_connection", FullConnection())
+            journal.note(writes.event(1, 1.0, "line.up", "/lines/a", "{1}"))
+            journal.note(writes.event(2, 1.0, "line.up", "/lines/a", "{2}"))
+            while journal.trouble is None:  # noqa: ASYNC110
+                await asyncio.sleep(0.002)
+            journal.note(writes.event(3, 1.0, "line.up", "/lines/a", "{3}"))
+            await journal.rows("SELECT 1")
+        await recovery(journal)
+        assert await journal.rows("SELECT number FROM events") == [(1,)]
+    assert not was_clean(tmp_path)
+
+
+class FullConnection:
+    """SQLite on a disk without room."""
+
+    def execute(self, sql: str, _: Sequence[Value] = ()) -> Any:
+        if sql.startswith("SELECT"):
+            return self
+        full = sqlite3.OperationalError("database or disk is full")
+        full.sqlite_errorcode = sqlite3.SQLITE_FULL
+        raise full
+
+    def fetchall(self) -> list[Any]:
+        return []
+
+
+def was_clean(directory: Path) -> bool:
+    disk = SqliteDisk(directory)
+    rows = disk.rows("SELECT value FROM meta WHERE name = 'clean'")
+    disk.close()
+    return rows == [("1",)]
 
 
 async def test_a_disk_that_has_failed_is_not_trusted_again(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,60 @@
+"""Entity tags: a change of what somebody has read is refused where it is otherwise now (RFC 9110 13.1.1)."""
+
+import re
+from collections.abc import Callable
+from hashlib import sha256
+from typing import Any, Final
+
+from fastapi import Request, Response
+from pydantic import BaseModel
+
+from api.common.requests import json_response
+from gateway.core.errors import Outdated
+
+HEADER: Final = "If-Match"
+
+DECLARED_HEADER: Final[dict[str, Any]] = {
+    "parameters": [
+        {
+            "name": HEADER,
+            "in": "header",
+            "required": False,
+            "schema": {"type": "string"},
+            "description": "The ETag of what was read: where it is otherwise now, nothing is changed (412).",
+        }
+    ]
+}
+"""The header, for the OpenAPI entry of a route that heeds it."""
+
+_TAG = re.compile(r'(?:W/)?"[^"]*"')
+
+
+NOT_TAGGED: Final = {"steps", "flash", "last"}
+"""What a change took, what flash memory is known to hold, what was done last: no change expects that."""
+
+
+def etag_of(document: BaseModel) -> str:
+    """The strong tag of what a document says."""
+    return f'"{sha256(document.model_dump_json(exclude=NOT_TAGGED).encode()).hexdigest()[:32]}"'
+
+
+def require_match(request: Request, etag: str) -> None:
+    """Refuse a change of something else than was read; without the header nothing was asked for.
+
+    :raises Outdated: `If-Match` does not name the present state; a weak tag names none.
+    """
+    wanted = ",".join(request.headers.getlist(HEADER)).strip()
+    if wanted and wanted != "*" and etag not in _TAG.findall(wanted):
+        raise Outdated
+
+
+def expected_by(request: Request) -> Callable[[BaseModel], None] | None:
+    """What refuses a present state that `If-Match` does not name; None where any will do."""
+    if request.headers.get(HEADER, "*").strip() == "*":
+        return None
+    return lambda document: require_match(request, etag_of(document))
+
+
+def tagged(document: BaseModel) -> Response:
+    """Answer with a document and its tag."""
+    return json_response(document, headers={"ETag": etag_of(document)})

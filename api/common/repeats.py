@@ -1,0 +1,198 @@
+"""Requests with an Idempotency-Key: carried out once, however often they are sent, over restarts, too."""
+
+import asyncio
+import json
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
+from typing import Final
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from api.common.access import Access
+from api.common.idempotency import HONOURED, WITH_EFFECT
+from api.common.problems import plain_problem, problem_of, response_to
+from api.common.results import render
+from api.common.strict_json import read_body
+from api.front.stop_paths import is_stop
+from gateway.core.errors import GatewayError, InvalidRequest, NoReply
+from gateway.core.move_record import Move, MoveRecord
+from gateway.core.origin import acting, current
+from gateway.core.targets import Begun
+from gateway.operations.keys import Answered, Key, Keys, LeftOpen
+from gateway.rorze.scaras.record import ScaraMove
+
+REPLAYED: Final = "Idempotency-Replayed"
+LONGEST_KEY: Final = 255
+MOST_BYTES: Final = 262_144
+"""No route takes a longer body."""
+AS_TEXT: Final = "/raw"
+"""A command as text may be a stop, which waits for no disk: its route refuses keys."""
+
+
+@dataclass(eq=False)
+class _Answer:
+    """What a request was answered, so that it can be answered again."""
+
+    status: int = 0
+    headers: list[tuple[str, str]] = field(default_factory=list)
+    body: bytes = b""
+
+    def note(self, message: Message) -> None:
+        if message["type"] == "http.response.start":
+            self.status = message["status"]
+            headers = message["headers"]
+            self.headers = [(name.decode("latin-1"), value.decode("latin-1")) for name, value in headers]
+        elif message["type"] == "http.response.body":
+            self.body += message.get("body", b"")
+
+    @property
+    def location(self) -> str | None:
+        return dict(self.headers).get("location")
+
+    def text(self) -> str:
+        return json.dumps({"headers": self.headers, "body": self.body.decode("utf-8", "surrogateescape")})
+
+    @classmethod
+    def read(cls, kept: Answered) -> "_Answer":
+        told = json.loads(kept.text)
+        headers = [(name, value) for name, value in told["headers"]]
+        return cls(kept.status, headers, told["body"].encode("utf-8", "surrogateescape"))
+
+    @classmethod
+    def of(cls, response: Response) -> "_Answer":
+        return cls(response.status_code, list(response.headers.items()), bytes(response.body))
+
+    def again(self) -> Response:
+        response = Response(self.body, self.status)
+        headers = [*self.headers, (REPLAYED.lower(), "true")]
+        response.raw_headers = [(name.encode("latin-1"), value.encode("latin-1")) for name, value in headers]
+        return response
+
+
+@dataclass(eq=False)
+class _First:
+    """The first request with a key, while it is under way."""
+
+    key: Key
+    over: asyncio.Event = field(default_factory=asyncio.Event)
+    answer: _Answer | None = None
+    """None where it was refused and nothing was sent: then the next one is the first."""
+
+
+class Repeats:
+    """Looks at the key of each request with an effect; stops pass at once, for to stop twice does no harm."""
+
+    def __init__(self, app: ASGIApp, keys: Keys, access: Access) -> None:
+        self._app, self._keys, self._access = app, keys, access
+        self._under_way: dict[str, _First] = {}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Carry the request out, or give the answer that it had before."""
+        given = _key_of(scope)
+        caller = None if given is None else self._access.caller_of(scope)
+        if given is None or caller is None:
+            await self._app(scope, receive, send)
+            return
+        request = Request(scope, receive)
+        try:
+            _require_good(given)
+            body = await read_body(request, MOST_BYTES)
+            before = await self._before(_key(caller, given, request, body), body, request, send)
+        except GatewayError as error:
+            before = response_to(problem_of(error, scope["path"]))
+        except HTTPException as error:
+            before = response_to(plain_problem(error.status_code, error.detail, scope["path"]))
+        if before is not None:
+            await before(scope, receive, send)
+
+    async def _before(self, key: Key, body: bytes, request: Request, send: Send) -> Response | None:
+        """The answer to an earlier request; None where this is the first, which has its own now."""
+        while (first := self._under_way.get(key.name)) is not None:
+            first.key.require_same(key.digest)
+            await first.over.wait()
+            if first.answer is not None:
+                return first.answer.again()
+        self._under_way[key.name] = first = _First(key)
+        try:
+            known = await self._keys.known(key)
+            if known is None:
+                first.answer = await self._carry_out(key, body, request, send)
+                return None
+            first.answer = _Answer.read(known) if isinstance(known, Answered) else _found(known, request)
+            return first.answer.again()
+        finally:
+            del self._under_way[key.name]
+            first.over.set()
+
+    async def _carry_out(self, key: Key, body: bytes, request: Request, send: Send) -> _Answer | None:
+        """Let it be done, and give its answer if that uses the key up."""
+        self._keys.begin(key)
+        answer = _Answer()
+
+        async def receive() -> Message:
+            return {"type": "http.request", "body": body, "more_body": False}
+
+        async def note(message: Message) -> None:
+            answer.note(message)
+            await send(message)
+
+        with acting(replace(current(), key=key.name)):
+            await self._app({**request.scope, HONOURED: True}, receive, note)
+        kept = await self._keys.end(key, answer.status, answer.location, answer.text())
+        return answer if kept else None
+
+
+def _key_of(scope: Scope) -> str | None:
+    """The key of a request that does something, and stops nothing."""
+    if scope["type"] != "http" or scope["method"] not in WITH_EFFECT:
+        return None
+    if is_stop(scope["method"], scope["path"]) or scope["path"].endswith(AS_TEXT):
+        return None
+    values = [value for name, value in scope["headers"] if name == b"idempotency-key"]
+    return b",".join(values).decode("latin-1") if values else None
+
+
+def _require_good(key: str) -> None:
+    if not 0 < len(key) <= LONGEST_KEY or not all("!" <= char <= "~" for char in key):
+        raise InvalidRequest(
+            f"The header Idempotency-Key is not of 1 to {LONGEST_KEY} visible ASCII characters; nothing was "
+            "sent.",
+            "Give each request a key of its own, such as a UUID.",
+        )
+
+
+def _key(caller: str, key: str, request: Request, body: bytes) -> Key:
+    where = f"{caller} {request.method} {request.scope['path']}"
+    content = b"\0".join([request.scope["query_string"], _canonical(body)])
+    return Key(where, key, sha256(content).hexdigest())
+
+
+def _canonical(body: bytes) -> bytes:
+    """Blanks and the order of members make no other request."""
+    try:
+        return json.dumps(json.loads(body), sort_keys=True).encode()
+    except ValueError:
+        return body
+
+
+def _found(left: LeftOpen, request: Request) -> _Answer:
+    """Answer for an earlier life, which has ended before it could."""
+    if left.moves:
+        return _Answer.of(render(request, _begun(left.moves[0], left)))
+    unknown = NoReply(
+        "The gateway has ended while this request was under way, and nobody knows what has become of it; "
+        "nothing is sent again.",
+        "Read back what it should have changed, then use another key.",
+    )
+    return _Answer.of(response_to(problem_of(unknown, request.scope["path"])))
+
+
+def _begun(first: MoveRecord, left: LeftOpen) -> Begun:
+    if isinstance(first, ScaraMove):
+        return Begun(f"/scaras/{first.scara_id}", [first])
+    if isinstance(first, Move):
+        return Begun(f"/bodies/{first.body_id}", left.moves, first.group_id)
+    return Begun(f"/robots/{first.body_id}", left.moves)

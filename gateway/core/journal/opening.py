@@ -1,0 +1,80 @@
+"""A journal opened for a life of the gateway, with what it tells of the lives before."""
+
+import logging
+import sqlite3
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gateway.core.journal.beginning import Beginning, anew, begin
+from gateway.core.journal.disk import Disk, DiskFailed, InUse, SqliteDisk
+from gateway.core.journal.journal import Journal
+from gateway.core.journal.writes import Value, Write
+
+log = logging.getLogger(__name__)
+
+
+class Opened(NamedTuple):
+    """A journal, and what was found in it."""
+
+    journal: Journal
+    past: Beginning
+    set_aside: Path | None = None
+    """Where a broken file was put, in whose place a new one was begun."""
+
+
+class NoDisk:
+    """In the place of a disk that could not be opened: it takes nothing, for as long as the process lives."""
+
+    def __init__(self, why: str) -> None:
+        self._why = why
+
+    def commit(self, _writes: Sequence[Write], *, durable: bool) -> None:
+        """Refuse."""
+        raise DiskFailed(self._why + (" (it had to be durable)" if durable else ""))
+
+    def rows(self, _sql: str, _values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
+        """Nothing is there."""
+        return []
+
+    def check(self) -> None:
+        """Refuse."""
+        raise DiskFailed(self._why)
+
+    def tidy(self) -> None:
+        """Nothing is to be tidied."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def open_journal(directory: Path) -> Opened:
+    """Open the journal of a directory; where that is not possible, one that is in trouble from the start.
+
+    :raises InUse: another gateway has it open.
+    :raises TooNew: a later version of the gateway has written it.
+    """
+    try:
+        disk = SqliteDisk(directory)
+        past = _begin(disk)
+    except InUse:
+        raise
+    except (OSError, sqlite3.Error) as error:
+        log.error(  # noqa: TRY400  # one sentence says all
+            "the journal in %s cannot be used: %s; only reads and stops are sent", directory, error
+        )
+        return Opened(Journal(NoDisk(str(error)), trouble=str(error)), anew())
+    if disk.set_aside is not None:
+        log.error(
+            "the journal was broken: it is now %s, and a new one was begun; what was under way is not known",
+            disk.set_aside,
+        )
+    return Opened(Journal(disk), past, disk.set_aside)
+
+
+def _begin(disk: Disk) -> Beginning:
+    try:
+        return begin(disk)
+    except BaseException:
+        disk.close()
+        raise

@@ -1,0 +1,87 @@
+"""What a plant remembers over restarts: its events and moves, and what was under way when it ended."""
+
+import logging
+import time
+from collections.abc import Collection
+from datetime import UTC, datetime
+from typing import Any
+
+from pydantic_core import from_json
+
+from gateway.core.events import Event, EventHub
+from gateway.core.family import AnyLine, Family
+from gateway.core.journal import writes
+from gateway.core.journal.intents import Intents
+from gateway.core.journal.opening import Opened
+from gateway.core.move_record import MoveRecord
+from gateway.wind_down import SUBJECT
+
+log = logging.getLogger(__name__)
+
+
+class Memory:
+    """The journal of a plant, and what writes into it."""
+
+    def __init__(self, opened: Opened, events: EventHub, families: Collection[Family]) -> None:
+        self.journal, self._past, self._set_aside = opened
+        self._events, self._families = events, families
+        self.journal.on_trouble = self._tell_of_trouble
+        past = self._past
+        events.resume(past.epoch, past.earlier, past.last_event, past.events)
+        events.on_published = self._keep_event
+
+    def keep(self, line: AnyLine) -> None:
+        """Write down what a line does with an effect."""
+        line.intents = Intents(self.journal, line.address_of)
+
+    def start(self) -> None:
+        """Begin to write, tell how the last life ended, and take its moves over; the lines are built."""
+        self.journal.start()
+        records = [from_json(record) for record in self._past.moves]
+        self._tell_of_the_past(records)
+        for intent in self._past.open_intents:
+            detail = "The gateway has ended before this was known."
+            self.journal.note(writes.ended(intent.id, time.time(), "unknown", detail))
+        for family in self._families:
+            for moves in family.move_logs():
+                moves.on_change = self._keep_move
+            family.resume(records, self._past.begun)
+
+    async def close(self) -> None:
+        """Write what waits; this life has ended well."""
+        await self.journal.close()
+
+    def _keep_event(self, event: Event) -> None:
+        self.journal.note(writes.event(event.number, time.time(), event.type, event.subject, event.json))
+
+    def _keep_move(self, move: MoveRecord) -> None:
+        at, final = move.created_at.timestamp(), move.status.final
+        self.journal.note(writes.move(move.id, at, move.body_id, move.model_dump_json(), final=final))
+
+    # what is told
+
+    def _tell_of_trouble(self, why: str | None) -> None:
+        if why is None:
+            self._events.publish("gateway.journal.recovered", SUBJECT, {})
+        else:
+            self._events.publish("gateway.journal.trouble", SUBJECT, {"reason": why})
+
+    def _tell_of_the_past(self, records: list[dict[str, Any]]) -> None:
+        if self._set_aside is not None:
+            self._events.publish("gateway.journal.set_aside", SUBJECT, {"file": str(self._set_aside)})
+        if self.journal.trouble is not None:
+            self._tell_of_trouble(self.journal.trouble)
+        if self._past.was_clean:
+            return
+        open_moves = [record["id"] for record in records if record["ended_at"] is None]
+        commands = [f"{it.command} to {it.target}" for it in self._past.open_intents]
+        seen_at = self._past.seen_at and datetime.fromtimestamp(self._past.seen_at, UTC).isoformat()
+        log.error(
+            "the last life of the gateway did not end as it should (last seen %s); under way were the moves "
+            "%s and the commands %s",
+            seen_at or "never",
+            ", ".join(open_moves) or "(none)",
+            ", ".join(commands) or "(none)",
+        )
+        told = {"last_seen_at": seen_at, "moves": open_moves, "commands": commands}
+        self._events.publish("gateway.crashed", SUBJECT, told)

@@ -1,0 +1,123 @@
+"""Idempotency keys: what was done under each is in the journal, with the intents of its request."""
+
+import asyncio
+import time
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.journal import writes
+from gateway.core.journal.journal import Journal, JournalUnavailable
+from gateway.core.journal.writes import Value
+from gateway.core.move_record import MoveRecord
+from gateway.plant import Plant
+
+ASKED_WITHIN_S = 1.0
+"""So long the journal is asked for what was answered before."""
+
+
+class Key(NamedTuple):
+    """A key, with the scope in which it stands for one request."""
+
+    scope: str
+    """Who asks for what, and where."""
+    key: str
+    digest: str
+    """Of all that makes it this request and no other."""
+
+    @property
+    def name(self) -> str:
+        """What its intents know it by."""
+        return f"{self.scope} {self.key}"
+
+    def require_same(self, digest: str) -> None:
+        """Refuse a key that stands for something else already.
+
+        :raises InvalidRequest: it does.
+        """
+        if digest != self.digest:
+            raise InvalidRequest(
+                "The Idempotency-Key was used for another request before; nothing was sent.",
+                "Give each request a key of its own, and repeat it only with the same content.",
+            )
+
+
+class Answered(NamedTuple):
+    """What was answered."""
+
+    status: int
+    text: str
+
+
+class LeftOpen(NamedTuple):
+    """The gateway has ended before it answered, and this was begun."""
+
+    moves: Sequence[MoveRecord]
+    """None where it was for something else: nobody knows what has become of that."""
+
+
+class Keys:
+    """The keys of a plant that has a journal."""
+
+    def __init__(self, plant: Plant, journal: Journal) -> None:
+        self._plant, self._journal = plant, journal
+
+    async def known(self, key: Key) -> Answered | LeftOpen | None:
+        """What came of an earlier request with this key; None where nothing was sent for it.
+
+        :raises InvalidRequest: that was another request.
+        :raises JournalUnavailable: the journal does not tell.
+        """
+        rows = await self._rows(
+            "SELECT digest, status, answer FROM keys WHERE scope = ? AND key = ?", key.scope, key.key
+        )
+        for digest, status, text in rows:
+            key.require_same(digest)
+            return await self._left_open(key) if status is None else Answered(status, text)
+        return None
+
+    async def _left_open(self, key: Key) -> LeftOpen | None:
+        rows = await self._rows("SELECT move_id FROM intents WHERE key = ? ORDER BY id", key.name)
+        moves = [move for (ids,) in rows for it in (ids or "").split() for move in self._move(it)]
+        return LeftOpen(moves) if rows else None
+
+    def _move(self, move_id: str) -> list[MoveRecord]:
+        for family in self._plant.families.values():
+            for moves in family.move_logs():
+                try:
+                    return [moves.get(move_id)]
+                except NotFound:
+                    continue
+        return []
+
+    def begin(self, key: Key) -> None:
+        """Write the key down: it is durable before the first intent of its request is.
+
+        :raises JournalUnavailable: the journal cannot be written; nothing was sent.
+        """
+        self._journal.require()
+        self._journal.note(writes.key_used(key.scope, key.key, key.digest, time.time()))
+
+    async def end(self, key: Key, status: int, location: str | None, text: str) -> bool:
+        """Keep what was answered, or free the key after a refusal of which nothing was sent; was it kept?"""
+        kept = status < 400 or await self._was_sent(key)
+        if kept:
+            self._journal.note(writes.key_answered(key.scope, key.key, status, location, text))
+        else:
+            self._journal.note(writes.key_free(key.scope, key.key))
+        return kept
+
+    async def _was_sent(self, key: Key) -> bool:
+        """Whether anything was sent for it; where nobody can say, it counts as sent."""
+        sql = "SELECT 1 FROM intents WHERE key = ? AND written_at IS NOT NULL LIMIT 1"
+        try:
+            return bool(await self._rows(sql, key.name))
+        except JournalUnavailable:
+            return True
+
+    async def _rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:
+        try:
+            async with asyncio.timeout(ASKED_WITHIN_S):
+                return await self._journal.rows(sql, *values)
+        except TimeoutError:
+            raise JournalUnavailable("it does not tell what was asked before") from None

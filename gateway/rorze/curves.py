@@ -1,0 +1,117 @@
+"""How fast a move with a pattern would be at each moment, with the settings of now (RC-420 manual 13.3)."""
+
+from typing import Literal, NamedTuple
+
+from pydantic import Field
+
+from gateway.core.errors import InvalidRequest
+from gateway.core.records import Record
+from gateway.rorze.bodies import Body
+from gateway.rorze.patterns import read_pattern
+from gateway.rorze.plans import pulses_per_count
+from gateway.rorze.speed_sets import parameters_of
+from gateway.rorze.units import Scale, Scaled
+from protocols.rorze.notation import BILLION
+from protocols.rorze.profile import Profile, ProfileError, SpeedChange, plan, plan_slow
+
+
+class CurvePoint(Record):
+    """A moment of the move, in the pulses that are put out."""
+
+    time_s: float = Field(description="Seconds since the first pulse.")
+    position: float = Field(description="Pulses since the start.")
+    speed: float = Field(description="Pulses per second.")
+    acceleration: float = Field(description="Pulses per second, per second; below 0 while it slows down.")
+    position_in_unit: float | None = Field(description="In the body's unit; null without a scale.")
+    speed_in_unit: float | None
+    acceleration_in_unit: float | None
+
+
+class SpeedCurve(Record):
+    """The speed of a move from its first pulse to its last."""
+
+    body_id: str
+    pattern: int
+    distance: int = Field(description="In pulses; in encoder mode in encoder counts.")
+    pulses: int = Field(description="How many are put out.")
+    distance_in_unit: Scaled | None
+    unit: str | None = Field(description="The body's; null without a scale.")
+    total_time_s: float
+    top_speed: float = Field(description="The highest speed it comes to, in pulses per second.")
+    points: list[CurvePoint] = Field(
+        description="Evenly spread, and each moment in which a part of the curve begins."
+    )
+
+
+class _Units(NamedTuple):
+    """How pulses that are put out come to the body's unit."""
+
+    scale: Scale | None
+    ratio: float
+    """Pulses put out for one of what the body counts."""
+
+    def of(self, pulses: float) -> float | None:
+        return None if self.scale is None else self.scale.value(pulses / self.ratio)
+
+
+async def curve_of(
+    body: Body, number: int, distance: int, speed: Literal["high", "low"], points: int
+) -> SpeedCurve:
+    """Work out a move of so many pulses, or encoder counts, with a pattern; only reads are sent.
+
+    :raises InvalidRequest: there is no such move: it would be refused, or the pattern is not set.
+    :raises GatewayError: the settings were not read.
+    """
+    if not 1 <= distance < BILLION:
+        raise InvalidRequest(
+            f"distance comes to {distance} pulses, and must be 1 to {BILLION - 1}; nothing was sent."
+        )
+    ratio = await pulses_per_count(body)
+    try:
+        profile = await _profile(body, number, round(distance * ratio), speed)
+    except ProfileError as error:
+        raise InvalidRequest(f"A move with pattern {number} would be refused: {error}") from None
+    return _curve(body, number, distance, profile, _Units(body.scale, ratio), points)
+
+
+async def _profile(body: Body, number: int, distance: int, speed: Literal["high", "low"]) -> Profile:
+    pattern = await read_pattern(body, number)
+    if pattern.acceleration_set is None or pattern.deceleration_set is None:
+        raise InvalidRequest(f"Pattern {number} of {body.address} was never set.", "Set it first.")
+    up = await parameters_of(body, pattern.acceleration_set)
+    same = pattern.deceleration_set == pattern.acceleration_set
+    down = up if same else await parameters_of(body, pattern.deceleration_set)
+    if pattern.changes is None:
+        raise InvalidRequest(
+            f"The speed changes of pattern {number} of {body.address} do not suit its speed sets."
+        )
+    changes = [SpeedChange("F", it.begin, it.speed_pps) for it in pattern.changes]
+    return (plan_slow if speed == "low" else plan)(distance, up, down, changes)
+
+
+def _curve(
+    body: Body, number: int, distance: int, profile: Profile, units: _Units, points: int
+) -> SpeedCurve:
+    end_s = profile.duration_s or 0.0
+    even = (end_s * index / (points - 1) for index in range(points))
+    moments = sorted({*even, *(it.start_s for it in profile.curve.phases if it.start_s < end_s)})
+    rows = [_point(profile, at_s, units) for at_s in moments]
+    return SpeedCurve(
+        body_id=body.address,
+        pattern=number,
+        distance=distance,
+        pulses=profile.distance or 0,
+        distance_in_unit=Scaled.of(distance, body.scale),
+        unit=None if body.scale is None else body.scale.unit,
+        total_time_s=end_s,
+        top_speed=max(it.speed for it in rows),
+        points=rows,
+    )
+
+
+def _point(profile: Profile, at_s: float, units: _Units) -> CurvePoint:
+    """The state at a moment; at the last one as it arrives, not as it stands."""
+    phase = profile.curve.at(at_s)
+    numbers = {"position": profile.position(at_s), "speed": phase.speed, "acceleration": phase.acceleration}
+    in_unit = {f"{name}_in_unit": units.of(it) for name, it in numbers.items()}
+    return CurvePoint(time_s=at_s, **numbers, **in_unit)

@@ -1,0 +1,279 @@
+"""The acceleration patterns A[n] of a body with their speed changes (RC-420 manual 13.3.4, 13.3.7)."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from operator import attrgetter
+from typing import Annotated, Any, Final, Self
+
+from pydantic import BaseModel, Field, model_validator
+
+from gateway.core.errors import InvalidRequest
+from gateway.core.records import WHOLE, RequestModel, example
+from gateway.rorze.bodies import Body
+from gateway.rorze.changes import ChangeStep, Codec, Expectation, Item, Wanted, as_expected, change, read
+from gateway.rorze.speed_sets import STANDARD, parameters_of
+from gateway.rorze.units import Scaled
+from protocols.rorze.notation import Amount, Slot, Speed
+from protocols.rorze.patterns import (
+    ChangePoint,
+    GetPattern,
+    GetSpeedChange,
+    SetPattern,
+    SetSpeedChange,
+    SpeedChangePoint,
+)
+from protocols.rorze.profile import ProfileError, SpeedChange, resolve_changes
+
+POINTS: Final = range(16)
+"""The speed changes that a pattern may have (SES)."""
+NOT_SET: Final = "0x47"
+"""How a pattern that was never set is refused (RC-420 manual 21)."""
+NOT_READABLE: Final = "not readable"
+_UNREADABLE: Final = {f"0x{code:02X}": NOT_READABLE for code in (*range(0x40, 0x49), 0x65)}
+"""Its speed sets are not complete, or the changes do not suit them."""
+
+SetNumber = Annotated[Slot, WHOLE]
+Pulses = Annotated[Amount, WHOLE]
+
+
+class SpeedChangeRequest(RequestModel):
+    """A change of speed on the way: placed by where it begins, or by where it is done."""
+
+    point: Annotated[ChangePoint, WHOLE] = Field(description="Number of the change, 0-15.")
+    begin: Pulses | None = Field(
+        default=None, description="Pulses after the start at which it begins; or `end`."
+    )
+    end: Pulses | None = Field(
+        default=None, description="Pulses after the start at which it is done; or `begin`."
+    )
+    speed_pps: Annotated[Speed, WHOLE] = Field(description="Speed after the change, 1-1,000,000 pps.")
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if (self.begin is None) == (self.end is None):
+            raise ValueError("give begin or end, one of them")
+        return self
+
+    def planned(self) -> SpeedChange:
+        """The same as the speed curve takes it."""
+        if self.begin is not None:
+            return SpeedChange("F", self.begin, self.speed_pps)
+        return SpeedChange("T", self.end or 0, self.speed_pps)
+
+
+def _each_once(changes: list[SpeedChangeRequest] | None) -> None:
+    points = [it.point for it in changes or ()]
+    if len(set(points)) < len(points):
+        raise ValueError("each point may be given once")
+
+
+Changes = Annotated[
+    list[SpeedChangeRequest], Field(max_length=len(POINTS), description="All that it shall have.")
+]
+
+
+class PatternValues(
+    RequestModel, json_schema_extra=example(acceleration_set=12, deceleration_set=13, changes=[])
+):
+    """A pattern: two speed parameter sets, and its changes of speed."""
+
+    acceleration_set: SetNumber = Field(description="Speed parameter set of the acceleration, 0-29.")
+    deceleration_set: SetNumber = Field(description="Speed parameter set of the deceleration, 0-29.")
+    changes: Changes = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _points_once(self) -> Self:
+        _each_once(self.changes)
+        return self
+
+
+class PatternChange(RequestModel, json_schema_extra=example(deceleration_set=13)):
+    """What of a pattern shall change; the rest stays as it is."""
+
+    acceleration_set: SetNumber | None = Field(default=None, description="0-29.")
+    deceleration_set: SetNumber | None = Field(default=None, description="0-29.")
+    changes: Changes | None = None
+
+    @model_validator(mode="after")
+    def _points_once(self) -> Self:
+        _each_once(self.changes)
+        return self
+
+
+class SpeedChangeInfo(BaseModel):
+    """A change of speed as the body works it out."""
+
+    point: int
+    begin: int = Field(description="Pulses after the start at which it begins.")
+    end: int = Field(description="Pulses after the start at which it is done.")
+    speed_pps: int
+    begin_in_unit: Scaled | None = Field(description="In the body's unit; null without a scale.")
+    end_in_unit: Scaled | None
+    speed: Scaled | None
+
+
+class PatternSets(BaseModel):
+    """The speed parameter sets of a pattern."""
+
+    acceleration_set: int
+    deceleration_set: int
+
+
+class Pattern(BaseModel):
+    """An acceleration pattern as the body holds it in RAM."""
+
+    body_id: str
+    number: int = Field(
+        description="0-29, or 30: the standard one, which is made of set 30 and has no changes."
+    )
+    acceleration_set: int | None = Field(description="Null where the pattern was never set.")
+    deceleration_set: int | None
+    changes: list[SpeedChangeInfo] | None = Field(
+        description="Kept in RAM only; null where the body cannot work them out: its speed sets are not "
+        "complete, or the changes do not suit them."
+    )
+    flash: PatternSets | None = Field(description="What flash memory holds; null where that is not known.")
+
+
+class ChangedPattern(Pattern):
+    """A pattern as it was read back after a change."""
+
+    steps: list[ChangeStep] = Field(description="What the change took, in order.")
+
+
+def _sets_item(number: int) -> Item:
+    place = {"pattern": None if number == STANDARD else number}
+    codec = Codec(
+        lambda reply: {"acceleration_set": reply.acceleration, "deceleration_set": reply.deceleration},
+        lambda sets: {"acceleration": sets["acceleration_set"], "deceleration": sets["deceleration_set"]},
+    )
+    return Item("speed_sets", GetPattern(**place), SetPattern, codec, place, {NOT_SET: None})
+
+
+def _point_item(number: int, point: int) -> Item:
+    place = {"pattern": number, "point": point}
+    codec = Codec(
+        _change_in, lambda it: {"speed": it["speed_pps"], "begin": it.get("begin"), "end": it.get("end")}
+    )
+    return Item(f"changes.{point}", GetSpeedChange(**place), SetSpeedChange, codec, place, _UNREADABLE)
+
+
+def _change_in(reply: SpeedChangePoint) -> dict[str, Any] | None:
+    if reply.speed is None:
+        return None
+    return {"begin": reply.begin, "end": reply.end, "speed_pps": reply.speed}
+
+
+def _clearing_item(number: int, point: int) -> Item:
+    """A point that shall not be: only all of a pattern can be cleared together (SES)."""
+    codec = Codec(_change_in, lambda _: {})
+    question = GetSpeedChange(pattern=number, point=point)
+    return Item("changes", question, SetSpeedChange, codec, {"pattern": number}, _UNREADABLE)
+
+
+async def read_pattern(body: Body, number: int) -> Pattern:
+    """Ask a body for a pattern (SPD) and, where it is set, its speed changes (SED).
+
+    :raises GatewayError: it was not read.
+    """
+    item = _sets_item(number)
+    sets = await read(body, item)
+    return Pattern(
+        body_id=body.address,
+        number=number,
+        **(sets or {"acceleration_set": None, "deceleration_set": None}),
+        changes=[] if sets is None or number == STANDARD else await _read_changes(body, number),
+        flash=item.value_in(body.flash.held(item.question)),
+    )
+
+
+async def _read_changes(body: Body, number: int) -> list[SpeedChangeInfo] | None:
+    changes: list[SpeedChangeInfo] = []
+    for point in POINTS:
+        found = await read(body, _point_item(number, point))
+        if found == NOT_READABLE:
+            return None
+        if found is not None:
+            changes.append(
+                SpeedChangeInfo(
+                    point=point,
+                    **found,
+                    begin_in_unit=Scaled.of(found["begin"], body.scale),
+                    end_in_unit=Scaled.of(found["end"], body.scale),
+                    speed=Scaled.of(found["speed_pps"], body.scale, "/s"),
+                )
+            )
+    return changes
+
+
+async def read_patterns(body: Body, numbers: Iterable[int]) -> list[Pattern]:
+    """Ask a body for patterns, one after the other; errors as of `read_pattern`."""
+    return [await read_pattern(body, number) for number in numbers]
+
+
+async def change_pattern(
+    body: Body,
+    number: int,
+    wanted: PatternValues | PatternChange,
+    expects: Expectation | None,
+    *,
+    flash: bool,
+) -> ChangedPattern:
+    """Set what differs, and read it back; errors as of `changes.change`.
+
+    :raises InvalidRequest: it is the standard pattern, one of two sets is missing, or the changes of speed do
+        not suit the sets; nothing was sent.
+    """
+    if number == STANDARD:
+        raise InvalidRequest(
+            "Pattern 30 is the standard one, and always made of speed set 30; nothing was sent."
+        )
+    told = await as_expected(body, lambda: read_pattern(body, number), expects)
+    present = await read_pattern(body, number)
+    sets = _sets_of(present, wanted)
+    if wanted.changes:
+        await _require_fit(body, sets, wanted.changes)
+    steps = await change(body, list(_wanted(present, sets, wanted.changes)), flash=flash, told=told)
+    return ChangedPattern(**dict(await read_pattern(body, number)), steps=steps)
+
+
+def _sets_of(present: Pattern, wanted: PatternValues | PatternChange) -> dict[str, int]:
+    """The speed sets that the pattern shall have.
+
+    :raises InvalidRequest: it has none, and one of them is not named.
+    """
+    named = {name: getattr(wanted, name) for name in PatternSets.model_fields}
+    sets = {name: getattr(present, name) if it is None else it for name, it in named.items()}
+    if None in sets.values():
+        raise InvalidRequest(
+            f"Pattern {present.number} was never set; nothing was sent.",
+            "Give acceleration_set and deceleration_set.",
+        )
+    return sets
+
+
+async def _require_fit(body: Body, sets: Mapping[str, int], changes: Sequence[SpeedChangeRequest]) -> None:
+    """Work out changes of speed as the controller does when it moves (RC-420 manual 13.3.7).
+
+    :raises InvalidRequest: a move would be refused for them.
+    """
+    try:
+        up = await parameters_of(body, sets["acceleration_set"])
+        down = await parameters_of(body, sets["deceleration_set"])
+        resolve_changes(up, down, [it.planned() for it in sorted(changes, key=attrgetter("point"))])
+    except ProfileError as error:
+        raise InvalidRequest(f"Moves with this pattern would be refused: {error} Nothing was sent.") from None
+
+
+def _wanted(
+    present: Pattern, sets: Mapping[str, int], changes: Sequence[SpeedChangeRequest] | None
+) -> Iterator[Wanted]:
+    yield _sets_item(present.number), sets
+    if changes is None:
+        return
+    points = {it.point for it in changes}
+    there = POINTS if present.changes is None else [it.point for it in present.changes]
+    surplus = [point for point in there if point not in points or present.changes is None]
+    if surplus:
+        yield _clearing_item(present.number, surplus[0]), None
+    for it in sorted(changes, key=attrgetter("point")):
+        yield _point_item(present.number, it.point), it.model_dump(exclude={"point"}, exclude_none=True)

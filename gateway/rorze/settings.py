@@ -1,0 +1,257 @@
+"""The settings of a body as one document: read, compared, and set where they differ (RC-420 manual 18)."""
+
+from collections.abc import Awaitable, Callable, Iterator, Mapping
+from functools import cache
+from operator import itemgetter
+from typing import Any, Final
+
+from pydantic import BaseModel, Field, JsonValue
+
+from gateway.core.errors import BodyBusy, ControllerRefused, InvalidRequest
+from gateway.core.records import RequestModel
+from gateway.rorze.bodies import Body
+from gateway.rorze.changes import ChangeStep, Expectation, Item, Wanted, as_expected, change, read
+from gateway.rorze.settings_document import SPEEDS, Settings
+from gateway.rorze.settings_table import SETTINGS, Key, Setting
+from gateway.rorze.units import Per, Scaled
+from protocols.rorze.row import MODE_NAMES, ModeName
+from protocols.rorze.status import GetInformation
+
+MODE: Final = "operating_mode"
+SHARES: Final = ("rising_percent", "falling_percent")
+_DIGITS: Final = {name: digit for digit, name in MODE_NAMES.items()}
+MOVING: Final = "0x50"
+"""How what is told at standstill only is refused (RC-420 manual 21)."""
+Document = Callable[[Body], Awaitable[BaseModel]]
+"""What reads a document of which settings are a part."""
+_PER: Final[Mapping[str | None, Per]] = {"pulse": "", "pps": "/s", "pps/s": "/s2"}
+
+
+class AboutSetting(BaseModel):
+    """What the manual says of a setting."""
+
+    command: str = Field(description="The code that sets it.")
+    unit: str | None = Field(description="pulse, pps, pps/s, percent, ms, um, pulse/count; null for none.")
+    minimum: float | None
+    maximum: float | None
+    default: JsonValue = Field(description="What it is when nothing was written to flash memory.")
+
+
+class BodySettings(BaseModel):
+    """The settings of a body."""
+
+    body_id: str
+    version: str = Field(description="Of the control software (9VD).")
+    settings: Settings = Field(description="In RAM: those in force.")
+    in_unit: dict[str, Scaled] = Field(
+        description="Those in pulses, in the body's unit, by their names; empty without a scale."
+    )
+    unavailable: dict[str, str] = Field(description="Settings that cannot be read now, and why.")
+    flash: Settings | None = Field(
+        description="In flash memory, as far as is known; null where the gateway has seen neither the power "
+        "come on nor FIS. Position index and outputs change without a command, so they are never told."
+    )
+    about: dict[str, AboutSetting] = Field(description="Units, ranges, and values of the factory, by name.")
+
+
+class ChangedSettings(BaseModel):
+    """Settings after a change, as they were read back."""
+
+    body_id: str
+    settings: Settings = Field(description="Those that were named.")
+    steps: list[ChangeStep] = Field(description="What the change took, in order.")
+
+
+async def read_settings(body: Body) -> BodySettings:
+    """Ask a body for all settings: one frame for all inputs, sensors and outputs each.
+
+    :raises GatewayError: they were not read.
+    """
+    version = (await body.ask(GetInformation()))[0].text
+    mode = await read(body, SETTINGS[MODE].item)
+    unavailable = unavailable_in(mode, SETTINGS)
+    values, moving = await read_values(
+        body, {name: it for name, it in SETTINGS.items() if name not in unavailable}
+    )
+    return BodySettings(
+        body_id=body.address,
+        version=version,
+        settings=_document(values),
+        in_unit=dict(scaled(body, values)),
+        unavailable=unavailable | moving,
+        flash=_in_flash(body) if body.flash.known else None,
+        about=about(),
+    )
+
+
+async def change_settings(
+    body: Body, wanted: RequestModel, document: Document, expects: Expectation | None, *, flash: bool
+) -> ChangedSettings:
+    """Set those of the named settings that differ, and read each back; errors as of `changes.change`.
+
+    `document` reads what `expects` is shown.
+
+    :raises InvalidRequest: none is named, or one cannot be set in the operating mode; nothing was sent.
+    :raises BodyBusy: the motor moves; nothing was sent.
+    """
+    named = wanted.model_dump(include=wanted.model_fields_set)
+    if not named:
+        raise InvalidRequest("No setting is named; nothing was sent.", "Name what shall change.")
+    await _require_mode(body, named)
+    if body.move is not None or (await body.where_it_rests()).runs:
+        raise BodyBusy(f"{body.address} moves; no setting was changed.", "Wait for standstill.")
+    told = await as_expected(body, lambda: document(body), expects)
+    steps = await change(body, list(_wanted(named)), flash=flash, told=told)
+    found, _ = await read_values(body, {name: it for name, it in SETTINGS.items() if name in named})
+    return ChangedSettings(body_id=body.address, settings=_document(found), steps=steps)
+
+
+@cache
+def about() -> dict[str, AboutSetting]:
+    """What the manual says of each setting, by name."""
+    properties = Settings.model_json_schema()["properties"]
+    return {name: _about(setting, properties[name]) for name, setting in SETTINGS.items()}
+
+
+def _about(setting: Setting, schema: Mapping[str, Any]) -> AboutSetting:
+    inner = schema["anyOf"][0]
+    ranged = inner.get("additionalProperties", inner)
+    most = ranged.get("maximum", ranged.get("exclusiveMaximum", 0) - 1)
+    return AboutSetting(
+        command=setting.item.setter.code,
+        unit=setting.unit,
+        minimum=ranged.get("minimum"),
+        maximum=most if most >= 0 else None,
+        default=setting.default,
+    )
+
+
+def unavailable_in(mode: ModeName, settings: Mapping[str, Setting]) -> dict[str, str]:
+    """Name the settings that an operating mode does not have, and say why."""
+    return {name: _only_in(it) for name, it in settings.items() if _DIGITS[mode] not in it.modes}
+
+
+def _only_in(setting: Setting) -> str:
+    names = " or ".join(MODE_NAMES[digit] for digit in setting.modes)
+    return f"Only in the operating mode {names}."
+
+
+async def read_values(body: Body, settings: Mapping[str, Setting]) -> tuple[dict[str, Any], dict[str, str]]:
+    """Ask a body for settings: their values, and why some cannot be read.
+
+    The first members of all come first, then the second ones: one fence serves a round of different
+    questions, where equal ones in a row take a fence each.
+    """
+    found: dict[str, dict[Key, Any]] = {name: {} for name in settings}
+    unavailable: dict[str, str] = {}
+    for name, key in _rounds(settings):
+        try:
+            found[name][key] = await _ask(body, settings[name], key)
+        except ControllerRefused as refusal:
+            if refusal.error_code != MOVING:
+                raise
+            unavailable[name] = "Not while the motor moves."
+    return {name: _nested(it) for name, it in found.items() if name not in unavailable}, unavailable
+
+
+def _rounds(settings: Mapping[str, Setting]) -> list[tuple[str, Key]]:
+    numbered = [
+        (number, name, key)
+        for name, setting in settings.items()
+        for number, key in enumerate([None] if setting.whole else setting.items)
+    ]
+    return [(name, key) for _, name, key in sorted(numbered, key=itemgetter(0))]
+
+
+async def _ask(body: Body, setting: Setting, key: Key) -> Any:
+    if setting.whole is not None:
+        return setting.whole.values_in((await body.ask(setting.whole.question))[0])
+    return await read(body, setting.items[key])
+
+
+def _nested(values: Mapping[Key, Any]) -> Any:
+    """The members of a setting as the document has them; a key with a point has members of its own."""
+    if None in values:
+        return values[None]
+    nested: dict[str, Any] = {}
+    for key, value in values.items():
+        outer, _, inner = (key or "").partition(".")
+        if inner:
+            nested.setdefault(outer, {})[inner] = value
+        else:
+            nested[outer] = value
+    return nested
+
+
+def known(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the values without speeds that were never set, which are told as 0."""
+    return {name: it for name, it in values.items() if name not in SPEEDS or name in SHARES or it}
+
+
+def _document(values: Mapping[str, Any]) -> Settings:
+    return Settings.model_validate(known(values))
+
+
+def _in_flash(body: Body) -> Settings:
+    return _document({name: _held(body, setting) for name, setting in SETTINGS.items()})
+
+
+def _held(body: Body, setting: Setting) -> Any:
+    if setting.whole is not None:
+        reply = body.flash.held(setting.whole.question)
+        return None if reply is None else setting.whole.values_in(reply)
+    held = {key: (item, body.flash.held(item.question)) for key, item in setting.items.items()}
+    if any(reply is None for _, reply in held.values()):
+        return None
+    return _nested({key: item.value_in(reply) for key, (item, reply) in held.items()})
+
+
+def scaled(body: Body, values: Mapping[str, Any]) -> Iterator[tuple[str, Scaled]]:
+    """Give those in pulses, in the body's unit, by their names."""
+    for name, value in values.items():
+        if (per := _PER.get(SETTINGS[name].unit)) is None:
+            continue
+        for path, pulses in _numbers(name, value):
+            if (converted := Scaled.of(pulses, body.scale, per)) is not None:
+                yield path, converted
+
+
+def _numbers(path: str, value: Any) -> Iterator[tuple[str, float]]:
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            yield from _numbers(f"{path}.{name}", inner)
+    elif value is not None:
+        yield path, value
+
+
+async def _require_mode(body: Body, named: Mapping[str, Any]) -> None:
+    """Refuse what the operating mode that will be does not have."""
+    bound = [name for name in named if SETTINGS[name].modes != "012"]
+    if not bound:
+        return
+    mode = named.get(MODE) or await read(body, SETTINGS[MODE].item)
+    for name in bound:
+        if _DIGITS[mode] not in SETTINGS[name].modes:
+            raise InvalidRequest(
+                f"{name}: {_only_in(SETTINGS[name])} {body.address} is in mode {mode}; nothing was sent."
+            )
+
+
+def _wanted(named: Mapping[str, Any]) -> Iterator[Wanted]:
+    for name, setting in SETTINGS.items():
+        if name in named:
+            for key, item in setting.items.items():
+                yield from _wanted_of(setting, item, named[name], key)
+
+
+def _wanted_of(setting: Setting, item: Item, value: Any, key: Key) -> Iterator[Wanted]:
+    """What is wanted of one item, if it is named; null is a value only of what need not be set at all."""
+    for part in key.split(".") if key else ():
+        if value is None:
+            break
+        if part not in value:
+            return
+        value = value[part]
+    if value is None and setting.default is not None:
+        raise InvalidRequest(f"{setting.name}: null is no value of it; nothing was sent.")
+    yield item, value

@@ -1,0 +1,252 @@
+"""By which commands each setting is read and set, its unit, and its value when it leaves the factory."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal, NamedTuple, get_args
+
+from gateway.rorze.changes import Codec, Item, Query, Setter, plain, switch
+from gateway.rorze.power import is_mark
+from gateway.rorze.settings_document import (
+    AxisNumber,
+    CommentNumber,
+    ErrorCause,
+    FilteredInput,
+    Input,
+    Output,
+    Port,
+    Recorded,
+    Sensor,
+)
+from gateway.rorze.speed_sets import STANDARD, items_of
+from protocols.rorze import encoder, input_logic, inputs_outputs, interpolation, modes, origin, stall_sensor
+from protocols.rorze.notation import BILLION
+from protocols.rorze.position_table import GetPositionIndex, SetPositionIndex
+from protocols.rorze.programs import GetProgramAutostart, SetProgramAutostart
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.status import GetInformation, SetUserComment
+
+Unit = Literal["pulse", "pps", "pps/s", "percent", "ms", "um", "pulse/count"]
+Key = str | None
+"""Which of several a setting is, such as an input; None of a single one."""
+FARTHEST: Final = BILLION - 1
+CONTACTS: Final = ("normally_open", "normally_closed")
+
+
+class Whole(NamedTuple):
+    """One question for all of a setting's members: a bit for each."""
+
+    question: Query
+    names: Mapping[str, int]
+    words: tuple[Any, Any]
+    """What 0 means, and 1."""
+
+    def values_in(self, reply: Any) -> dict[str, Any]:
+        """The members' values, by their names."""
+        return {name: self.words[reply.bits >> bit & 1] for name, bit in self.names.items()}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One member of the document, and all that it is made of."""
+
+    items: Mapping[Key, Item]
+    unit: Unit | None = None
+    default: Any = None
+    whole: Whole | None = None
+
+    @property
+    def item(self) -> Item:
+        """The first of them; they have one row."""
+        return next(iter(self.items.values()))
+
+    @property
+    def name(self) -> str:
+        """That of the document's member."""
+        return self.item.name.partition(".")[0]
+
+    @property
+    def modes(self) -> str:
+        """The operating modes in which it can be set, by their digits."""
+        return self.item.setter.modes
+
+
+Row = type[RorzeCommand[Any]]
+
+
+def _single(
+    name: str, query: Row, setter: type[Setter], codec: Codec, default: Any, unit: Unit | None = None
+) -> Setting:
+    return Setting({None: Item(name, query(), setter, codec)}, unit, default)
+
+
+def _each(
+    name: str,
+    rows: tuple[Row, type[Setter]],
+    places: Mapping[str, Mapping[str, Any]],
+    codec: Codec,
+    default: Any,
+    *,
+    unit: Unit | None = None,
+    whole: Whole | None = None,
+) -> Setting:
+    query, setter = rows
+    items: dict[Key, Item] = {
+        key: Item(f"{name}.{key}", query(**place), setter, codec, place) for key, place in places.items()
+    }
+    return Setting(items, unit, default, whole)
+
+
+def _places(parameter: str, names: Mapping[str, int]) -> dict[str, dict[str, int]]:
+    return {name: {parameter: number} for name, number in names.items()}
+
+
+def _numbered(names: Iterable[str], first: int = 0) -> dict[str, int]:
+    return {name: number for number, name in enumerate(names, first)}
+
+
+_SENSORS: Final = get_args(Sensor)
+_INPUT_BITS: Final = _numbered(get_args(Input))
+_OUTPUT_BITS: Final = _numbered(get_args(Output))
+_SENSOR_BITS: Final = _numbered((*_SENSORS, "clear_output"))
+_FILTER_BITS: Final = _numbered(get_args(FilteredInput)) | _numbered(_SENSORS, 9)
+"""Bit 8 is unused (DCS)."""
+_PORTS: Final = {port: int(port) for port in get_args(Port)}
+_COMMENTS: Final = {number: int(number) for number in get_args(CommentNumber)}
+_AXES: Final = {number: int(number) for number in get_args(AxisNumber)}
+
+
+def _stretch_in(reply: Any) -> dict[str, int] | None:
+    found = {"lower": reply.lower, "upper": reply.upper}
+    return None if found == {"lower": -FARTHEST, "upper": FARTHEST} else found
+
+
+_STRETCH: Final = Codec(_stretch_in, lambda value: value or {})
+_COMMENT: Final = Codec(
+    lambda reply: "" if is_mark(reply.text) else reply.text, lambda value: {"text": value}
+)
+_DELAY: Final = Codec(lambda reply: reply.delay_10ms * 10, lambda value: {"delay_10ms": value // 10})
+_ERROR_OUTPUT: Final = Codec(
+    lambda reply: None if reply.output is None else {"output": reply.output, "on": bool(reply.state)},
+    lambda value: {"output": value["output"], "state": int(value["on"])} if value else {},
+)
+_PULSE: Final = Codec(
+    lambda reply: (
+        None
+        if reply.output is None
+        else {"output": reply.output, "on": bool(reply.state), "duration_ms": reply.duration_ms}
+    ),
+    lambda value: (
+        {"output": value["output"], "state": int(value["on"]), "duration_ms": value["duration_ms"]}
+        if value
+        else {}
+    ),
+)
+_OUTPUT: Final = Codec(lambda reply: bool(reply.on), lambda value: {"on": int(value)})
+
+
+def _contacts(name: str, rows: tuple[Row, type[Setter]], bits: Mapping[str, int]) -> Setting:
+    whole = Whole(rows[0](), bits, CONTACTS)
+    return _each(name, rows, _places("bit", bits), plain("contact"), CONTACTS[0], whole=whole)
+
+
+def _speeds() -> Iterator[Setting]:
+    units: list[Unit] = ["pps", "pps", "pps/s", "percent", "percent"]
+    defaults = 50, 50_000, 100_000, 50, 50
+    for item, unit, default in zip(items_of(STANDARD).values(), units, defaults, strict=True):
+        yield Setting({None: item}, unit, default)
+
+
+def _interrupt_records() -> Setting:
+    places = {
+        f"{port}.{kind}": {"port": number, "recorded": kind}
+        for port, number in _PORTS.items()
+        for kind in get_args(Recorded)
+    }
+    rows = inputs_outputs.GetInterruptAction, inputs_outputs.SetInterruptAction
+    return _each("interrupt_records", rows, places, plain("number"), None)
+
+
+def _of_axis() -> Iterator[Setting]:
+    yield _single("operating_mode", modes.GetOperatingMode, modes.SetOperatingMode, plain("mode"), "stepping")
+    yield _single("pulse_format", modes.GetPulseFormat, modes.SetPulseFormat, plain("pulse_format"), "cw_ccw")
+    yield _single("soft_limits", modes.GetSoftLimits, modes.SetSoftLimits, _STRETCH, None, "pulse")
+    yield from _speeds()
+    yield _single(
+        "origin_offset", origin.GetOriginOffset, origin.SetOriginOffset, plain("offset"), 10, "pulse"
+    )
+    yield _single("overrun_factor", origin.GetOverrunFactor, origin.SetOverrunFactor, plain("factor"), 2)
+    yield _single("homing_retries", origin.GetHomingRetries, origin.SetHomingRetries, plain("retries"), 0)
+
+
+def _of_encoder() -> Iterator[Setting]:
+    it, dogs = encoder, stall_sensor
+    yield _single(
+        "encoder_multiplier",
+        it.GetEncoderMultiplier,
+        it.SetEncoderMultiplier,
+        plain("multiplier"),
+        "quadruple",
+    )
+    yield _single("encoder_ratio", it.GetEncoderRatio, it.SetEncoderRatio, plain("ratio"), 1.0, "pulse/count")
+    threshold = it.GetEncoderStallThreshold, it.SetEncoderStallThreshold
+    yield _single("encoder_stall_threshold", *threshold, plain("threshold"), 128, "pulse")
+    detection = it.GetEncoderStallDetection, it.SetEncoderStallDetection
+    yield _single("encoder_stall_detection", *detection, switch("enabled"), False)
+    yield _single(
+        "adjustment_limit", it.GetAdjustmentLimit, it.SetAdjustmentLimit, plain("limit"), 800, "pulse"
+    )
+    yield _single(
+        "adjustment_speed_pps", it.GetAdjustmentSpeed, it.SetAdjustmentSpeed, plain("speed"), 0, "pps"
+    )
+    yield _single("adjustment_delay_ms", it.GetAdjustmentDelay, it.SetAdjustmentDelay, _DELAY, 30, "ms")
+    yield _single("adjustment", it.GetAdjustment, it.SetAdjustment, switch("enabled"), False)
+    interval = dogs.GetStallSensorInterval, dogs.SetStallSensorInterval
+    yield _single("stall_sensor_interval", *interval, plain("interval"), 2_048, "pulse")
+    watched = dogs.GetStallSensorDetection, dogs.SetStallSensorDetection
+    yield _single("stall_sensor_detection", *watched, switch("enabled"), False)
+
+
+def _of_terminals() -> Iterator[Setting]:
+    it = inputs_outputs
+    yield _contacts("input_logic", (input_logic.GetInputLogic, input_logic.SetInputLogic), _INPUT_BITS)
+    yield _contacts("sensor_logic", (input_logic.GetSensorLogic, input_logic.SetSensorLogic), _SENSOR_BITS)
+    filters = input_logic.GetNoiseFilter, input_logic.SetNoiseFilter
+    yield _each("noise_filters", filters, _places("bit", _FILTER_BITS), plain("count"), 1, unit="ms")
+    whole = Whole(it.GetOutputs(), _OUTPUT_BITS, (False, True))
+    outputs = it.GetOutputs, it.SetOutputs
+    yield _each("outputs", outputs, _places("bit", _OUTPUT_BITS), _OUTPUT, False, whole=whole)
+    causes = {cause: {"cause": cause} for cause in get_args(ErrorCause)}
+    yield _each("error_outputs", (it.GetErrorOutput, it.SetErrorOutput), causes, _ERROR_OUTPUT, None)
+    ports = _places("port", _PORTS)
+    yield _each("interrupt_edges", (it.GetInterruptMode, it.SetInterruptMode), ports, plain("edge"), "off")
+    ranges = it.GetInterruptRange, it.SetInterruptRange
+    yield _each("interrupt_ranges", ranges, ports, _STRETCH, None, unit="pulse")
+    yield _interrupt_records()
+    pulsed = {port: {**place, "pulsed": "output"} for port, place in ports.items()}
+    yield _each("interrupt_pulses", (it.GetInterruptAction, it.SetInterruptAction), pulsed, _PULSE, None)
+    yield _single("clear_pulse_ms", it.GetClearPulseTime, it.SetClearPulseTime, plain("duration_ms"), 1, "ms")
+
+
+def _of_robot() -> Iterator[Setting]:
+    it = interpolation
+    yield _single("robot_type", it.GetRobotType, it.SetRobotType, plain("robot"), "two_axes_belt_linked")
+    yield _single("driven_axis", it.GetDrivenAxis, it.SetDrivenAxis, plain("axis"), 0)
+    yield _single("arm_length_um", it.GetArmLength, it.SetArmLength, plain("length"), 1, "um")
+    yield _single("finger_length_um", it.GetFingerLength, it.SetFingerLength, plain("length"), 1, "um")
+    turns = it.GetPulsesPerTurn, it.SetPulsesPerTurn
+    yield _each("pulses_per_turn", turns, _places("axis", _AXES), plain("pulses"), 1.0, unit="pulse")
+
+
+def _of_programs() -> Iterator[Setting]:
+    yield _single("position_index", GetPositionIndex, SetPositionIndex, plain("position"), 0)
+    comments = _places("comment_number", _COMMENTS)
+    yield _each("comments", (GetInformation, SetUserComment), comments, _COMMENT, "")
+    yield _single("autostart", GetProgramAutostart, SetProgramAutostart, switch("autostart"), False)
+
+
+SETTINGS: Final[Mapping[str, Setting]] = {
+    setting.name: setting
+    for part in (_of_axis, _of_encoder, _of_terminals, _of_robot, _of_programs)
+    for setting in part()
+}
+"""By the names of the document, in the order in which they are read and set."""

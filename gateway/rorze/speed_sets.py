@@ -1,0 +1,185 @@
+"""The speed parameter sets S[0] to S[29] of a body, and the standard one, 30 (RC-420 manual 13.3.1)."""
+
+from collections.abc import Iterable
+from typing import Annotated, Any, Final, Self
+
+from pydantic import BaseModel, Field, model_validator
+
+from gateway.core.records import WHOLE, RequestModel, example
+from gateway.rorze.bodies import Body
+from gateway.rorze.changes import ChangeStep, Expectation, Item, as_expected, change, plain, read
+from gateway.rorze.units import Scaled
+from protocols.rorze import speeds
+from protocols.rorze.profile import SpeedParameters
+
+STANDARD: Final = 30
+"""The set, and the pattern, that a command means when it names none (RC-420 manual 13.3.4)."""
+
+StartSpeed = Annotated[speeds.StartSpeed, WHOLE, Field(description="OL: 1 to 30,000 pps; 50 at first.")]
+MaximumSpeed = Annotated[
+    int, Field(ge=1, le=1_000_000, description="OH: 1 to 1,000,000 pps; 50,000 at first."), WHOLE
+]
+Acceleration = Annotated[
+    speeds.Acceleration, WHOLE, Field(description="OS: 1 to 10,000,000 pps/s; 100,000 at first.")
+]
+Rising = Annotated[
+    speeds.Percent,
+    WHOLE,
+    Field(description="OA: percent of the ramp's time in which the acceleration rises; 50 at first."),
+]
+Falling = Annotated[
+    speeds.Percent,
+    WHOLE,
+    Field(description="OB: percent of the ramp's time in which it falls; 50 at first."),
+]
+
+
+_EXAMPLE: Final = example(
+    start_speed_pps=5_000,
+    maximum_speed_pps=50_000,
+    acceleration_pps_s=100_000,
+    rising_percent=50,
+    falling_percent=50,
+)
+
+
+class SpeedSetValues(RequestModel, json_schema_extra=_EXAMPLE):
+    """The five parameters of a set."""
+
+    start_speed_pps: StartSpeed
+    maximum_speed_pps: MaximumSpeed
+    acceleration_pps_s: Acceleration
+    rising_percent: Rising
+    falling_percent: Falling
+
+    @model_validator(mode="after")
+    def _go_together(self) -> Self:
+        require_together(self.model_dump())
+        return self
+
+
+class SpeedSetChange(RequestModel, json_schema_extra=example(maximum_speed_pps=20_000)):
+    """Parameters of a set to change; the others stay as they are."""
+
+    start_speed_pps: StartSpeed | None = None
+    maximum_speed_pps: MaximumSpeed | None = None
+    acceleration_pps_s: Acceleration | None = None
+    rising_percent: Rising | None = None
+    falling_percent: Falling | None = None
+
+    @model_validator(mode="after")
+    def _go_together(self) -> Self:
+        require_together(self.model_dump())
+        return self
+
+
+class InFlash(BaseModel):
+    """The parameters in flash memory."""
+
+    start_speed_pps: int | None
+    maximum_speed_pps: int | None
+    acceleration_pps_s: int | None
+    rising_percent: int | None
+    falling_percent: int | None
+
+
+class SpeedSet(BaseModel):
+    """A speed parameter set as the body holds it in RAM; a speed of 0 was never set."""
+
+    body_id: str
+    number: int = Field(description="0-29, or 30: the standard set.")
+    start_speed_pps: int = Field(description="OL, 1-30,000; 0 where it was never set.")
+    maximum_speed_pps: int = Field(description="OH, 1-1,000,000; 0 where it was never set.")
+    acceleration_pps_s: int = Field(description="OS, 1-10,000,000; 0 where it was never set.")
+    rising_percent: int = Field(description="OA, 0-100.")
+    falling_percent: int = Field(description="OB, 0-100.")
+    start_speed: Scaled | None = Field(description="In the body's unit; null without a scale.")
+    maximum_speed: Scaled | None
+    acceleration: Scaled | None
+    flash: InFlash | None = Field(
+        description="What flash memory holds, as far as is known; null where the gateway has seen neither "
+        "the power come on nor FIS."
+    )
+
+
+class ChangedSpeedSet(SpeedSet):
+    """A set as it was read back after a change."""
+
+    steps: list[ChangeStep] = Field(description="What the change took, in order.")
+
+
+_ROWS: Final[dict[str, tuple[type[Any], type[Any], str]]] = {
+    "start_speed_pps": (speeds.GetStartSpeed, speeds.SetStartSpeed, "speed"),
+    "maximum_speed_pps": (speeds.GetMaximumSpeed, speeds.SetMaximumSpeed, "speed"),
+    "acceleration_pps_s": (speeds.GetMaximumAcceleration, speeds.SetMaximumAcceleration, "acceleration"),
+    "rising_percent": (speeds.GetRisingAccelerationShare, speeds.SetRisingAccelerationShare, "percent"),
+    "falling_percent": (speeds.GetFallingAccelerationShare, speeds.SetFallingAccelerationShare, "percent"),
+}
+
+
+def require_together(values: dict[str, int | None]) -> None:
+    """Refuse what no move could use, as far as it is given (RC-420 manual 21, 45 and 46)."""
+    low, high = values["start_speed_pps"], values["maximum_speed_pps"]
+    if low is not None and high is not None and low > high:
+        raise ValueError("start_speed_pps must not be above maximum_speed_pps")
+    if (values["rising_percent"] or 0) + (values["falling_percent"] or 0) > 100:
+        raise ValueError("rising_percent and falling_percent must not exceed 100 together")
+
+
+def items_of(number: int) -> dict[str, Item]:
+    """The parameters of a set, by their names."""
+    place = {"speed_set": None if number == STANDARD else number}
+    return {
+        name: Item(name, query(**place), setter, plain(field), place)
+        for name, (query, setter, field) in _ROWS.items()
+    }
+
+
+async def read_set(body: Body, number: int) -> SpeedSet:
+    """Ask a body for a set (OLD, OHD, OSD, OAD, OBD).
+
+    :raises GatewayError: it was not read.
+    """
+    items = items_of(number)
+    values = {name: await read(body, item) for name, item in items.items()}
+    held = {name: item.value_in(body.flash.held(item.question)) for name, item in items.items()}
+    return SpeedSet(
+        body_id=body.address,
+        number=number,
+        **values,
+        start_speed=Scaled.of(values["start_speed_pps"], body.scale, "/s"),
+        maximum_speed=Scaled.of(values["maximum_speed_pps"], body.scale, "/s"),
+        acceleration=Scaled.of(values["acceleration_pps_s"], body.scale, "/s2"),
+        flash=InFlash(**held) if body.flash.known else None,
+    )
+
+
+async def read_sets(body: Body, numbers: Iterable[int]) -> list[SpeedSet]:
+    """Ask a body for sets, one after the other; errors as of `read_set`."""
+    return [await read_set(body, number) for number in numbers]
+
+
+async def change_set(
+    body: Body,
+    number: int,
+    wanted: SpeedSetValues | SpeedSetChange,
+    expects: Expectation | None,
+    *,
+    flash: bool,
+) -> ChangedSpeedSet:
+    """Set what differs, and read it back; errors as of `changes.change`."""
+    told = await as_expected(body, lambda: read_set(body, number), expects)
+    items = items_of(number)
+    values = [(items[name], value) for name, value in wanted if value is not None]
+    steps = await change(body, values, flash=flash, told=told)
+    return ChangedSpeedSet(**dict(await read_set(body, number)), steps=steps)
+
+
+async def parameters_of(body: Body, number: int) -> SpeedParameters:
+    """A set as moves use it.
+
+    :raises ProfileError: it is not complete, or its values do not go together.
+    :raises GatewayError: it was not read.
+    """
+    values = [await read(body, item) for item in items_of(number).values()]
+    return SpeedParameters(*values)

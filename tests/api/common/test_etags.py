@@ -1,0 +1,56 @@
+"""Entity tags: who has read something else than there is now does not change it."""
+
+import pytest
+from fastapi import Request
+from pydantic import BaseModel
+
+from api.common.etags import etag_of, expected_by, require_match, tagged
+from api.common.problems import problem_of
+from gateway.core.errors import Outdated
+
+
+class Document(BaseModel):
+    name: str
+    value: int
+
+
+SEEN = Document(name="D1", value=7)
+OTHER = Document(name="D1", value=8)
+
+
+def request(*tags: str) -> Request:
+    headers = [(b"if-match", tag.encode()) for tag in tags]
+    return Request({"type": "http", "headers": headers})
+
+
+def test_equal_documents_have_equal_tags_and_others_have_others() -> None:
+    assert etag_of(SEEN) == etag_of(SEEN.model_copy())
+    assert etag_of(SEEN) != etag_of(OTHER)
+    assert tagged(SEEN).headers["etag"] == etag_of(SEEN)
+
+
+@pytest.mark.parametrize(
+    "tags", [(), ("*",), (etag_of(SEEN),), (f'"x", {etag_of(SEEN)}',), ('"x"', etag_of(SEEN))]
+)
+def test_the_present_state_is_changed(tags: tuple[str, ...]) -> None:
+    require_match(request(*tags), etag_of(SEEN))
+
+
+@pytest.mark.parametrize("tag", [etag_of(OTHER), f"W/{etag_of(SEEN)}", "nonsense", etag_of(SEEN).strip('"')])
+def test_another_state_is_not_changed(tag: str) -> None:
+    with pytest.raises(Outdated):
+        require_match(request(tag), etag_of(SEEN))
+    expects = expected_by(request(tag))
+    assert expects is not None
+    with pytest.raises(Outdated):
+        expects(SEEN)
+
+
+def test_nothing_is_expected_where_any_state_will_do() -> None:
+    assert expected_by(request()) is None
+    assert expected_by(request("*")) is None
+
+
+def test_it_is_told_as_412_and_nothing_has_moved() -> None:
+    problem = problem_of(Outdated(), "/bodies/3F/settings")
+    assert (problem.status, problem.moved, problem.retryable) == (412, "no", False)

@@ -1,0 +1,228 @@
+"""What differs between the families: their plants, the wishes of clients, and what was done in truth."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from random import Random
+from typing import ClassVar, NamedTuple
+
+from gateway.config import Config, parse
+from gateway.core.targets import AnyCommand
+from protocols.fics.commands import read
+from protocols.fics.homing import HomeRobot
+from protocols.fics.inputs_outputs import SwitchOutput
+from protocols.fics.moves import MoveRelative
+from protocols.fics.row import FicsCommand
+from protocols.fics.speeds import GetSpeedPercent
+from protocols.fics.status import GetUserPosition
+from protocols.fics.variables import GetVariable, SetVariable
+from protocols.rorze.commands import COMMANDS as RORZE_COMMANDS
+from protocols.rorze.moves import MoveClockwise, MoveClockwiseSlowly, MoveCounterclockwiseSlowly, MoveTo
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.position import GetPosition
+from protocols.rorze.position_table import GetPositionEntry, SetPositionEntry
+from protocols.rorze.speeds import SetMaximumSpeed
+from protocols.rorze.status import GetControllerStatus
+from protocols.table import Effect, WireFault
+from simulator.fics.layout import Layout
+from simulator.fics.line import SimulatedFics
+from simulator.fics.line import build_line as build_fics
+from simulator.rorze.line import Rc400Line
+from simulator.rorze.line import build_line as build_rc400
+from simulator.truth import Fact
+from tests.fault_simulator.world import Cable
+from tests.fics_plants import SCARA
+from tests.open_access import OPEN
+from tests.plants import configuration
+
+
+class Wish(NamedTuple):
+    """What a client wants of a target."""
+
+    path: str
+    command: AnyCommand
+
+
+class Family(ABC):
+    """A line with its machine."""
+
+    name: ClassVar[str]
+    reads_back: ClassVar[bool] = False
+    """Settings are done where they are found so afterwards, whatever became of the command."""
+    config: Config
+    machine: "Rc400Line | SimulatedFics"
+    targets: Sequence[str]
+    """What can be stopped."""
+
+    @abstractmethod
+    def wish(self, dice: Random) -> Wish:
+        """Something that a client may want."""
+
+    @abstractmethod
+    def effect_of(self, frame: str) -> Effect:
+        """What a frame does."""
+
+    @abstractmethod
+    def carries(self, frame: str, command: AnyCommand) -> bool:
+        """Whether a frame is that of a command."""
+
+    @abstractmethod
+    def reach(self, path: str, /) -> frozenset[str]:
+        """The motors that a target moves."""
+
+    @abstractmethod
+    def has_done(self, fact: Fact, command: AnyCommand) -> bool:
+        """Whether something with the effect of a command was done."""
+
+    @abstractmethod
+    def moving(self, subject: str, /) -> bool:
+        """Whether the motor of what an event is about is in motion."""
+
+    @abstractmethod
+    def upset(self, cable: Cable, dice: Random, now: float) -> float:
+        """Take the power from something; returns how long, in seconds, until it may be given back."""
+
+    @abstractmethod
+    def restore(self, cable: Cable, now: float) -> None:
+        """Give all power back."""
+
+
+class Rorze(Family):
+    """Three bodies behind a link master."""
+
+    name = "rorze"
+    BODIES = (0x00, 0x01, 0x3F)
+
+    def __init__(self, seed: int) -> None:
+        self.config = parse(configuration(bodies=self.BODIES), "test.toml")
+        self.machine = build_rc400(self.BODIES, 0.0, seed=seed)
+        self.targets = ("/bodies/00", "/bodies/01", "/bodies/3F", "/groups/80")
+
+    def wish(self, dice: Random) -> Wish:
+        body = f"/bodies/{dice.choice(self.BODIES):02X}"
+        kind = dice.choices(("read", "set", "move"), (5, 3, 4))[0]
+        if kind == "read":
+            entry = PositionReference(position=dice.randrange(4))
+            return Wish(
+                body,
+                dice.choice((GetPosition(), GetControllerStatus(bit=0), GetPositionEntry(entry=entry))),
+            )
+        if kind == "set":
+            entry = PositionReference(position=dice.randrange(4))
+            return Wish(
+                body,
+                dice.choice(
+                    (
+                        SetPositionEntry(entry=entry, pulses=dice.randrange(100_000)),
+                        SetMaximumSpeed(speed=dice.randrange(2_000, 9_000)),
+                    )
+                ),
+            )
+        path = "/groups/80" if dice.random() < 0.15 else body
+        distance = dice.randint(1, 400)
+        moves = (
+            MoveClockwiseSlowly(distance=distance),
+            MoveCounterclockwiseSlowly(distance=distance),
+            MoveClockwise(distance=dice.randint(1, 3_000)),
+            MoveTo(position=PositionReference(position=dice.randrange(4))) if path == body else None,
+        )
+        return Wish(path, dice.choice([it for it in moves if it is not None]))
+
+    def effect_of(self, frame: str) -> Effect:
+        row = RORZE_COMMANDS.get(frame[3:6])
+        return Effect.READ if row is None else row.effect
+
+    def carries(self, frame: str, command: AnyCommand) -> bool:
+        return frame[3:].rstrip("\r") == f"{command.code}{command.written()}"
+
+    def reach(self, path: str) -> frozenset[str]:
+        if path == "/groups/80":
+            return frozenset({"/bodies/line1.00", "/bodies/line1.01"})
+        return frozenset({path.replace("/bodies/", "/bodies/line1.")})
+
+    def has_done(self, fact: Fact, command: AnyCommand) -> bool:
+        done = fact.kind == "command" and fact.facts["text"] == f"{command.code}{command.written()}"
+        return done and not str(fact.facts["reply"]).startswith("@")
+
+    def moving(self, subject: str) -> bool:
+        return self.machine.axes[int(subject[-2:], 16)].motor.moving  # type: ignore[union-attr]
+
+    def upset(self, cable: Cable, dice: Random, now: float) -> float:
+        machine = self.machine
+        assert not isinstance(machine, SimulatedFics)
+        if dice.random() < 0.2:
+            machine.power_off(now)
+        else:
+            machine.switch_body(dice.choice(self.BODIES), on=False, now=now)
+        cable.turn()
+        return dice.choice((0.05, 0.3, 2.0))
+
+    def restore(self, cable: Cable, now: float) -> None:
+        machine = self.machine
+        assert not isinstance(machine, SimulatedFics)
+        machine.power_on(now)
+        for body in self.BODIES:
+            machine.switch_body(body, on=True, now=now)
+        cable.turn()
+
+
+class Fics(Family):
+    """A robot of one unit, in one of the modes."""
+
+    reads_back = True
+
+    def __init__(self, mode: int) -> None:
+        self.name = f"fics-{mode}"  # type: ignore[misc]
+        text = (
+            f'[[lines]]\nid = "cell"\naddress = "tcp://127.0.0.1:1"\nprotocol = "fics"\nmode = {mode}\n'
+            f'robot = {{id = "r1", units = [{SCARA}]}}\n{OPEN}'
+        )
+        self.config = parse(text, "test.toml")
+        self.machine = build_fics(Layout(units=1))
+        self.targets = ("/robots/r1",)
+
+    def wish(self, dice: Random) -> Wish:
+        unit = "/robots/r1/units/1"
+        number = dice.randrange(100)
+        return dice.choice(
+            (
+                Wish(unit, GetUserPosition()),
+                Wish("/robots/r1", GetVariable(number=number)),
+                Wish(unit, GetSpeedPercent()),
+                Wish("/robots/r1", SetVariable(number=number, value=round(dice.uniform(0.0, 100.0), 1))),
+                Wish("/robots/r1", SwitchOutput(channel=1, bit=dice.randrange(8), on=dice.random() < 0.5)),
+                Wish(unit, MoveRelative(coordinates=[None, None, round(dice.uniform(-20.0, 20.0), 2)])),
+                Wish(unit, MoveRelative(coordinates=[None, None, round(dice.uniform(-20.0, 20.0), 2)])),
+                Wish("/robots/r1", HomeRobot()),
+            )
+        )
+
+    def effect_of(self, frame: str) -> Effect:
+        try:
+            return read(*frame.rstrip("\r").partition(" ")[::2]).effect
+        except WireFault:
+            return Effect.READ
+
+    def carries(self, frame: str, command: AnyCommand) -> bool:
+        return isinstance(command, FicsCommand) and frame.rstrip("\r") == command.text()
+
+    def reach(self, _path: str) -> frozenset[str]:
+        return frozenset({"/robots/r1"})
+
+    def has_done(self, fact: Fact, command: AnyCommand) -> bool:
+        if command.starts_motion():
+            return fact.kind == "motion_start"
+        answers = " ".join(map(str, fact.facts.get("answers", ())))  # type: ignore[call-overload]
+        text = command.text() if isinstance(command, FicsCommand) else ""
+        return fact.kind == "command" and fact.facts.get("text") == text and " E" not in answers
+
+    def moving(self, _subject: str) -> bool:
+        return self.machine.robot.job is not None  # type: ignore[union-attr]
+
+    def upset(self, cable: Cable, dice: Random, now: float) -> float:
+        self.machine.power_off(now)
+        cable.turn()
+        return dice.choice((0.05, 0.3, 2.0))
+
+    def restore(self, cable: Cable, now: float) -> None:
+        self.machine.power_on(now)
+        cable.turn()

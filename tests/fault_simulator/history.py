@@ -1,0 +1,188 @@
+"""What clients wanted and were told, held against what the simulators know to be true.
+
+The invariants have numbers: I1 at most once on the wire; I2 nothing with an effect without a durable intent;
+I3 nothing after a stop that was asked for before it; I4 replies are credited to what they answer; I5 what is
+told as not done was not done; I6 what is told as done was done once; I8 no frame begins in another; I9 events
+are numbered without a hole, and no move ends before it began; I10 a confirmed stop stands still; I12 nothing
+that was sent is told to be repeatable; I13 queues are bounded; I14 after the faults every line is well again.
+"""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from typing import Literal
+
+from gateway.core.errors import GarbledReply, GatewayError, NoReply
+from gateway.core.events import Event
+from gateway.core.move_record import MoveRecord, MoveStatus
+from gateway.core.targets import AnyCommand
+from gateway.fics.errors import NotDone
+from protocols.table import Effect, Retry
+from simulator.faults import Fault
+from simulator.truth import Fact
+from tests.fault_simulator.families import Family
+from tests.fault_simulator.world import Cable, Written
+
+Told = Literal["nothing", "done", "begun", "refused", "unknown"]
+"""`nothing`: the gateway was killed before it answered."""
+UNDONE = (MoveStatus.CANCELLED, MoveStatus.REJECTED)
+DAMAGING = {Fault.GARBLED, Fault.NOISE}
+ORDER = ("queued", "sent", "started")
+
+
+@dataclass(eq=False)
+class Deed:
+    """Something that a client wanted."""
+
+    id: str
+    path: str
+    command: AnyCommand
+    asked_at: float
+    told: Told = "nothing"
+    error: GatewayError | None = None
+    moves: list[str] = field(default_factory=list)
+
+    @property
+    def is_effective(self) -> bool:
+        """Whether it changes anything."""
+        return self.command.effect is not Effect.READ
+
+    def __str__(self) -> str:
+        return f"{self.id} {self.path} {self.command!r} told {self.told} ({self.error})"
+
+
+@dataclass(eq=False)
+class History:
+    """All that happened in the lives of one seed."""
+
+    family: Family
+    cable: Cable
+    deeds: dict[str, Deed] = field(default_factory=dict)
+    stops: list[tuple[float, frozenset[str]]] = field(default_factory=list)
+    violations: list[str] = field(default_factory=list)
+    final: dict[str, MoveRecord] = field(default_factory=dict)
+    """The records of moves as the last life knows them."""
+    faults: int = 0
+    crashes: int = 0
+    _last_number: dict[str, int] = field(default_factory=dict)
+    _told_of_move: defaultdict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
+
+    def violate(self, invariant: str, what: object) -> None:
+        """Note that an invariant does not hold."""
+        self.violations.append(f"{invariant}: {what}")
+
+    # as it happens
+
+    def judge_write(self, written: Written, *, has_intent: bool) -> None:
+        """Look at a frame right before it is written: I2, I3."""
+        effect = self.family.effect_of(written.text)
+        if effect in (Effect.READ, Effect.STOP):
+            return
+        deed = self.deeds.get(written.request_id or "")
+        if deed is None:
+            if effect is Effect.MOTION:
+                self.violate("I2", f"nobody has asked for {written}")
+            return
+        if not has_intent and (effect is Effect.MOTION or self.family.carries(written.text, deed.command)):
+            self.violate("I2", f"{written} has no durable intent")
+        reach = self.family.reach(deed.path)
+        for at, stopped in self.stops:
+            if effect is Effect.MOTION and at > deed.asked_at and reach & stopped:
+                self.violate("I3", f"{written} was asked for at {deed.asked_at} and stopped at {at}")
+
+    def judge_credit(
+        self, frame: str, *, answered: int | None, numbers: frozenset[int], what: object
+    ) -> None:
+        """Look at a reply that is being credited to a frame: I4.
+
+        `numbers` are those of the frames whose bytes arrived together with that which is answered.
+        """
+        if answered is None:
+            self.violate("I4", f"{what} answers nothing, credited to {frame!r}")
+            return
+        causes = {self.cable.frame[it].text for it in numbers | {answered} if it in self.cable.frame}
+        if frame not in causes:
+            self.violate("I4", f"{what} answers {causes}, credited to {frame!r}")
+
+    def judge_event(self, event: Event, epoch: str) -> None:
+        """Look at an event: I9, I10."""
+        last = self._last_number.get(epoch)
+        if last is not None and event.number != last + 1:
+            self.violate("I9", f"event {event.number} of {epoch} comes after {last}")
+        self._last_number[epoch] = event.number
+        if event.type.endswith(".stop.confirmed") and self.family.moving(event.subject):
+            self.violate("I10", f"{event.subject} moves, and its stop is confirmed")
+        if ".move." in event.type:
+            self._judge_move_event(event)
+
+    def _judge_move_event(self, event: Event) -> None:
+        news, move_id = event.type.rpartition(".")[2], str(event.data.get("id"))
+        told = self._told_of_move[move_id]
+        if news not in ORDER:
+            if any(it not in ORDER for it in told) and not self.crashes:
+                self.violate("I9", f"{move_id} ends twice: {[*told, news]}")
+        elif any(it not in ORDER for it in told) and not self.crashes:
+            self.violate("I9", f"{move_id} goes on after its end: {[*told, news]}")
+        told.append(news)
+
+    # afterwards
+
+    def judge(self) -> list[str]:
+        """Look at everything once more: I1, I5, I6, I8, I12."""
+        self.violations += [f"I8: {it}" for it in self.cable.overlaps]
+        facts = defaultdict(list)
+        for fact in self.cable.machine.truth:
+            if fact.request is not None and fact.request in self.cable.frame:
+                facts[self.cable.frame[fact.request].request_id].append(fact)
+        for deed in self.deeds.values():
+            if deed.is_effective:
+                done = sum(self.family.has_done(fact, deed.command) for fact in facts[deed.id])
+                if done == 0 and any(map(_is_damaged, facts[deed.id])):
+                    continue  # no checksum tells a damaged command from another one
+                self._judge_deed(deed, min(done, 1) if deed.path.startswith("/groups/") else done)
+        return self.violations
+
+    def _judge_deed(self, deed: Deed, done: int) -> None:
+        written = self._written(deed)
+        if len(written) > 1 and deed.command.retry_class() is not Retry.STOP:
+            self.violate("I1", f"{deed} was written {len(written)} times")
+        if deed.told == "refused" and done:
+            self.violate("I5", f"{deed} was done")
+        once = done == 1 or (done == 0 and self.family.reads_back)
+        if deed.told == "done" and not once:
+            self.violate("I6", f"{deed} was done {done} times")
+        if deed.error is not None and deed.error.retryable and written and done:
+            self.violate("I12", f"{deed} was done, and may be repeated")
+        for move_id in deed.moves:
+            self._judge_end(deed, self.final.get(move_id), move_id, done)
+
+    def _judge_end(self, deed: Deed, move: MoveRecord | None, move_id: str, done: int) -> None:
+        if move is None:
+            self.violate("L", f"{deed} has begun {move_id}, and it is forgotten")
+        elif move.status in UNDONE and done and len(deed.moves) == 1:
+            self.violate("I5", f"{deed} is {move.status} ({move.error}), and was done")
+        elif move.status is MoveStatus.SUCCEEDED and done != 1 and not _was_there(move):
+            self.violate("I6", f"{deed} has succeeded, and was done {done} times: {move.evidence}")
+        elif move.status is MoveStatus.UNKNOWN and not (move.evidence or move.error):
+            self.violate("L", f"{deed} is unknown without a word")
+
+    def _written(self, deed: Deed) -> list[Written]:
+        return [
+            it
+            for it in self.cable.history
+            if it.request_id == deed.id and self.family.carries(it.text, deed.command)
+        ]
+
+
+def _was_there(move: MoveRecord) -> bool:
+    return any("there was nothing to do" in sentence for sentence in move.evidence)
+
+
+def _is_damaged(fact: Fact) -> bool:
+    faults = fact.facts.get("faults")
+    return fact.kind == "request" and isinstance(faults, dict) and bool(DAMAGING & faults.keys())
+
+
+def told_by(error: GatewayError) -> tuple[Told, GatewayError]:
+    """What a client learns from an error."""
+    unknown = error.moved != "no" or isinstance(error, NoReply | GarbledReply | NotDone)
+    return ("unknown" if unknown else "refused"), error

@@ -1,0 +1,144 @@
+"""A journal on a disk that forgets what was not synced when the power is cut, in virtual time."""
+
+import asyncio
+import sqlite3
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from queue import SimpleQueue
+from random import Random
+from typing import Any
+
+from gateway.core.journal.disk import DiskFailed, DiskFull
+from gateway.core.journal.journal import LOOK_S, Journal, _Entry, _Question
+from gateway.core.journal.schema import migrate
+from gateway.core.journal.writes import Value, Write
+
+
+class ModelDisk:
+    """Keeps what was committed; what only waits to be synced may be lost with the power."""
+
+    def __init__(self, kept: Sequence[Write] = ()) -> None:
+        self._connection = sqlite3.connect(":memory:", isolation_level=None)
+        migrate(self._connection)
+        self._durable = list(kept)
+        self._unsynced: list[Sequence[Write]] = []
+        self.full = False
+        self.detached = False
+        """Nothing reaches it any more: its gateway was killed."""
+        self._apply(kept)
+
+    def commit(self, batch: Sequence[Write], *, durable: bool) -> None:
+        """Write all or nothing."""
+        if self.detached:
+            raise DiskFailed("it was detached")
+        if self.full:
+            raise DiskFull("no space left on the device")
+        self._apply(batch)
+        self._unsynced.append(batch)
+        if durable:
+            self._durable += [write for waiting in self._unsynced for write in waiting]
+            self._unsynced.clear()
+
+    def _apply(self, batch: Sequence[Write]) -> None:
+        self._connection.execute("BEGIN")
+        for write in batch:
+            self._connection.execute(write.sql, write.values)
+        self._connection.execute("COMMIT")
+
+    def rows(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
+        """Read rows."""
+        return self._connection.execute(sql, values).fetchall()
+
+    def check(self) -> None:
+        """It is always there."""
+
+    def tidy(self) -> None:
+        """There is nothing to be tidied."""
+
+    def close(self) -> None:
+        """Release it."""
+        self.detached = True
+
+    def after_power_cut(self, dice: Random) -> "ModelDisk":
+        """The disk that is found afterwards: commits that were not synced are lost from some point on."""
+        kept = self._unsynced[: dice.randint(0, len(self._unsynced))]
+        return ModelDisk([*self._durable, *(write for batch in kept for write in batch)])
+
+    def after_kill(self) -> "ModelDisk":
+        """The disk that is found when only the process was killed: every commit is there."""
+        return ModelDisk([*self._durable, *(write for batch in self._unsynced for write in batch)])
+
+    def has_intent(self, request_id: str | None, frame: str) -> bool:
+        """Whether a loss of power now would leave the intent to write a frame for a request."""
+        return any(
+            write.sql.startswith("INSERT INTO intents") and write.values[5:8:2] == (frame, request_id)
+            for write in reversed(self._durable)
+        )
+
+
+class _Waking(SimpleQueue[Any]):
+    """Wakes the writer."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.filled = asyncio.Event()
+
+    def put(self, item: Any, block: bool = True, timeout: float | None = None) -> None:
+        super().put(item, block, timeout)
+        self.filled.set()
+
+
+@dataclass(eq=False)
+class VirtualJournal(Journal):
+    """The journal with a task in the place of its thread: each commit takes as long as the dice say."""
+
+    takes_s: Callable[[], float] = lambda: 0.005
+    _waiting: _Waking = field(default_factory=_Waking)
+    _writer: "asyncio.Task[None] | None" = None
+
+    def start(self) -> None:
+        """Begin to write."""
+        self._loop = asyncio.get_running_loop()
+        self._writer = asyncio.create_task(self._write_on(), name="journal")
+
+    async def _write_on(self) -> None:
+        while True:
+            try:
+                async with asyncio.timeout(LOOK_S):
+                    await self._waiting.filled.wait()
+            except TimeoutError:
+                self._look()
+                continue
+            await asyncio.sleep(self.takes_s())
+            self._waiting.filled.clear()
+            if not self._write_what_waits():
+                return
+
+    def _write_what_waits(self) -> bool:
+        """One commit for all up to a question; False at the end."""
+        while not self._waiting.empty():
+            taken = self._take()
+            if entries := [it for it in taken if isinstance(it, _Entry)]:
+                self._commit(entries)
+            for it in taken:
+                if isinstance(it, _Question):
+                    self._answer(it)
+            if None in taken:
+                self._end_well()
+                return False
+        return True
+
+    def kill(self) -> None:
+        """Write nothing more: what waited is lost with the process."""
+        self.disk.close()
+        if self._writer is not None:
+            self._writer.cancel()
+            self._writer = None
+
+    async def close(self) -> None:
+        """End well, unless it was killed."""
+        if self._writer is not None:
+            self.on_trouble = lambda _why: None
+            self._waiting.put(None)
+            await self._writer
+            self.disk.close()

@@ -1,0 +1,378 @@
+"""One seed: a plant with its clients, on a bad wire, through several lives; it always does the same.
+
+`python -m tests.fault_simulator.seed 4711` runs one again and prints what happened.
+"""
+
+import asyncio
+import secrets
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from hashlib import sha256
+from random import Random
+from typing import Any, Final, NamedTuple
+from unittest.mock import patch
+
+from gateway.core.errors import GatewayError, NotFound
+from gateway.core.events import Event
+from gateway.core.lanes import QUEUE_LIMIT, STOPS
+from gateway.core.line_state import LineState
+from gateway.core.origin import Origin
+from gateway.core.targets import Answer, Begun, MemberAnswers
+from gateway.fics.exchange import Answered, FicsExchange
+from gateway.operations import commands, stops
+from gateway.rorze.session import RorzeSession
+from simulator.faults import Direction, Fault, Switch
+from simulator.wire import Wire
+from tests.fault_simulator.families import Family, Fics, Rorze
+from tests.fault_simulator.history import Deed, History, told_by
+from tests.fault_simulator.model_disk import ModelDisk
+from tests.fault_simulator.world import Cable, Life, Written
+from tests.simulation.test_faulty_line import InOrder
+from tests.virtual_time import run_virtual
+
+COMMANDS: Final = 200
+"""What clients want in one seed."""
+CLIENTS: Final = 3
+BAUD: Final = 38_400
+LONGEST_S: Final = 2_000.0
+"""A plant that stands still fails the test instead of keeping it."""
+LIVENESS_S: Final = 10.0
+LAST_MOVES_S: Final = 400.0
+SET_UP_S: Final = 30.0
+MOMENTS: Final = {
+    "commit": 60,
+    "write": 400,
+    "written": 400,
+    "body.move.queued": 12,
+    "body.move.sent": 12,
+    "body.move.succeeded": 8,
+    "body.stop.requested": 3,
+    "robot.move.queued": 12,
+    "robot.move.sent": 12,
+    "robot.move.succeeded": 8,
+    "robot.stop.requested": 3,
+}
+"""Where a gateway may be killed, and up to which of them."""
+_WORST: Final = {
+    Fault.LOST: (0.03, 0.03),
+    Fault.GARBLED: (0.02, 0.02),
+    Fault.LATE: (0.0, 0.04),
+    Fault.DOUBLED: (0.0, 0.03),
+    Fault.NOISE: (0.0, 0.02),
+    Fault.SPLIT: (0.02, 0.02),
+}
+"""How many of the requests and of the replies a fault hits at most."""
+
+
+class Report(NamedTuple):
+    """What a seed has shown."""
+
+    violations: list[str]
+    wanted: int
+    faults: int
+    crashes: int
+    told: Counter[str]
+    digest: str
+    """Of all that went over the cable."""
+
+
+class Seed:
+    """One plant with all its lives."""
+
+    def __init__(self, seed: int, wanted: int = COMMANDS) -> None:
+        self._dice = Random(seed)
+        self._left = wanted
+        self._wanted = wanted
+        self.family = self._draw_family(seed)
+        self.cable = Cable(self.family.machine, BAUD)
+        self.history = History(self.family, self.cable)
+        self._wire_faults = InOrder(Random(seed + 1))
+        machine: Any = self.family.machine
+        machine.faults = machine._wire._faults = self._wire_faults
+        self._disk = ModelDisk()
+        self._lives = 0
+        self._clock_shift = 0.0
+        self._life: Life
+
+    def _draw_family(self, seed: int) -> Family:
+        return (Rorze(seed), Rorze(seed), Fics(2), Fics(3))[seed % 4]
+
+    async def run(self) -> Report:
+        """Live until all is done, and judge."""
+        with self._watched():
+            crashes = 3 if self._dice.random() < 0.2 else 2
+            async with asyncio.timeout(LONGEST_S):
+                while self._left > 0:
+                    last = self.history.crashes == crashes
+                    share = self._left if last else min(self._left, self._wanted // (crashes + 1))
+                    await self._live(share, dies=not last)
+                await self._live(0, dies=False)
+        faulty = [fact.facts["faults"] for fact in self.cable.machine.truth if "faults" in fact.facts]
+        self.history.faults += sum(len(it) for it in faulty if isinstance(it, dict))
+        told = Counter[str](deed.told for deed in self.history.deeds.values())
+        violations, digest = self.history.judge(), sha256()
+        for written in self.cable.history:
+            digest.update(f"{written.at:.6f} {written.text}".encode())
+        return Report(
+            violations,
+            self._wanted,
+            self.history.faults,
+            self.history.crashes,
+            told,
+            digest.hexdigest(),
+        )
+
+    # lives
+
+    async def _live(self, share: int, *, dies: bool) -> None:
+        """One life, for some of the commands; the last one for none, on a line that is well."""
+        dice, self._lives = self._dice, self._lives + 1
+        life = self._life = Life(self._lives, self._disk, self._judge_write)
+        if dies:
+            kind = dice.choice([it for it in MOMENTS if it.partition(".")[0] in self._moments()])
+            life.dies_at[kind] = dice.randint(1, MOMENTS[kind])
+        life.begin(self.family.config, self.cable, Random(dice.random()), lambda: dice.uniform(0.0005, 0.02))
+        self._watch_events(life)
+        await life.plant.start()
+        try:
+            if share:
+                await self._busy(life, share)
+            else:
+                await self._get_well(life)
+            if dies and not life.killed.is_set():
+                life.kill()
+        finally:
+            await life.plant.close()
+        self.history.crashes += dies
+        power_cut = dies and dice.random() < 0.5
+        self._disk = life.disk.after_power_cut(dice) if power_cut else life.disk.after_kill()
+        await asyncio.sleep(dice.uniform(0.1, 4.0))
+
+    def _moments(self) -> set[str]:
+        return {"commit", "write", "written", "body" if isinstance(self.family, Rorze) else "robot"}
+
+    async def _busy(self, life: Life, share: int) -> None:
+        """Clients want something until their share is done, or the gateway is killed."""
+        self._spoil()
+        until = self._left - share
+        clients = [asyncio.create_task(self._client(life, until)) for _ in range(CLIENTS)]
+        chaos = asyncio.create_task(self._chaos(life))
+        death = asyncio.create_task(life.killed.wait())
+        over = asyncio.ensure_future(asyncio.wait(clients))
+        await asyncio.wait([death, over], return_when=asyncio.FIRST_COMPLETED)
+        for task in (*clients, chaos, death, over):
+            task.cancel()
+        for outcome in await asyncio.gather(*clients, chaos, death, over, return_exceptions=True):
+            if isinstance(outcome, Exception):
+                raise outcome
+        self._mend()
+
+    async def _get_well(self, life: Life) -> None:
+        """After the faults have ceased every line works, and every move is over: I14."""
+        self._mend()
+        await asyncio.sleep(SET_UP_S)
+        plant = life.plant
+        for port in plant.ports().values():
+            if port.state is not LineState.READY or any(port.waiting().values()):
+                self.history.violate("I14", f"{port.id} is {port.state}, {port.waiting()} wait")
+        logs = [log for family in plant.families.values() for log in family.move_logs()]
+        for deed in self.history.deeds.values():
+            for move_id in deed.moves:
+                for log in logs:
+                    with suppress(NotFound):
+                        self.history.final[move_id] = await log.wait(move_id, LAST_MOVES_S)
+                        if not self.history.final[move_id].status.final:
+                            self.history.violate("I14", f"{move_id} never ends")
+
+    # clients
+
+    async def _client(self, life: Life, until: int) -> None:
+        while self._left > until:
+            self._left -= 1
+            chance = self._dice.random()
+            if chance < 0.04:
+                await self._stop(life)
+            elif chance < 0.12:
+                await self._hasten(life)
+            else:
+                await self._want(life)
+            await asyncio.sleep(self._dice.choice((0.0, self._dice.uniform(0.0, 0.3))))
+
+    async def _hasten(self, life: Life) -> None:
+        """Want something, and stop it before it can have been done."""
+        self._left -= 1
+        wanted = asyncio.create_task(self._want(life))
+        try:
+            await asyncio.sleep(self._dice.uniform(0.0, 0.03))
+            await self._stop(life)
+            await wanted
+        finally:
+            wanted.cancel()
+
+    async def _want(self, life: Life) -> None:
+        wish = self.family.wish(self._dice)
+        deed = Deed(f"d{len(self.history.deeds)}", wish.path, wish.command, self._now())
+        self.history.deeds[deed.id] = deed
+        try:
+            result = await commands.do(life.plant, Origin("client", deed.id), wish.path, wish.command)
+        except GatewayError as error:
+            deed.told, deed.error = told_by(error)
+            return
+        if isinstance(result, Begun):
+            deed.told, deed.moves = "begun", [move.id for move in result.moves]
+            if self._dice.random() < 0.7:
+                await asyncio.gather(*(self._end_of(life, move_id) for move_id in deed.moves))
+        elif isinstance(result, Answer | MemberAnswers):
+            deed.told = "done"
+
+    async def _end_of(self, life: Life, move_id: str) -> None:
+        for family in life.plant.families.values():
+            for log in family.move_logs():
+                with suppress(NotFound):
+                    await log.wait(move_id, 20.0)
+
+    async def _stop(self, life: Life) -> None:
+        origin, mode = Origin("client", "stop"), self._dice.choice(("immediate", "decelerate"))
+        everything = frozenset().union(*map(self.family.reach, self.family.targets))
+        if self._dice.random() < 0.3:
+            self.history.stops.append((self._now(), everything))
+            await stops.stop_all(life.plant, origin, mode)  # type: ignore[arg-type]
+        else:
+            target = self._dice.choice(self.family.targets)
+            self.history.stops.append((self._now(), self.family.reach(target)))
+            await stops.stop(life.plant, origin, target, mode)  # type: ignore[arg-type]
+
+    # what goes wrong
+
+    def _spoil(self) -> None:
+        """Each fault of the wire is there or not, and as bad as the dice say."""
+        dice = self._dice
+        for fault, worst in _WORST.items():
+            if fault is Fault.GARBLED and self.family.name == "fics-2":
+                worst = (worst[0], 0.0)  # one bit makes a refusal of E00
+            for direction, most in zip(Direction, worst, strict=True):
+                if most and dice.random() < 0.7:
+                    delay_s = 0.05 if fault in (Fault.LATE, Fault.SPLIT) else 0.01
+                    share, spread_s = dice.uniform(0.2, 1.0) * most, dice.uniform(0.0, 1.0)
+                    self._wire_faults.set(Switch(fault, direction, share, delay_s=delay_s, spread_s=spread_s))
+
+    def _mend(self) -> None:
+        self._wire_faults.clear()
+        self._life.disk.full = False
+        self.cable.plug_in()
+        self.family.restore(self.cable, self._now())
+
+    async def _chaos(self, life: Life) -> None:
+        """Power goes and comes back, the cable is pulled, the disk is full, and the wall clock jumps."""
+        dice = self._dice
+        while True:
+            await asyncio.sleep(dice.uniform(0.5, 8.0))
+            self.history.faults += 1
+            kind = dice.choices(("power", "cable", "disk", "clock"), (4, 1, 2, 1))[0]
+            if kind == "power":
+                await asyncio.sleep(self.family.upset(self.cable, dice, self._now()))
+                self.family.restore(self.cable, self._now())
+            elif kind == "cable":
+                self.cable.unplug()
+                await asyncio.sleep(dice.uniform(0.1, 2.0))
+                self.cable.plug_in()
+            elif kind == "disk":
+                life.disk.full = True
+                await asyncio.sleep(dice.uniform(0.1, 8.0))
+                life.disk.full = False
+            else:
+                self._clock_shift += dice.uniform(-3_600, 3_600)
+            for port in life.plant.ports().values():
+                if max(port.waiting().values(), default=0) > 2 * QUEUE_LIMIT:
+                    self.history.violate("I13", port.waiting())
+
+    # watching
+
+    def _judge_write(self, written: Written) -> None:
+        has_intent = self._life.disk.has_intent(written.request_id, written.text)
+        self.history.judge_write(written, has_intent=has_intent)
+
+    def _watch_events(self, life: Life) -> None:
+        keep = life.plant.events.on_published
+
+        def published(event: Event) -> None:
+            if not life.killed.is_set():
+                self.history.judge_event(event, life.plant.events.epoch)
+            keep(event)
+
+        life.plant.events.on_published = published
+
+    @contextmanager
+    def _watched(self) -> Iterator[None]:
+        """See which frame each reply answers, and to which it is credited."""
+        random_ids = Random(self._wanted)
+        put_out, note, credit = Wire._put_out, RorzeSession.note_reply, FicsExchange.credit
+
+        def noted(session: RorzeSession, exchange: Any, frame: Any, at: float) -> None:
+            self._judge_credit(exchange, frame)
+            note(session, exchange, frame, at)
+
+        def credited(exchange: FicsExchange, frame: Any, at: float = 0.0) -> Any:
+            outcome = credit(exchange, frame, at)
+            if isinstance(outcome, Answered):
+                self._judge_credit(exchange, frame)
+            return outcome
+
+        with ExitStack() as stack:
+            for owner, name, new in (
+                (Wire, "_put_out", self._pieces_of_output(put_out)),
+                (RorzeSession, "note_reply", noted),
+                (FicsExchange, "credit", credited),
+                (time, "time", self._wall_clock),
+                (time, "monotonic", self._now),
+                (time, "time_ns", lambda: int(self._wall_clock() * 1e9)),
+                (asyncio, "to_thread", _at_once),
+                (secrets, "token_hex", lambda size: random_ids.randbytes(size).hex()),
+            ):
+                stack.enter_context(patch.object(owner, name, new))
+            yield
+
+    def _pieces_of_output(self, put_out: Callable[..., None]) -> Callable[..., None]:
+        def noted(wire: Wire, request: int | None, piece: bytes, now: float) -> None:
+            put_out(wire, request, piece, now)
+            self.cable.pieces.append((request, len(piece)))
+
+        return noted
+
+    def _judge_credit(self, exchange: Any, frame: object) -> None:
+        if exchange.lane in STOPS or self._life.killed.is_set():
+            return
+        answered = self.cable.answering
+        numbers = self._wire_faults.parts.get(answered or 0, frozenset())
+        text = exchange.frame.decode("ascii")
+        self.history.judge_credit(text, answered=answered, numbers=numbers, what=frame)
+
+    def _wall_clock(self) -> float:
+        """It jumps; nothing but a time that is told may depend on it: I11."""
+        return 1.79e9 + self._now() + self._clock_shift
+
+    def _now(self) -> float:
+        return asyncio.get_running_loop().time()
+
+
+async def _at_once(deed: Callable[..., Any], *arguments: Any) -> Any:
+    """Virtual time waits for no thread."""
+    return deed(*arguments)
+
+
+def run(seed: int, wanted: int = COMMANDS) -> Report:
+    """Run one seed in virtual time."""
+
+    async def story() -> Report:
+        return await Seed(seed, wanted).run()
+
+    return run_virtual(story())
+
+
+if __name__ == "__main__":
+    for number in map(int, sys.argv[1:]):
+        report = run(number)
+        sys.stdout.write(f"{number}: {report}\n")

@@ -1,0 +1,184 @@
+"""Intents: nothing with an effect is written before the disk has it, and a stop waits for no disk."""
+
+import asyncio
+
+import pytest
+
+from gateway.core.errors import Cancelled, GatewayError, NoReply, QueueFull
+from gateway.core.journal.intents import Intents
+from gateway.core.journal.journal import JournalUnavailable
+from gateway.core.lanes import QUEUE_LIMIT, Lane
+from gateway.core.origin import POLL, Origin, acting
+from gateway.rorze.line import Line
+from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.position import GetPosition
+from protocols.rorze.speeds import SetMaximumSpeed
+from protocols.rorze.stops import StopImmediately
+from tests.gateway.rorze.far_end import FarEnd, running_line, virtual
+from tests.model_book import ModelBook
+
+MOVE = MoveClockwise(distance=5)
+DISK_S = 0.2
+
+
+def kept(line: Line, book: ModelBook) -> Line:
+    line.intents = Intents(book, line.address_of)
+    return line
+
+
+@virtual
+async def test_the_first_byte_comes_after_the_intent_is_durable() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        with acting(Origin("http 127.0.0.1", "r1")):
+            await line.submit(2, MOVE, Lane.COMMAND)
+    [(durable_at, intent)] = book.intents()
+    [written_at] = far.times_of("&021+M5")
+    assert written_at >= durable_at >= DISK_S
+    assert (intent["target"], intent["command"], intent["effect"]) == ("line1.02", MOVE.name(), "motion")
+    assert (intent["frame"], intent["caller"], intent["request_id"]) == ("&021+M5\r", "http 127.0.0.1", "r1")
+    assert book.written() == [intent["id"]]
+    assert book.outcomes() == {intent["id"]: "answered"}
+
+
+@virtual
+async def test_what_came_first_goes_first_and_shares_a_commit() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        moves = [MoveClockwise(distance=number) for number in range(1, 9)]
+        began_at = asyncio.get_running_loop().time()
+        await asyncio.gather(*(line.submit(2, move, Lane.COMMAND) for move in moves))
+        took_s = asyncio.get_running_loop().time() - began_at
+    assert [frame for frame in far.frames if "+M" in frame] == [f"&021+M{number}" for number in range(1, 9)]
+    assert [intent["id"] for _, intent in book.intents()] == book.written()
+    assert took_s < 3 * DISK_S
+
+
+@virtual
+async def test_reads_and_what_the_gateway_says_of_its_own_accord_wait_for_no_disk() -> None:
+    far, book = FarEnd(), ModelBook()
+    async with running_line(far) as line:
+        kept(line, book)
+        await line.submit(2, GetPosition(), Lane.READ)
+        with acting(POLL):
+            await line.submit(2, SetMaximumSpeed(speed=1000), Lane.COMMAND)
+    assert (book.intents(), book.noted) == ([], [])
+
+
+@virtual
+async def test_a_stop_waits_for_no_disk_and_is_written_down_afterwards() -> None:
+    far, book = FarEnd(), ModelBook()
+    book.trouble = "no space left"
+    async with running_line(far) as line:
+        kept(line, book)
+        await line.submit(2, StopImmediately(), Lane.STOP)
+    [stop] = book.stops()
+    assert stop["frame"] == "&025IS\r"
+    assert (book.written(), book.outcomes()) == ([stop["id"]], {stop["id"]: "answered"})
+
+
+@virtual
+async def test_a_stop_while_the_disk_writes_keeps_the_move_from_being_sent() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        move = line.submit(2, MOVE, Lane.COMMAND)
+        await asyncio.sleep(DISK_S / 2)
+        line.gate.stop(2)
+        outcome = await move
+    assert isinstance(outcome, Cancelled)
+    assert far.times_of("&021+M5") == []
+    assert list(book.outcomes().values()) == ["not_sent"]
+
+
+@virtual
+async def test_what_is_withdrawn_while_the_disk_writes_is_not_sent() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        move = line.submit(2, MOVE, Lane.COMMAND)
+        line.cancel(lambda it: it.target == 2, Cancelled("not wanted"))
+        assert isinstance(await move, Cancelled)
+        await asyncio.sleep(2 * DISK_S)
+    assert far.times_of("&021+M5") == []
+
+
+@virtual
+async def test_a_disk_that_is_slower_than_the_command_may_wait_lets_it_expire() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        expires_at = asyncio.get_running_loop().time() + DISK_S / 2
+        outcome = await line.submit(2, MOVE, Lane.COMMAND, expires_at=expires_at)
+    assert getattr(outcome, "kind", "") == "expired"
+    assert far.times_of("&021+M5") == []
+
+
+@pytest.mark.parametrize("broken_while_it_writes", [False, True])
+def test_without_a_disk_nothing_with_an_effect_is_sent(*, broken_while_it_writes: bool) -> None:
+    @virtual
+    async def story() -> None:
+        far, book = FarEnd(), ModelBook(DISK_S)
+        async with running_line(far) as line:
+            kept(line, book)
+            if broken_while_it_writes:
+                move = line.submit(2, MOVE, Lane.COMMAND)
+                book.trouble = "no space left"
+                assert isinstance(await move, JournalUnavailable)
+            book.trouble = "no space left"
+            with pytest.raises(JournalUnavailable, match="nothing was sent"):
+                line.submit(2, MOVE, Lane.COMMAND)
+            assert not isinstance(await line.submit(2, GetPosition(), Lane.READ), GatewayError)
+        assert far.times_of("&021+M5") == []
+
+    story()
+
+
+@virtual
+async def test_a_disk_that_hangs_is_not_waited_for() -> None:
+    far, book = FarEnd(), ModelBook(60.0)
+    async with running_line(far) as line:
+        kept(line, book)
+        outcome = await line.submit(2, MOVE, Lane.COMMAND)
+        assert isinstance(outcome, JournalUnavailable)
+        assert asyncio.get_running_loop().time() < 10
+        await asyncio.sleep(60.0)
+    assert far.times_of("&021+M5") == []
+
+
+@virtual
+async def test_no_more_wait_for_the_disk_than_may_wait_for_a_body() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        waiting = [line.submit(2, MOVE, Lane.COMMAND) for _ in range(QUEUE_LIMIT)]
+        with pytest.raises(QueueFull):
+            line.submit(2, MOVE, Lane.COMMAND)
+        line.cancel(lambda _: True, Cancelled("enough"))
+        await asyncio.gather(*waiting)
+        await asyncio.sleep(DISK_S)
+
+
+@virtual
+async def test_what_nobody_knows_the_outcome_of_is_unknown() -> None:
+    far, book = FarEnd(), ModelBook()
+    async with running_line(far) as line:
+        kept(line, book)
+        far.silent.add(2)
+        assert isinstance(await line.submit(2, MOVE, Lane.COMMAND), NoReply)
+    assert list(book.outcomes().values()) == ["unknown"]
+
+
+@virtual
+async def test_a_line_that_goes_down_while_the_disk_writes_sends_nothing_when_it_is_back() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        move = line.submit(2, MOVE, Lane.COMMAND)
+        far.unplug()
+        assert isinstance(await move, Cancelled)
+        far.plugged_in = True
+        await asyncio.sleep(5.0)
+    assert far.times_of("&021+M5") == []

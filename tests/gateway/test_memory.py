@@ -1,0 +1,284 @@
+"""A plant over restarts: what it has told and moved is there again, and nothing is sent a second time."""
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gateway.core.errors import NotFound, NotSent
+from gateway.core.journal.journal import JournalUnavailable
+from gateway.core.move_record import Move, MoveStatus
+from gateway.fics.move_record import RobotMove
+from gateway.rorze.jogs import BodyJogRequest
+from protocols.fics.homing import HomeRobot
+from protocols.fics.moves import MoveAbsolute
+from protocols.fics.row import FicsCommand
+from protocols.rorze.moves import MoveClockwise, MoveTo
+from protocols.rorze.speeds import SetMaximumSpeed, SetStartSpeed
+from tests.plants import in_virtual_time
+from tests.tested_plant import TestedPlant
+from tests.world import DISK_S, World
+
+SHORT = MoveClockwise(distance=500)
+LONG = MoveClockwise(distance=20_000)
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> World:
+    return World(tmp_path / "data")
+
+
+async def moved(plant: TestedPlant, command: Any = SHORT, address: str = "3F") -> Move:
+    [move] = await plant.moves.start(plant.body(address), command)
+    return move
+
+
+async def over(plant: TestedPlant, move_id: str) -> Move:
+    return await plant.moves.wait(move_id, 60.0)
+
+
+async def ready(plant: TestedPlant) -> None:
+    while plant.line("line1").state != "ready":  # noqa: ASYNC110
+        await asyncio.sleep(0.1)
+
+
+@in_virtual_time
+async def test_moves_are_there_again(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        first = await over(plant, (await moved(plant)).id)
+    async with world.gateway() as plant:
+        assert plant.moves.get(first.id) == first
+        assert plant.moves.of(plant.body("3F")) == [first]
+        assert not any(it == "gateway.crashed" for it in _types(plant))
+
+
+@in_virtual_time
+async def test_cursors_go_on_without_a_gap(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        cursor = plant.events.cursor
+        move = await over(plant, (await moved(plant)).id)
+        last = plant.events.last
+    async with world.gateway() as plant:
+        page = await plant.events.since(cursor)
+        assert [it.number for it in page.events] == list(range(int(cursor[9:]) + 1, plant.events.last + 1))
+        assert page.events[0].data["id"] == move.id
+        assert plant.events.last > last
+        assert {it.epoch for it in page.events} == {cursor[:8]}
+
+
+@in_virtual_time
+async def test_a_cursor_from_before_a_crash_goes_on_where_the_journal_does(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        cursor = plant.events.cursor
+        known = plant.events.last
+        world.crash()
+        await moved(plant)
+        seen = plant.events.cursor
+    async with world.gateway() as plant:
+        assert plant.events.epoch != seen[:8]
+        for old in (cursor, seen):
+            page = await plant.events.since(old)
+            assert page.events[0].type == "gateway.crashed"
+            assert page.events[0].number == known + 1
+
+
+@in_virtual_time
+async def test_a_move_goes_on_in_its_own_record_after_a_crash(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        move = await moved(plant, LONG)
+        await asyncio.sleep(0.3)
+        world.crash()
+    async with world.gateway() as plant:
+        [crash] = [it for it in _events(plant) if it.type == "gateway.crashed"]
+        assert crash.data["moves"] == [move.id]
+        assert plant.body("3F").move is plant.moves.get(move.id)
+        end = await over(plant, move.id)
+        assert (end.status, end.position, end.end_cause) == (MoveStatus.SUCCEEDED, 20_000, "normal")
+        assert any("restarted" in sentence for sentence in end.evidence)
+        assert [it["final"] for it in world.rows("moves")] == [1]
+    assert len(world.sent("1+M")) == 1
+
+
+@in_virtual_time
+async def test_a_move_that_ended_while_nobody_looked_is_resolved_by_where_it_stands(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        move = await moved(plant, LONG)
+        world.crash()
+    await asyncio.sleep(60.0)
+    async with world.gateway() as plant:
+        end = await over(plant, move.id)
+        assert (end.status, end.position) == (MoveStatus.SUCCEEDED, 20_000)
+    assert len(world.sent("1+M")) == 1
+
+
+@in_virtual_time
+async def test_a_move_that_was_never_written_is_cancelled(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        asking = asyncio.create_task(moved(plant))
+        await asyncio.sleep(0)
+        world.crash()
+        await asking
+    before = len(world.wire.frames())
+    async with world.gateway() as plant:
+        [move] = plant.moves.of(plant.body("3F"))
+        assert move.status is MoveStatus.CANCELLED
+        assert move.error is not None
+        assert move.error.moved == "no"
+        await ready(plant)
+        await asyncio.sleep(5.0)
+    assert not [it for it in world.wire.frames()[before:] if it[3:6] == "1+M"]
+
+
+@in_virtual_time
+async def test_an_intent_without_a_frame_proves_itself_not_executed(world: World) -> None:
+    """The gateway is killed between the intent and the first byte."""
+    async with world.gateway() as plant:
+        await ready(plant)
+        await over(plant, (await moved(plant)).id)
+        asking = asyncio.create_task(moved(plant))
+        while len(world.rows("intents")) < 2:  # noqa: ASYNC110
+            await asyncio.sleep(DISK_S / 5)
+        world.crash()
+        plant.line("line1").gate.stop(0x3F)
+        with pytest.raises(NotSent):
+            await asking
+    async with world.gateway() as plant:
+        [move, _] = plant.moves.of(plant.body("3F"))
+        end = await over(plant, move.id)
+        assert (end.status, end.end_cause) == (MoveStatus.FAILED, "not_executed")
+    assert len(world.sent("1+M")) == 1
+    assert all(row["ended_at"] for row in world.rows("intents"))
+
+
+@in_virtual_time
+async def test_where_nothing_proves_anything_the_move_is_unknown(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        move = await moved(plant, LONG)
+        await asyncio.sleep(0.3)
+        world.crash()
+        await plant.stops.stop([plant.body("3F")], "immediate")
+    async with world.gateway() as plant:
+        end = await over(plant, move.id)
+        assert end.status is MoveStatus.UNKNOWN
+        assert "proves nothing" in end.evidence[-1]
+
+
+@in_virtual_time
+async def test_a_move_without_an_end_is_stopped(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        move = await moved(plant, MoveClockwise(distance="endless"))
+        world.crash()
+        monkeypatch.setattr(plant.rorze, "end_motion", _leave_all)  # killed, it would end nothing
+    async with world.gateway() as plant:
+        end = await over(plant, move.id)
+        assert (end.status, end.end_cause) == (MoveStatus.STOPPED, "stop_command")
+    assert len(world.sent("1+M")) == 1
+
+
+@in_virtual_time
+async def test_a_jog_is_stopped(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        await plant.body("3F").ask(SetStartSpeed(speed=1_000))
+        jog = await plant.rorze.jogs.start(plant.body("3F"), BodyJogRequest(direction="cw"))
+        world.crash()
+        monkeypatch.setattr(plant.rorze, "end_motion", _leave_all)  # killed, it would end nothing
+    async with world.gateway() as plant:
+        end = await over(plant, jog.id)
+        assert (end.kind, end.status) == ("jog", MoveStatus.UNKNOWN)  # it stood when it was first asked
+        assert len(world.sent("5SS")) == 1
+        assert not (await plant.body("3F").look()).runs
+        with pytest.raises(NotFound):
+            plant.rorze.jogs.heartbeat(plant.body("3F"), jog.id)
+
+
+@in_virtual_time
+async def test_a_setting_under_way_is_ended_as_unknown(world: World) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        asking = asyncio.create_task(plant.body("3F").ask(SetMaximumSpeed(speed=1000)))
+        while not world.rows("intents"):  # noqa: ASYNC110
+            await asyncio.sleep(DISK_S / 5)
+        world.crash()
+        await asking
+    async with world.gateway():
+        [row] = world.rows("intents")
+        assert (row["outcome"], row["command"]) == ("unknown", SetMaximumSpeed.name())
+
+
+@in_virtual_time
+async def test_without_a_directory_reads_and_stops_go_on(world: World) -> None:
+    world.folder.write_text("in the way")
+    async with world.gateway() as plant:
+        assert "gateway.journal.trouble" in _types(plant)
+        await ready(plant)
+        assert await plant.body("3F").look()
+        [stopped] = await plant.stops.stop([plant.body("3F")], "immediate")
+        assert stopped.state == "confirmed"
+        with pytest.raises(JournalUnavailable):
+            await moved(plant, MoveTo(position=500))
+    assert world.sent("1AM") == []
+
+
+@in_virtual_time
+async def test_a_broken_journal_is_set_aside_and_that_is_told(world: World) -> None:
+    world.folder.mkdir()
+    (world.folder / "journal.db").write_bytes(b"no journal" * 1000)
+    async with world.gateway() as plant:
+        [told] = [it for it in _events(plant) if it.type == "gateway.journal.set_aside"]
+        assert _beginning(told.data["file"]) == b"no journal"
+        await ready(plant)
+        assert (await over(plant, (await moved(plant)).id)).status is MoveStatus.SUCCEEDED
+
+
+def _leave_all(*, everything: bool) -> list[asyncio.Task[Any]]:
+    assert not everything
+    return []
+
+
+def _beginning(file: str) -> bytes:
+    return Path(file).read_bytes()[:10]
+
+
+def _events(plant: TestedPlant) -> list[Any]:
+    return [plant.events.event(number) for number in range(plant.events.first, plant.events.last + 1)]
+
+
+def _types(plant: TestedPlant) -> list[str]:
+    return [event.type for event in _events(plant)]
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_move_of_a_robot_goes_on_in_its_own_record(mode: int, tmp_path: Path) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        world = World.of_robot(tmp_path / "data", mode)
+        async with world.gateway() as plant:
+            await asyncio.sleep(1.0)
+            await _made(plant, HomeRobot())
+            move = await _begun(plant, MoveAbsolute(coordinates=[None, None, 20.0]))
+            world.crash()
+        async with world.gateway() as plant:
+            end = await plant.robot_moves.wait(move.id, 600.0)
+            assert (end.status, end.end_cause) == (MoveStatus.SUCCEEDED, "normal")
+            assert any("restarted" in sentence for sentence in end.evidence)
+        assert len([it for it in world.wire.frames() if it.startswith("LMA")]) == 1
+
+    story()
+
+
+async def _begun(plant: TestedPlant, command: FicsCommand[Any]) -> RobotMove:
+    return await plant.robot_moves.start(plant.robot("r1"), 1, command)
+
+
+async def _made(plant: TestedPlant, command: FicsCommand[Any]) -> RobotMove:
+    return await plant.robot_moves.wait((await _begun(plant, command)).id, 600.0)

@@ -1,0 +1,99 @@
+"""A line that outlives the gateways before it, on virtual time, with a journal in real files."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from gateway.config import parse
+from gateway.core.journal import files
+from gateway.core.journal.disk import DiskFailed
+from gateway.core.journal.journal import Journal
+from gateway.core.journal.opening import Opened, open_journal
+from gateway.core.journal.writes import Value, Write
+from simulator.fics.layout import Layout
+from simulator.fics.line import build_line as build_robot
+from simulator.rorze.line import build_line
+from tests.fics_plants import SCARA, Cable
+from tests.plants import Wire, configuration
+from tests.tested_plant import TestedPlant
+
+DISK_S = 0.005
+"""What a commit takes."""
+
+
+class Immediate(Journal):
+    """A journal without a thread: virtual time waits for none."""
+
+    def start(self) -> None:
+        return
+
+    def note(self, *entries: Write) -> None:
+        with suppress(DiskFailed):
+            self.disk.commit(entries, durable=False)
+
+    async def write(self, *entries: Write) -> None:
+        self.require()
+        self.disk.commit(entries, durable=True)
+        await asyncio.sleep(DISK_S)
+
+    async def close(self) -> None:
+        self._end_well()
+        self.disk.close()
+
+    async def rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:
+        return self.disk.rows(sql, values)
+
+
+@dataclass
+class World:
+    """A line that stays as it is while gateways come and go."""
+
+    folder: Path
+    wire: Wire | Cable = field(default_factory=lambda: Wire(build_line([0x00, 0x3F], 0.0, seed=1)))
+    text: str = configuration(bodies=(0x00, 0x3F), groups={})
+    """The configuration."""
+    lives: int = 0
+
+    @asynccontextmanager
+    async def gateway(self) -> AsyncIterator[TestedPlant]:
+        """One life, with what the last one has left."""
+        self.lives += 1
+        opened = open_journal(self.folder)
+        journal = Immediate(opened.journal.disk, trouble=opened.journal.trouble)
+        plant = TestedPlant(
+            parse(self.text, "test.toml"),
+            open_transport=lambda _: self.wire,
+            rng=Random(self.lives),
+            journal=Opened(journal, *opened[1:]),
+        )
+        await plant.start()
+        try:
+            yield plant
+        finally:
+            await plant.close()
+
+    @classmethod
+    def of_robot(cls, folder: Path, mode: int) -> "World":
+        """A robot with one unit."""
+        text = (
+            f'[[lines]]\nid = "cell"\naddress = "tcp://127.0.0.1:1"\nprotocol = "fics"\nmode = {mode}\n'
+            f'robot = {{id = "r1", units = [{SCARA}]}}\n'
+        )
+        return cls(folder, Cable(build_robot(Layout(units=1))), text)
+
+    def crash(self) -> None:
+        """From here on the present life writes nothing that the next one can find."""
+        copy = self.folder.with_name(f"{self.folder.name}+")
+        copy.mkdir()
+        files.backup(self.folder, copy / "journal.db")
+        self.folder = copy
+
+    def sent(self, code: str) -> list[str]:
+        return [frame for frame in self.wire.frames() if frame[3:6] == code]
+
+    def rows(self, table: str) -> list[dict[str, Any]]:
+        return [row for row in files.export(self.folder) if row["table"] == table]
