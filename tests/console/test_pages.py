@@ -14,10 +14,19 @@ from tests.e2e.processes import until
 
 Open = Callable[..., Console]
 
-PAGES = ("#/", "#/axis/line1.3F", "#/robot/r1", "#/program/line1.3F", "#/events", "#/wire/line1", "#/system")
+PAGES = (
+    *("#/", "#/axis/line1.3F", "#/robot/r1", "#/positions/line1.3F", "#/motion/line1.3F"),
+    *("#/program/line1.3F", "#/settings/line1.3F", "#/events", "#/wire/line1", "#/system"),
+)
 TITLES = {
-    "en": ("Plant", "line1.3F", "r1", "Program", "Events and alarms", "Wire", "System"),
-    "ja": ("設備", "line1.3F", "r1", "プログラム", "イベントとアラーム", "通信", "システム"),
+    "en": (
+        *("Plant", "line1.3F", "r1", "Positions", "Motion"),
+        *("Program", "Settings", "Events", "Wire", "System"),
+    ),
+    "ja": (
+        *("設備", "line1.3F", "r1", "位置", "加減速"),
+        *("プログラム", "設定", "イベント", "通信", "システム"),
+    ),
 }
 FAR = 2_000_000
 
@@ -251,6 +260,83 @@ def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open
     console.shows("This is all that the gateway still has.")
     console.page.get_by_label("Type").fill("line.up")
     expect(console.page.locator("tbody tr").first).to_contain_text("line: up")
+
+
+def test_a_body_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F")
+    jog = console.button("Jog +, hold")
+    expect(jog).to_have_attribute("aria-disabled", "false")
+    jog.hover()
+    console.page.mouse.down()
+    until(lambda: moves(plant), "the motor moves")
+    console.page.mouse.up()
+    until(lambda: not moves(plant), "the motor stands still")
+    until(lambda: plant.gateway.get("/bodies/3F/moves")["moves"][0]["status"] == "stopped", "it has ended")
+
+
+def test_a_position_is_taught_named_and_gone_to(plant: Plant, open_console: Open) -> None:
+    plant.gateway.http.put("/bodies/00/position", json={"value": 700, "unit": "pulse"}).raise_for_status()
+    console = open_console(plant.url, "#/positions/line1.00")
+    console.button("Read").click()
+    console.button("Teach 3 here").click()
+    expect(console.page.get_by_label("3 pulse", exact=True)).to_have_value("700")
+    console.page.get_by_label("4 pulse", exact=True).fill("-50")
+    console.page.get_by_label("Name 4", exact=True).fill("unload")
+    console.button("Store 4").click()
+    console.shows("Store 4: done.")
+    console.button("Go to 4").click()
+    until(lambda: plant.gateway.get("/bodies/00/position")["pulses"] == -50, "it is at position 4")
+
+
+def test_positions_come_from_a_file_as_excel_writes_it(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/positions/line1.00")
+    console.button("Read").click()
+    rows = "\ufeffnumber;pulse\r\n5;500\r\n6;-600\r\n".encode()
+    console.page.get_by_label("Store from CSV").set_input_files(
+        {"name": "table.csv", "mimeType": "text/csv", "buffer": rows}
+    )
+    console.shows("Store from CSV: done.")
+    stored = plant.gateway.get("/bodies/00/positions?first=5&last=6")["positions"]
+    assert [it["pulses"] for it in stored] == [500, -600]
+
+
+def test_a_speed_set_is_changed_and_its_curve_drawn(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/motion/line1.01")
+    console.shows("s in all")
+    console.page.get_by_label("Maximum speed").fill("12000")
+    console.button("Save speed set 30").click()
+    console.shows("12000 pulse/s at most")
+    assert plant.gateway.get("/bodies/01/speed-sets/30")["maximum_speed_pps"] == 12_000
+
+
+def test_a_setting_is_changed_and_its_difference_to_a_backup_restored(
+    plant: Plant, open_console: Open
+) -> None:
+    console = open_console(plant.url, "#/settings/line1.01")
+    console.page.get_by_role("combobox", name="Of", exact=True).select_option("/bodies/line1.01")
+    with console.page.expect_download(timeout=60_000):
+        console.button("Read and download").click()
+    console.button("Read all").click()
+    retries = console.page.get_by_label("homing_retries")
+    retries.fill("3")
+    retries.press("Enter")
+    console.shows("Change homing_retries: done.")
+    assert plant.gateway.get("/bodies/01/settings")["settings"]["homing_retries"] == 3
+    console.button("Compare").click()
+    expect(console.page.get_by_text("1 differ")).to_be_visible(timeout=60_000)
+    console.button("Restore").click()
+    expect(console.page.get_by_text("verified, done")).to_be_visible(timeout=60_000)
+    assert plant.gateway.get("/bodies/01/settings")["settings"]["homing_retries"] == 0
+
+
+def test_a_move_is_drawn_over_its_plan(plant: Plant, open_console: Open) -> None:
+    move = plant.gateway.moving("3F", 20_000)
+    plant.gateway.ended("3F", move["id"])
+    console = open_console(plant.url, "#/axis/line1.3F")
+    row = console.page.get_by_role("row", name="relative").first
+    row.locator("summary").click()
+    row.get_by_role("button", name="Show the curve").click()
+    expect(row.get_by_role("img", name="Position during the move, measured and planned")).to_be_visible()
 
 
 def test_who_may_not_move_is_told_so_and_may_stop(guarded: Guarded, open_console: Open) -> None:

@@ -6,6 +6,8 @@ import { GatewayError, MoveNotOver, MoveNotSucceeded, NoAnswer, Refused } from "
 import type { paths } from "./generated/schema.ts";
 import { EventReader } from "./server_sent.ts";
 import type {
+  BodyJog,
+  BodyJogRequest,
   Event,
   JogRequest,
   JogSession,
@@ -154,13 +156,17 @@ export class Gateway {
   }
 
   /**
-   * Jog a robot's axis while `during` runs, with the heartbeats that keep it moving.
+   * Jog a body, or an axis of a robot, while `during` runs, with the heartbeats that keep it moving.
    *
-   * The axis stops when `during` ends, and within half a second when the program or its connection dies.
+   * It stops when `during` ends, and within half a second when the program or its connection dies.
    */
-  async jog<T>(robotId: string, jog: JogRequest, during: (session: JogSession) => Promise<T>): Promise<T> {
-    const path = `${pathOf(robotId)}/jogs`;
-    const session = (await this.#post(path, jog)) as JogSession;
+  async jog<T>(
+    address: string,
+    jog: JogRequest | BodyJogRequest,
+    during: (session: JogSession | BodyJog) => Promise<T>,
+  ): Promise<T> {
+    const path = `${pathOf(address)}/jogs`;
+    const session = (await this.#post(path, jog)) as JogSession | BodyJog;
     const here = `${path}/${session.id}`;
     let refusal: unknown;
     const beat = (): void => {
@@ -174,7 +180,7 @@ export class Gateway {
       result = await during(session);
     } finally {
       clearInterval(beating);
-      await this.#endJog(here, robotId);
+      await this.#endJog(here, address);
     }
     if (refusal) throw refusal;
     return result;
@@ -256,17 +262,17 @@ export class Gateway {
     }
   }
 
-  async #endJog(path: string, robotId: string): Promise<void> {
+  async #endJog(path: string, address: string): Promise<void> {
     for (const seconds of PAUSES_S) {
       try {
-        const { state } = (await this.#post(`${path}/stop`)) as JogSession;
+        const { state } = (await this.#post(`${path}/stop`)) as JogSession | BodyJog;
         if (state !== "jogging" && state !== "stopping") return;
       } catch (error) {
         if (!(error instanceof NoAnswer)) throw error;
       }
       await pause(seconds);
     }
-    await this.stop(robotId);
+    await this.stop(address);
   }
 
   async #post(path: string, body?: unknown): Promise<unknown> {
