@@ -1,12 +1,26 @@
 """The web application: all routes over one plant."""
 
+from functools import partial
 from typing import Any, Final
 
 from fastapi import FastAPI, HTTPException
 from starlette.middleware.cors import CORSMiddleware
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import backups, catalogue, command_routes, health, lines, samples, sign_in, stops, streams, system
+from api import (
+    alarms,
+    audit,
+    backups,
+    catalogue,
+    command_routes,
+    health,
+    lines,
+    samples,
+    sign_in,
+    stops,
+    streams,
+    system,
+)
 from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
 from api.bodies import routes as bodies
 from api.common import problems, request_ids, schemas
@@ -15,13 +29,16 @@ from api.common.proxies import Proxies
 from api.common.repeats import REPLAYED, Repeats
 from api.common.routes import unguarded
 from api.common.security import SameSite
+from api.common.traffic import Traffic
 from api.common.version import VERSION
 from api.console import pages as console
 from api.front import documents
+from api.metrics import metrics_of
 from api.robots import routes as robots
 from api.scaras import routes as scaras
 from gateway.access.credentials import Credentials
 from gateway.operations.keys import Keys
+from gateway.operations.remedies import calls_for
 from gateway.plant import Plant
 
 DESCRIPTION = """\
@@ -42,7 +59,7 @@ class Application(FastAPI):
         stack, plant = super().build_middleware_stack(), self.state.plant
         if plant.journal is not None:
             stack = Repeats(stack, Keys(plant, plant.journal), self.state.access)
-        return Proxies(request_ids.RequestIds(stack), plant.config.server)
+        return Proxies(request_ids.RequestIds(stack, self.state.traffic), plant.config.server)
 
     def openapi(self) -> dict[str, Any]:
         """Describe the routes, once, as generators of clients need it, and the key that they take."""
@@ -85,10 +102,11 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     )
     app.state.plant = plant
     app.state.access = Access(plant, credentials)
-    app.state.metrics = health.metrics_of(plant)
-    problems.install(app)
-    modules = [info, moves, samples, stops, groups, lines, streams, catalogue, text_commands, health, system]
-    modules += [programs, memories, settings, speed_sets, patterns, backups]
+    app.state.traffic = traffic = Traffic()
+    app.state.metrics = metrics_of(plant, traffic)
+    problems.install(app, partial(calls_for, plant))
+    modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
+    modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
     routers = [info.reads, *(module.router for module in modules), *scaras.routers(), *bodies.routers()]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []

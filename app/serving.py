@@ -4,7 +4,7 @@ What it takes is loaded when it is asked for: no other command waits for that, a
 """
 
 import asyncio
-import logging
+import sys
 from contextlib import AsyncExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -35,7 +35,6 @@ def serve(
     from gateway.core.journal.disk import InUse
     from gateway.core.journal.schema import TooNew
 
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
         given = data or data_directory()
         serving = _serve(_on_port(load(config), port), given) if config else _serve_demo(port, data)
@@ -52,9 +51,11 @@ def serve(
 
 
 async def _serve(config: "Config", data: Path) -> None:
+    from app.logs import logging_to
     from app.server import serve as run_server
 
-    await run_server(config, data)
+    with logging_to(sys.stderr, config.server.log_level, config.server.log_format):
+        await run_server(config, data)
 
 
 async def _serve_demo(port: int | None, data: Path | None) -> None:

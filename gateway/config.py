@@ -88,8 +88,15 @@ class Server(Table):
     """Connections at once, event streams included; beyond them only stops are served."""
     raw_commands: bool = False
     """Whether commands may be sent as plain text."""
+    latch: bool = False
+    """Whether an alarm keeps what it is about from moving until it is reset; those of the gateway itself keep
+    everything."""
     allow_endless_moves: bool = False
     """Whether moves without an end may be started."""
+    log_level: Literal["debug", "info", "warning", "error"] = "info"
+    """The least that is logged."""
+    log_format: Literal["text", "json"] = "text"
+    """`json`: one object a line; text has priorities where the journal of systemd reads it."""
     on_exit: Literal["leave", "stop"] = "leave"
     """Whether motors that move when the gateway ends go on to the ends of their moves, or are stopped; moves
     without an end and JOGs are always stopped."""

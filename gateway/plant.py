@@ -3,13 +3,16 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TypeVar
 
+from gateway import logbook
+from gateway.causes import LINE_DOWN, UNUSABLE, causes_of
 from gateway.config import Config
 from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
+from gateway.core.alarms import Alarms
 from gateway.core.errors import HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
@@ -20,14 +23,19 @@ from gateway.core.names import Names
 from gateway.core.origin import POLL, acting
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
+from gateway.fics.family import Fics
+from gateway.figures import Figures
 from gateway.memory import Memory
 from gateway.rorze.family import Rorze
+from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
 from transports.trace_file import TraceFile
 
 log = logging.getLogger(__name__)
+
+ALARMS_LOOK_S = 5.0
 
 F = TypeVar("F", bound=Family)
 
@@ -53,7 +61,14 @@ class Plant:
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
         self.families = {name: family(site) for name, family in FAMILIES.items()}
         self._ports: dict[str, AnyLine] = {}
-        self._memory = None if journal is None else Memory(journal, self.events, self.families.values())
+        self.events.take_snapshot = taking(self.families.values(), self._ports)
+        causes = causes_of(self.families.values(), self._ports, self._journal_trouble)
+        self.alarms = Alarms(self.events, causes)
+        self._memory = (
+            None if journal is None else Memory(journal, self.events, self.alarms, self.families.values())
+        )
+        self.figures = Figures(self._line_of)
+        self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
         self._watches: list[asyncio.Task[None]] = []
         self._end = WindDown(
             site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
@@ -95,6 +110,7 @@ class Plant:
                 for name, family in self.families.items()
                 for watch in family.watches()
             ]
+            self._watches.append(asyncio.create_task(self._watch_alarms(), name="watch of alarms"))
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
@@ -110,6 +126,7 @@ class Plant:
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         await self.wind_down()
+        self.alarms.closed = True
         self.watch.close()
         for watch in self._watches:
             watch.cancel()
@@ -120,6 +137,18 @@ class Plant:
             await asyncio.to_thread(recorder.close)
         if self._memory is not None:
             await self._memory.close()
+
+    def _journal_trouble(self) -> str | None:
+        return None if self.journal is None else self.journal.trouble
+
+    async def _watch_alarms(self) -> None:
+        """Note which causes are over, and raise what no event tells: a line that never was up."""
+        while True:
+            await asyncio.sleep(ALARMS_LOOK_S)
+            self.alarms.look()
+            for port in self._ports.values():
+                if port.state in UNUSABLE and port.trouble is not None:
+                    self.alarms.find(LINE_DOWN, f"/lines/{port.id}", reason=port.trouble)
 
     def _was_held(self, seconds: float) -> None:
         """What has waited while the loop was held for long is not sent any more, and nothing is believed."""
@@ -163,6 +192,13 @@ class Plant:
         """Tell the state of a line; errors as of `port`."""
         return self._family_of(line_id).info(self.port(line_id))
 
+    def _line_of(self, subject: str) -> str:
+        """The line of a body, a group or a robot, by the subject of its events."""
+        _, kind, address, *_ = subject.split("/")
+        if kind == "robots":
+            return self.family(Fics).robot(address).line.id
+        return address.partition(".")[0]
+
     def _family_of(self, line_id: str) -> Family:
         self.port(line_id)
         return next(self.families[line.protocol] for line in self.config.lines if line.id == line_id)
@@ -179,6 +215,14 @@ class Plant:
             if collection in family.collections:
                 return family.target(collection, names)
         raise NotFound(f"There is no {path}; nothing was sent.")
+
+    def require_unlatched(self, subjects: Iterable[str]) -> None:
+        """Refuse to move what alarms keep from moving, where the configuration lets them.
+
+        :raises Latched: an alarm of one of these stands, or one of the gateway itself.
+        """
+        if self.config.server.latch:
+            self.alarms.require_none([SUBJECT, *subjects])
 
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""

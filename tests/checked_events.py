@@ -17,7 +17,8 @@ _BRACED = re.compile(r"\\\{[\w\\ ]+\\\}")
 
 def subject_fits(row: EventType, subject: str) -> bool:
     """Whether a subject has the form of its type's."""
-    return re.fullmatch(_BRACED.sub("[^/]+", re.escape(row.subject)), subject) is not None
+    forms = (re.escape(form) for form in row.subject.split(" or "))
+    return any(re.fullmatch(_BRACED.sub("[^/]+", form), subject) for form in forms)
 
 
 class CheckedLive(Live):

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from gateway.core.alarms import Alarm
+
 
 class EventData(BaseModel):
     """What an event tells."""
@@ -33,7 +35,7 @@ class EventType:
     name: str
     """Such as `line.down`; words joined by dots, the subject's kind first."""
     subject: str
-    """The path of what it is about, with its parts in braces."""
+    """The path of what it is about, with its parts in braces; several, where it may be about several."""
     data: type[BaseModel]
     when: str
     """One sentence, without its full stop."""
@@ -215,4 +217,11 @@ SIGNALS = EventType(
     live=True,
 )
 
-CORE = (*LINES, *OF_THE_GATEWAY, SIGNALS)
+ALARMED = "/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}"
+
+ALARMS = (
+    EventType("alarm.raised", ALARMED, Alarm, "something has gone wrong"),
+    EventType("alarm.reset", ALARMED, Alarm, "somebody has seen to it, or a newer alarm stands in its place"),
+)
+
+CORE = (*LINES, *OF_THE_GATEWAY, *ALARMS, SIGNALS)

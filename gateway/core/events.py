@@ -44,7 +44,12 @@ VALUES_WITHIN_S = 1.0
 GAP = "stream.gap"
 """Type of the event, made for one client only, that stands for events it can no longer get."""
 
+SNAPSHOT = "stream.snapshot"
+"""Type of the event that follows a gap, made for the same client."""
+
 _SOURCE = "/motion-gateway"
+_MADE_FOR_ONE = {GAP: "-gap", SNAPSHOT: "-snapshot"}
+"""What the ids of events end with that have no number of their own."""
 _CURSOR = re.compile("([0-9a-f]{8})-([0-9]{12})")
 _ADDRESSED = frozenset({"bodies", "groups", "robots", "scaras"})
 """What has an address that a filter can name."""
@@ -162,14 +167,14 @@ class Filter(NamedTuple):
         """Whether events of a type, about a subject, do."""
         if (self.types or self.prefixes) and not (type_ in self.types or type_.startswith(self.prefixes)):
             return False
-        if not self.bodies:
-            return True
         kind, _, address = subject.removeprefix("/").partition("/")
-        if kind not in _ADDRESSED:
-            return False
+        return not self.bodies or (kind in _ADDRESSED and self.wants_address(address))
+
+    def wants_address(self, address: str) -> bool:
+        """Whether something of this whole address is wanted."""
         # With its line, without it, and the robot that a unit belongs to.
         names = (address, address.rpartition(".")[2], address.partition("/")[0])
-        return not self.bodies.isdisjoint(names)
+        return not self.bodies or not self.bodies.isdisjoint(names)
 
 
 class Batch:
@@ -235,6 +240,8 @@ class Subscription(AsyncIterator[Event]):
         self._in_time: int | None = None
         """The newest event when news last found it waiting; None while it reads what it has missed."""
         self._waits = False
+        self._snapshot: Event | None = None
+        """What follows a gap, which has no number to go on from."""
 
     @property
     def cursor(self) -> str:
@@ -246,11 +253,15 @@ class Subscription(AsyncIterator[Event]):
 
         :raises SlowConsumer: as `next_batch` does.
         """
+        if self._snapshot is not None:
+            event, self._snapshot = self._snapshot, None
+            return event
         batch = await self.next_batch()
         if batch is None:
             raise StopAsyncIteration
-        event = batch.events[0]
+        event, *rest = batch.events
         self._position = event.number
+        self._snapshot = next((it for it in rest if it.type == SNAPSHOT), None)
         return event
 
     def watching(self) -> AbstractContextManager[object]:
@@ -328,9 +339,10 @@ class Subscription(AsyncIterator[Event]):
         if self._waits:
             self._in_time, self._waits = hub.last, False
         elif self._in_time is not None and hub.last - max(self._in_time, after) > MAX_BACKLOG:
+            hub.slow_consumers += 1
             raise SlowConsumer(self.cursor)
         if self._missed_after is not None or after < hub.first - 1:
-            return Batch([self._skip_to_first()])
+            return Batch(self._skip_to_first())
         if after == hub.last and self._watch is not None and self._watch.due:
             return hub.readings(self._watch.take(), hub.live.last, after, self._wanted)
         self._position = min(after + BATCH, hub.last)
@@ -342,15 +354,17 @@ class Subscription(AsyncIterator[Event]):
         while len(events) < limit and not self._has_read_all:
             events += self._take().events
             await asyncio.sleep(0)
+        if events and events[0].type == GAP:
+            limit = max(limit, 2)  # the snapshot cannot be had later
         if len(events) <= limit:
             return Page(events, self.cursor)
         return Page(events[:limit], events[limit - 1].cursor)
 
-    def _skip_to_first(self) -> Event:
+    def _skip_to_first(self) -> list[Event]:
         requested = self._missed_after or self.cursor
         self._missed_after = None
         self._position = self._hub.first - 1
-        return self._hub.gap_before(self._position + 1, requested)
+        return self._hub.gap_before(self._position + 1, requested, self._wanted)
 
 
 def _wake(turn: "asyncio.Future[None]") -> None:
@@ -387,6 +401,8 @@ class EventHub:
         self.last = 0
         """Number of the newest event; 0 before the first."""
         self.closed = False
+        self.slow_consumers = self.gaps = 0
+        """How many subscriptions have ended so, and how many gaps were told."""
         self._clock = clock
         self._capacity = capacity
         self._ring = EventRing(capacity)
@@ -398,7 +414,10 @@ class EventHub:
         self.live = Live(self.epoch, _SOURCE, clock)
         """The newest values, which are no events."""
         self.readings = lru_cache(SHARED_BATCHES)(self._readings)
-        self.on_published: Callable[[Event], object] = lambda _: None
+        self.take_snapshot: Callable[[Filter, str], Data] | None = None
+        """Tells of what is wanted how it is now, with the cursor of the newest event."""
+        self.listeners: list[Callable[[Event], object]] = []
+        """Called with each event, in this order, before anybody reads it."""
 
     def resume(
         self, epoch: str, earlier: Mapping[str, int], last: int, events: Sequence[tuple[str, str, str]]
@@ -424,7 +443,8 @@ class EventHub:
         event = self._event(self.last + 1, type_, subject, data, correlation)
         self._ring.append(Kept(type_, subject, event.json))
         self.last = event.number
-        self.on_published(event)
+        for hear in self.listeners:
+            hear(event)
         self.turns.news()
         return event
 
@@ -480,11 +500,14 @@ class EventHub:
         """Give a retained event, from `first` to `last`."""
         return Event(self.epoch, number, *self._ring[number])
 
-    def gap_before(self, number: int, requested: str) -> Event:
-        """Make the event that stands for those between a requested cursor and an event number."""
-        first_available = _cursor(self.epoch, number)
-        data = {"requested": requested, "first_available": first_available}
-        return self._event(number - 1, GAP, "/events", data)
+    def gap_before(self, number: int, requested: str, wanted: Filter) -> list[Event]:
+        """Make the events that stand for those between a requested cursor and an event number."""
+        self.gaps += 1
+        data = {"requested": requested, "first_available": _cursor(self.epoch, number)}
+        gap = self._event(number - 1, GAP, "/events", data)
+        if self.take_snapshot is None:
+            return [gap]
+        return [gap, self._event(number - 1, SNAPSHOT, "/events", self.take_snapshot(wanted, self.cursor))]
 
     def _event(
         self, number: int, type_: str, subject: str, data: Data, correlation: str | None = None
@@ -493,7 +516,7 @@ class EventHub:
         cursor = _cursor(self.epoch, number)
         told = {
             "specversion": "1.0",
-            "id": f"{cursor}-gap" if type_ == GAP else cursor,
+            "id": cursor + _MADE_FOR_ONE.get(type_, ""),
             "source": _SOURCE,
             "type": type_,
             "subject": subject,

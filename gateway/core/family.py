@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 from pydantic import BaseModel, Field
 
 from gateway.core import tables
+from gateway.core.alarms import Cause
 from gateway.core.errors import NotFound
 from gateway.core.event_types import EventType
 from gateway.core.events import EventHub
@@ -151,6 +152,10 @@ class Family(ABC):
     def is_dated(cls, row: Any) -> bool:
         """Whether the age of its answer means something."""
         return bool(row.reply_type().model_fields)
+
+    def causes(self) -> Iterable[Cause]:
+        """What can go wrong with its targets."""
+        return ()
 
     # over restarts
 

@@ -134,7 +134,7 @@ class PortLoop(ABC):
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        self._went_down("the gateway is shutting down")
+        self._went_down("the gateway is shutting down", level=logging.INFO)
         await self.transport.close()
 
     @property
@@ -186,7 +186,7 @@ class PortLoop(ABC):
                 await self._attention.wait()
         return was_ready
 
-    def _went_down(self, why: str, fault: Exception | None = None) -> None:
+    def _went_down(self, why: str, fault: Exception | None = None, *, level: int = logging.WARNING) -> None:
         reason = why.removesuffix("Nothing was sent.").rstrip(" .")  # sentences say so themselves
         was_open, self._open, self._ready = self._open, False, False
         self._heard_out = False
@@ -195,7 +195,7 @@ class PortLoop(ABC):
         self._stuck_since = self._silence = None
         self._break_off(reason)
         if changed:
-            log.warning("line %s is down: %s", self.id, reason, exc_info=fault)
+            log.log(level, "line %s is down: %s", self.id, reason, exc_info=fault)
         self._tell_down(reason)
         self._attention.set()
 

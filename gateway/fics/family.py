@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Final, Literal
 from pydantic import Field
 
 from gateway.core.addresses import there_are
+from gateway.core.alarms import Cause
 from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.lanes import Lane
@@ -19,6 +20,7 @@ from gateway.core.stops import StopMode
 from gateway.core.targets import Replies, Stopped, Target, stopped
 from gateway.fics import config
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
+from gateway.fics.alarms import causes
 from gateway.fics.axes import UnitAxes
 from gateway.fics.backup_restore import RobotRestore
 from gateway.fics.bits import Bits
@@ -180,6 +182,10 @@ class Fics(Family):
     def is_dated(cls, row: Row) -> bool:
         """Only queries tell something."""
         return row.is_query()
+
+    def causes(self) -> Iterator[Cause]:
+        """What can go wrong with robots."""
+        return causes(self._robots.get)
 
     # over restarts
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from gateway.core.errors import (
     ControllerRefused,
+    Expired,
     GatewayError,
     MoveFailed,
     NoReply,
@@ -87,7 +88,7 @@ class MoveRun:
         try:
             with preparing(self._move.robot_id, self._command):
                 async with in_time(expires_at):
-                    await self._know_the_way()
+                    await self._wait_to_know_the_way()
                 accepted = await self._motions.begin(
                     self._command,
                     self._unit.number,
@@ -128,6 +129,14 @@ class MoveRun:
         self._advance(MoveStatus.SENT)
 
     # before
+
+    async def _wait_to_know_the_way(self) -> None:
+        """Know it, however long others have the robot: who limits that is whoever wants the move."""
+        while True:
+            try:
+                return await self._know_the_way()
+            except Expired:
+                continue
 
     async def _know_the_way(self) -> None:
         """Know where the axes stand and should come to: what the move needs, and what proves its end."""

@@ -8,9 +8,10 @@ from typing import Any
 
 from gateway.core.errors import GatewayError, RestartedFirst
 from gateway.core.move_log import MoveLog, new_id
-from gateway.core.move_record import MoveError, MoveStatus
+from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
 from gateway.core.ways import Way, Ways
 from gateway.fics.axes import Places
+from gateway.fics.calls import calls_for_robot
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.move_runs import MoveRun
@@ -50,7 +51,7 @@ class RobotMoves:
         return await self.log.wait(move_id, timeout_s)
 
     async def start(
-        self, robot: Robot, unit: int, command: FicsCommand[Any], start_within_s: float = 5.0
+        self, robot: Robot, unit: int, command: FicsCommand[Any], start_within_s: float = START_WITHIN_S
     ) -> RobotMove:
         """Send a motion command, and give its move when the robot has not refused it.
 
@@ -141,7 +142,8 @@ class RobotMoves:
         """The only place where a move changes its status."""
         move.status = status
         if error is not None:
-            move.error = MoveError.of(error)
+            calls = calls_for_robot(error, robot.id, robot.line.id, move.unit)
+            move.error = MoveError.of(error, calls)
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
             self._begin_way(robot.unit(move.unit), move, move.sent_at)

@@ -23,7 +23,7 @@ async def start(plant: Plant, target: str, request: Any, wait_s: float = 0.0) ->
     command = addressed.command_for(request)
     if request.validate_only:
         return await addressed.plan(command)
-    return await do(plant, current(), target, command, wait_s)
+    return await do(plant, current(), target, command, wait_s, request.start_within_s)
 
 
 def newest(plant: Plant, target: str, limit: int) -> list[Any]:

@@ -76,8 +76,9 @@ async def cancel_upload(plant: Plant, body_id: str) -> ProgramUpload:
 @for_caller
 async def run(plant: Plant, body_id: str, command: RunProgram | StepProgram, wait_s: float) -> ProgramRun:
     """Run a body's program, or one instruction of it; errors as of `ProgramRuns.start`."""
-    runs = plant.family(Rorze).runs
-    begun = await runs.start(_body(plant, body_id), command)
+    runs, body = plant.family(Rorze).runs, _body(plant, body_id)
+    plant.require_unlatched([f"/bodies/{body.address}"])
+    begun = await runs.start(body, command)
     await runs.wait(begun, wait_s)
     return begun
 

@@ -8,6 +8,7 @@ from typing import Any, Final, Literal, TypeVar
 from pydantic import Field
 
 from gateway.core.addresses import numbered_address, there_are
+from gateway.core.alarms import Cause
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
 from gateway.core.move_log import MoveLog
@@ -19,6 +20,7 @@ from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
+from gateway.rorze.alarms import causes
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_watch import BodyWatch, watch_sweep
@@ -321,6 +323,10 @@ class Rorze(Family):
     async def _define_as_told(self, line_id: str, command: SetGroup) -> None:
         members = [f"{line_id}.{member}" for member in command.members]
         await self.define_group(f"{line_id}.{command.group}", members)
+
+    def causes(self) -> Iterator[Cause]:
+        """What can go wrong with bodies."""
+        return causes(self._bodies.get)
 
     # over restarts
 

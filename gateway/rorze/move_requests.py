@@ -5,6 +5,7 @@ from typing import Annotated, Any, Final, Literal, Self, TypeVar
 from pydantic import Field, ValidationError, WithJsonSchema, model_validator
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.move_record import START_WITHIN_S
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Group
 from gateway.rorze.units import Scale, Unit, to_pulses
@@ -64,6 +65,12 @@ class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
 class _MoveRequest(RequestModel):
     validate_only: bool = Field(
         default=False, description="Only say what would be sent and how long it would take; nothing moves."
+    )
+    start_within_s: float = Field(
+        default=START_WITHIN_S,
+        gt=0,
+        le=60,
+        description="Seconds the move may wait for its turn; if it is not sent by then, it never is.",
     )
 
 

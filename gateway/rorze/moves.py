@@ -16,10 +16,11 @@ from gateway.core.errors import (
 )
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import MoveLog, new_id
-from gateway.core.move_record import Move, MoveError, MoveKind, MoveStatus
+from gateway.core.move_record import START_WITHIN_S, Move, MoveError, MoveKind, MoveStatus
 from gateway.core.origin import working
 from gateway.core.ways import Ways
 from gateway.rorze.bodies import Body, Group, MotorState
+from gateway.rorze.calls import calls_for_body
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Stretch, Verdict
 from gateway.rorze.pace import follow_s
@@ -78,7 +79,7 @@ class Moves:
         self,
         target: Body | Group,
         command: RorzeCommand[Any],
-        start_within_s: float = 5.0,
+        start_within_s: float = START_WITHIN_S,
         course: Mapping[Body, Stretch] | None = None,
         on_sent: Callable[[Move], None] = lambda _: None,
         kind: MoveKind | None = None,
@@ -169,7 +170,7 @@ class Moves:
         """The only place where a move changes its status."""
         move.status = status
         if error is not None:
-            move.error = MoveError.of(error)
+            move.error = MoveError.of(error, calls_for_body(error, body.address))
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
         if status.final:

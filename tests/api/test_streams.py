@@ -40,9 +40,11 @@ async def test_a_client_resumes_after_its_cursor_without_a_hole(stand: Stand) ->
 async def test_a_cursor_of_another_life_is_answered_with_a_gap(stand: Stand) -> None:
     async with socket(stand, "/events?after=00000000-000000000007") as client:
         await client.message()
-        event = await client.event()
+        event, snapshot = await client.event(), await client.event()
     assert event["type"] == "stream.gap"
     assert event["data"]["requested"] == "00000000-000000000007"
+    assert snapshot["type"] == "stream.snapshot"
+    assert {body["body_id"] for body in snapshot["data"]["bodies"]} == {"arm.00", "arm.01", "arm.3F"}
 
 
 @on_stand()
@@ -212,7 +214,7 @@ async def test_a_robots_address_finds_all_its_events_and_a_units_those_of_the_un
     of_the_robot = (await cell.get("/events?limit=1000&bodies=R1")).json()["events"]
     of_the_unit = (await cell.get("/events?limit=1000&bodies=r1/units/2")).json()["events"]
 
-    assert of_the_robot == [event for event in everything if event["type"].startswith("robot.")]
+    assert of_the_robot == [event for event in everything if event["subject"].startswith("/robots/")]
     assert {"robot.move.succeeded", "robot.jog.lost", "robot.stop.confirmed", "robot.error"} < {
         event["type"] for event in of_the_robot
     }

@@ -12,7 +12,7 @@ from gateway.core.events import EventHub
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog, new_id
-from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
+from gateway.core.move_record import START_WITHIN_S, MoveError, MoveRecord, MoveStatus
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.targets import Answer, Begun, Opened, Stopped, Target, stopped
@@ -68,7 +68,7 @@ class Toy(Target):
         reply = await self.line.ask(command, lane)
         return Answer((reply,), asyncio.get_running_loop().time())
 
-    async def start(self, command: Any) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         if self.move is not None:
             raise BodyBusy(f"{self.address} still has the move {self.move.id}; nothing was sent.")
         now = datetime.now(UTC)

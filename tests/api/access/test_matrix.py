@@ -104,6 +104,10 @@ POST      /lines/{line_id}/restores                      setup    line
 GET       /lines/{line_id}/restores/{restore_id}         view     line
 DELETE    /lines/{line_id}/restores/current              setup    line
 POST      /stop                                          stop     plant
+GET       /alarms                                        view     any
+GET       /alarms/{alarm_id}                             view     any
+POST      /alarms/{alarm_id}/reset                       operate  any
+GET       /audit                                         view     any
 GET       /groups                                        view     any
 GET       /groups/{group_id}                             view     group
 PUT       /groups/{group_id}                             setup    group

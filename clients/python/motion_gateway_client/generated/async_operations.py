@@ -6,6 +6,9 @@ from typing import Any, Literal, Protocol
 
 from motion_gateway_client.generated.types import (
     AbsoluteMoveRequest,
+    Alarm,
+    AlarmList,
+    Audit,
     AxisPulses,
     BodyErrorOutputs,
     BodyInfo,
@@ -435,6 +438,53 @@ class AsyncOperations(Protocol):
         """Stop all members of a group by software, with one frame for all and then one for each."""
         answer: StopResult = await self.call(
             "POST", filled("/groups/{group_id}/stop", group_id=group_id), body=body
+        )
+        return answer
+
+    async def list_alarms(self, *, standing: bool | None = None, limit: int | None = None) -> AlarmList:
+        """List alarms over restarts: what has happened, what the motor did, and the calls that help."""
+        answer: AlarmList = await self.call(
+            "GET", filled("/alarms"), query={"standing": standing, "limit": limit}
+        )
+        return answer
+
+    async def get_alarm(self, alarm_id: str) -> Alarm:
+        """Get an alarm."""
+        answer: Alarm = await self.call("GET", filled("/alarms/{alarm_id}", alarm_id=alarm_id))
+        return answer
+
+    async def reset_alarm(self, alarm_id: str, *, idempotency_key: str | None = None) -> Alarm:
+        """Reset an alarm, once its cause is over. Nothing moves, and nothing is sent."""
+        answer: Alarm = await self.call(
+            "POST", filled("/alarms/{alarm_id}/reset", alarm_id=alarm_id), idempotency_key=idempotency_key
+        )
+        return answer
+
+    async def list_deeds(
+        self,
+        *,
+        caller: str | None = None,
+        target: str | None = None,
+        since: str | None = None,
+        until: str | None = None,
+        cursor: str | None = None,
+        limit: int | None = None,
+    ) -> Audit:
+        """List all that had an effect, or was to have one, over restarts: who, what, for whom, and the outcome.
+
+        A key with a scope names a target in it.
+        """
+        answer: Audit = await self.call(
+            "GET",
+            filled("/audit"),
+            query={
+                "caller": caller,
+                "target": target,
+                "since": since,
+                "until": until,
+                "cursor": cursor,
+                "limit": limit,
+            },
         )
         return answer
 

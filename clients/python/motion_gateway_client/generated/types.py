@@ -21,12 +21,94 @@ class AboutSetting(TypedDict):
 class AbsoluteMoveRequest(TypedDict):
     """Move to a position (RC-420 manual 13.2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["absolute"]
     position: Length
     speed: NotRequired[Literal["high", "low"]]
     """`low` runs at the start speed, without ramps. Left out: high."""
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+
+
+class Alarm(TypedDict):
+    """Something that has gone wrong, from then until somebody has reset it."""
+
+    id: str
+    cause: str
+    """What it is, such as `body.offline`; never changes."""
+    subject: str
+    """What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway."""
+    raised_at: str
+    ended_at: str | None
+    """When its cause was seen to be over; null while it lasts."""
+    reset_at: str | None
+    """Null while the alarm stands."""
+    reset_by: str | None
+    """Who has reset it."""
+    caller: str
+    """In whose name the gateway was at work when it came."""
+    request_id: str | None
+    """The X-Request-Id of the request behind that."""
+    move_id: str | None
+    """The move it has ended, if it has."""
+    code: str | None
+    """The controller's own error code."""
+    manual: str
+    """Where the manual tells of it; empty where it is no matter of a controller."""
+    en: AlarmText
+    ja: AlarmText
+    next: list[NextCall]
+    """The calls that help, in the order in which they do."""
+
+
+class AlarmList(TypedDict):
+    """Alarms: those that stand first, then those that were reset, each newest first."""
+
+    alarms: list[Alarm]
+
+
+class AlarmRaisedEvent(TypedDict):
+    """Something has gone wrong; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["alarm.raised"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Alarm
+
+
+class AlarmResetEvent(TypedDict):
+    """Somebody has seen to it, or a newer alarm stands in its place; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["alarm.reset"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Alarm
+
+
+class AlarmText(TypedDict):
+    """An alarm in one language."""
+
+    happened: str
+    """What has happened."""
+    motor: str
+    """What the motor did, or may do."""
+    remedy: str
+    """What to do next."""
 
 
 class Amount(TypedDict):
@@ -41,6 +123,14 @@ class Angle(TypedDict):
 
     value: float
     unit: Literal["deg", "mdeg"]
+
+
+class Audit(TypedDict):
+    """Deeds, the newest first."""
+
+    deeds: list[Deed]
+    cursor: str | None
+    """Give it as `cursor` for older ones; null where there are none."""
 
 
 class AxisInfo(TypedDict):
@@ -519,6 +609,20 @@ class BodyMoveUnknownEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: Move
+
+
+class BodyNow(TypedDict):
+    """A body, as far as is known."""
+
+    body_id: str
+    online: bool
+    moving: bool | None
+    move_id: str | None
+    position: int | None
+    """In pulses."""
+    homed: str
+    power_cycled: bool
+    status: list[str] | None
 
 
 class BodyOfflineEvent(TypedDict):
@@ -1358,6 +1462,8 @@ class CommandList(TypedDict):
 class ContinuousMoveRequest(TypedDict):
     """Move until stopped; only where the configuration has `allow_endless_moves`."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["continuous"]
     direction: Literal["cw", "ccw"]
     speed: NotRequired[Literal["high", "low"]]
@@ -1423,6 +1529,36 @@ class CurvePoint(TypedDict):
     """In the body's unit; null without a scale."""
     speed_in_unit: float | None
     acceleration_in_unit: float | None
+
+
+class Deed(TypedDict):
+    """Something with an effect that somebody wanted."""
+
+    id: str
+    """Sorts by time; also the cursor after which older deeds follow."""
+    at: str
+    caller: str
+    """Who wanted it: the name of a key, an interface and an address."""
+    request_id: str | None
+    """The X-Request-Id of the request."""
+    target: str
+    """Whom it was for: line1.3F, line1.80 for a group, r1."""
+    command: str
+    """The row of the command table."""
+    effect: str
+    """motion, stop, setting or maintenance."""
+    frame: str
+    """The exact bytes."""
+    moves: list[str]
+    """The moves it was to make."""
+    written_at: str | None
+    """When it was handed to the port; null if it was not."""
+    ended_at: str | None
+    """When its outcome was known; null while it is not."""
+    outcome: str | None
+    """answered, refusal, not_sent, or unknown where nobody knows whether it was executed."""
+    detail: str | None
+    """Why it was not carried out."""
 
 
 class Difference(TypedDict):
@@ -1582,7 +1718,10 @@ class EventList(TypedDict):
         | GatewayLoopHeldEvent
         | GatewayShuttingDownEvent
         | StreamGapEvent
+        | AlarmRaisedEvent
+        | AlarmResetEvent
         | IoEvent
+        | StreamSnapshotEvent
         | BodyMoveQueuedEvent
         | BodyMoveSentEvent
         | BodyMoveStartedEvent
@@ -1916,6 +2055,8 @@ class GroupStrangersEvent(TypedDict):
 class HomeRequest(TypedDict):
     """Search the origin (RC-420 manual 13.5), or the centre of the stall dog after that (13.6.2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["home"]
     method: NotRequired[
         Literal[
@@ -2198,6 +2339,14 @@ class LineMessageEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: LineMessage
+
+
+class LineNow(TypedDict):
+    """A line."""
+
+    line_id: str
+    state: LineState
+    down_reason: str | None
 
 
 class LineRestoreCancelledEvent(TypedDict):
@@ -2571,6 +2720,8 @@ class MoveError(TypedDict):
     remedy: str
     controller_error: str | None
     """The controller's error code, such as 0x51."""
+    next: list[NextCall]
+    """The calls that help."""
 
 
 class MoveList(TypedDict):
@@ -2589,6 +2740,19 @@ class NamedPosition(TypedDict):
     value: float | None
     """The same in `unit`; null without a scale."""
     unit: str | None
+
+
+class NextCall(TypedDict):
+    """A request to this gateway that helps."""
+
+    method: Literal["GET", "POST", "PUT"]
+    path: str
+    body: NotRequired[dict[str, JsonValue] | None]
+    """What it takes; left out for nothing, or where only the sender can know."""
+    en: str
+    """What it does, in English."""
+    ja: str
+    """What it does, in Japanese."""
 
 
 class Nothing(TypedDict):
@@ -2781,6 +2945,8 @@ class PositionLabel(TypedDict):
 class PositionMoveRequest(TypedDict):
     """Move to a position of the body's table (RC-420 manual 13.4)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["position"]
     position: int
     """Position number."""
@@ -2881,6 +3047,8 @@ class Problem(TypedDict):
     """The header X-Request-Id of this answer, which the line's trace has too."""
     code: NotRequired[str | None]
     """The controller's error code, such as 0x51 or E05."""
+    next: NotRequired[list[NextCall] | None]
+    """The calls that help, in the order in which they do."""
     errors: NotRequired[list[InvalidField] | None]
     """Every part that is not valid."""
 
@@ -3003,6 +3171,8 @@ class Readiness(TypedDict):
 class RelativeMoveRequest(TypedDict):
     """Move by a distance (RC-420 manual 13.2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["relative"]
     direction: Literal["cw", "ccw"]
     distance: Length
@@ -3101,6 +3271,8 @@ class RestorePlan(TypedDict):
 class RobotAbsoluteMoveRequest(TypedDict):
     """Move axes to a position (C-HOST manual 2-6, 4-3)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
@@ -3193,6 +3365,8 @@ class RobotErrorsResetEvent(TypedDict):
 class RobotHomeRequest(TypedDict):
     """Home all axes, or the mechanism as its program does it (C-HOST manual 2-4)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["home"]
 
 
@@ -3602,6 +3776,18 @@ class RobotMoveUnknownEvent(TypedDict):
     data: RobotMove
 
 
+class RobotNow(TypedDict):
+    """A robot, as far as is known."""
+
+    robot_id: str
+    online: bool
+    mode: int
+    moving: bool | None
+    power_cycled: bool
+    error: str | None
+    """The code of the error that stands."""
+
+
 class RobotOfflineEvent(TypedDict):
     """It does not answer any more; about `/robots/{robot_id}`."""
 
@@ -3659,6 +3845,8 @@ class RobotPositionEvent(TypedDict):
 class RobotPositionMoveRequest(TypedDict):
     """Move to a stored position (C-HOST manual 2-16)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["position"]
     position: int
     """Number of the position, 1-1999; it has to be set."""
@@ -3723,6 +3911,8 @@ class RobotRawRequest(TypedDict):
 class RobotRelativeMoveRequest(TypedDict):
     """Move axes by an amount (C-HOST manual 2-5, 4-2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
@@ -3881,6 +4071,8 @@ class RobotSpeedsRestoredEvent(TypedDict):
 class RobotStepRequest(TypedDict):
     """Move one axis by a few of the smallest amounts it displays (C-HOST manual 2-3)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["step"]
     axis: str
     steps: int
@@ -4598,6 +4790,19 @@ class Signals(TypedDict):
     outputs: list[Signal]
 
 
+class Snapshot(TypedDict):
+    """The plant when the event was made; later events up to `as_of` are in it already."""
+
+    as_of: str
+    """The cursor of the newest event that it takes account of."""
+    lines: list[LineNow]
+    """None where only some bodies or robots are wanted."""
+    bodies: list[BodyNow]
+    robots: list[RobotNow]
+    moves: list[Move | RobotMove]
+    """Those that are not over."""
+
+
 class SpeedAccepted(TypedDict):
     """The controller has accepted a change of speed."""
 
@@ -4867,6 +5072,22 @@ class StreamGapEvent(TypedDict):
     data: Gap
 
 
+class StreamSnapshotEvent(TypedDict):
+    """Follows each gap: all that is known now of what is wanted; about `/events`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["stream.snapshot"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Snapshot
+
+
 class Stretch(TypedDict):
     """Positions from the lower to the upper, in pulses."""
 
@@ -5128,7 +5349,10 @@ Event: TypeAlias = (
     | GatewayLoopHeldEvent
     | GatewayShuttingDownEvent
     | StreamGapEvent
+    | AlarmRaisedEvent
+    | AlarmResetEvent
     | IoEvent
+    | StreamSnapshotEvent
     | BodyMoveQueuedEvent
     | BodyMoveSentEvent
     | BodyMoveStartedEvent

@@ -403,6 +403,88 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/alarms": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Alarms
+         * @description List alarms over restarts: what has happened, what the motor did, and the calls that help.
+         */
+        get: operations["listAlarms"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/alarms/{alarm_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Alarm
+         * @description Get an alarm.
+         */
+        get: operations["getAlarm"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/alarms/{alarm_id}/reset": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reset Alarm
+         * @description Reset an alarm, once its cause is over. Nothing moves, and nothing is sent.
+         */
+        post: operations["resetAlarm"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/audit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Deeds
+         * @description List all that had an effect, or was to have one, over restarts: who, what, for whom, and the outcome.
+         *
+         *     A key with a scope names a target in it.
+         */
+        get: operations["listDeeds"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/groups": {
         parameters: {
             query?: never;
@@ -2568,6 +2650,11 @@ export interface components {
              */
             validate_only?: boolean;
             /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
+            /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
@@ -2584,6 +2671,193 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+        };
+        /**
+         * Alarm
+         * @description Something that has gone wrong, from then until somebody has reset it.
+         */
+        Alarm: {
+            /** Id */
+            id: string;
+            /**
+             * Cause
+             * @description What it is, such as `body.offline`; never changes.
+             */
+            cause: string;
+            /**
+             * Subject
+             * @description What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway.
+             */
+            subject: string;
+            /**
+             * Raised At
+             * Format: date-time
+             */
+            raised_at: string;
+            /**
+             * Ended At
+             * @description When its cause was seen to be over; null while it lasts.
+             */
+            ended_at: string | null;
+            /**
+             * Reset At
+             * @description Null while the alarm stands.
+             */
+            reset_at: string | null;
+            /**
+             * Reset By
+             * @description Who has reset it.
+             */
+            reset_by: string | null;
+            /**
+             * Caller
+             * @description In whose name the gateway was at work when it came.
+             */
+            caller: string;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request behind that.
+             */
+            request_id: string | null;
+            /**
+             * Move Id
+             * @description The move it has ended, if it has.
+             */
+            move_id: string | null;
+            /**
+             * Code
+             * @description The controller's own error code.
+             */
+            code: string | null;
+            /**
+             * Manual
+             * @description Where the manual tells of it; empty where it is no matter of a controller.
+             */
+            manual: string;
+            en: components["schemas"]["AlarmText"];
+            ja: components["schemas"]["AlarmText"];
+            /**
+             * Next
+             * @description The calls that help, in the order in which they do.
+             */
+            next: components["schemas"]["NextCall"][];
+        };
+        /**
+         * AlarmList
+         * @description Alarms: those that stand first, then those that were reset, each newest first.
+         */
+        AlarmList: {
+            /** Alarms */
+            alarms: components["schemas"]["Alarm"][];
+        };
+        /**
+         * AlarmRaisedEvent
+         * @description Something has gone wrong; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`.
+         */
+        AlarmRaisedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "alarm.raised";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Alarm"];
+        };
+        /**
+         * AlarmResetEvent
+         * @description Somebody has seen to it, or a newer alarm stands in its place; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`.
+         */
+        AlarmResetEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "alarm.reset";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Alarm"];
+        };
+        /**
+         * AlarmText
+         * @description An alarm in one language.
+         */
+        AlarmText: {
+            /**
+             * Happened
+             * @description What has happened.
+             */
+            happened: string;
+            /**
+             * Motor
+             * @description What the motor did, or may do.
+             */
+            motor: string;
+            /**
+             * Remedy
+             * @description What to do next.
+             */
+            remedy: string;
         };
         /**
          * Amount
@@ -2614,6 +2888,19 @@ export interface components {
              * @enum {string}
              */
             unit: "deg" | "mdeg";
+        };
+        /**
+         * Audit
+         * @description Deeds, the newest first.
+         */
+        Audit: {
+            /** Deeds */
+            deeds: components["schemas"]["Deed"][];
+            /**
+             * Cursor
+             * @description Give it as `cursor` for older ones; null where there are none.
+             */
+            cursor: string | null;
         };
         /**
          * AxisInfo
@@ -3813,6 +4100,31 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["Move"];
+        };
+        /**
+         * BodyNow
+         * @description A body, as far as is known.
+         */
+        BodyNow: {
+            /** Body Id */
+            body_id: string;
+            /** Online */
+            online: boolean;
+            /** Moving */
+            moving: boolean | null;
+            /** Move Id */
+            move_id: string | null;
+            /**
+             * Position
+             * @description In pulses.
+             */
+            position: number | null;
+            /** Homed */
+            homed: string;
+            /** Power Cycled */
+            power_cycled: boolean;
+            /** Status */
+            status: string[] | null;
         };
         /**
          * BodyOfflineEvent
@@ -5847,6 +6159,11 @@ export interface components {
              */
             validate_only?: boolean;
             /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
+            /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
@@ -5986,6 +6303,77 @@ export interface components {
             speed_in_unit: number | null;
             /** Acceleration In Unit */
             acceleration_in_unit: number | null;
+        };
+        /**
+         * Deed
+         * @description Something with an effect that somebody wanted.
+         */
+        Deed: {
+            /**
+             * Id
+             * @description Sorts by time; also the cursor after which older deeds follow.
+             */
+            id: string;
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /**
+             * Caller
+             * @description Who wanted it: the name of a key, an interface and an address.
+             */
+            caller: string;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request.
+             */
+            request_id: string | null;
+            /**
+             * Target
+             * @description Whom it was for: line1.3F, line1.80 for a group, r1.
+             */
+            target: string;
+            /**
+             * Command
+             * @description The row of the command table.
+             */
+            command: string;
+            /**
+             * Effect
+             * @description motion, stop, setting or maintenance.
+             */
+            effect: string;
+            /**
+             * Frame
+             * @description The exact bytes.
+             */
+            frame: string;
+            /**
+             * Moves
+             * @description The moves it was to make.
+             */
+            moves: string[];
+            /**
+             * Written At
+             * @description When it was handed to the port; null if it was not.
+             */
+            written_at: string | null;
+            /**
+             * Ended At
+             * @description When its outcome was known; null while it is not.
+             */
+            ended_at: string | null;
+            /**
+             * Outcome
+             * @description answered, refusal, not_sent, or unknown where nobody knows whether it was executed.
+             */
+            outcome: string | null;
+            /**
+             * Detail
+             * @description Why it was not carried out.
+             */
+            detail: string | null;
         };
         /**
          * DetailKind
@@ -6301,7 +6689,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -6830,6 +7218,11 @@ export interface components {
              * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -7403,6 +7796,17 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["LineMessage"];
+        };
+        /**
+         * LineNow
+         * @description A line.
+         */
+        LineNow: {
+            /** Line Id */
+            line_id: string;
+            state: components["schemas"]["LineState"];
+            /** Down Reason */
+            down_reason: string | null;
         };
         /**
          * LineRestoreCancelledEvent
@@ -8284,6 +8688,11 @@ export interface components {
              * @description The controller's error code, such as 0x51.
              */
             controller_error: string | null;
+            /**
+             * Next
+             * @description The calls that help.
+             */
+            next: components["schemas"]["NextCall"][];
         };
         /**
          * MoveList
@@ -8320,6 +8729,36 @@ export interface components {
             value: number | null;
             /** Unit */
             unit: string | null;
+        };
+        /**
+         * NextCall
+         * @description A request to this gateway that helps.
+         */
+        NextCall: {
+            /**
+             * Method
+             * @enum {string}
+             */
+            method: "GET" | "POST" | "PUT";
+            /** Path */
+            path: string;
+            /**
+             * Body
+             * @description What it takes; left out for nothing, or where only the sender can know.
+             */
+            body?: {
+                [key: string]: components["schemas"]["JsonValue"];
+            } | null;
+            /**
+             * En
+             * @description What it does, in English.
+             */
+            en: string;
+            /**
+             * Ja
+             * @description What it does, in Japanese.
+             */
+            ja: string;
         };
         /**
          * Nothing
@@ -8726,6 +9165,11 @@ export interface components {
              */
             validate_only?: boolean;
             /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
+            /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
@@ -8947,6 +9391,11 @@ export interface components {
              * @description The controller's error code, such as 0x51 or E05.
              */
             code?: string | null;
+            /**
+             * Next
+             * @description The calls that help, in the order in which they do.
+             */
+            next?: components["schemas"]["NextCall"][] | null;
             /**
              * Errors
              * @description Every part that is not valid.
@@ -9222,6 +9671,11 @@ export interface components {
              */
             validate_only?: boolean;
             /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
+            /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
@@ -9466,6 +9920,11 @@ export interface components {
              */
             validate_only?: boolean;
             /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
+            /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
              * @enum {string}
@@ -9697,6 +10156,11 @@ export interface components {
              * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -10771,6 +11235,27 @@ export interface components {
             data: components["schemas"]["RobotMove"];
         };
         /**
+         * RobotNow
+         * @description A robot, as far as is known.
+         */
+        RobotNow: {
+            /** Robot Id */
+            robot_id: string;
+            /** Online */
+            online: boolean;
+            /** Mode */
+            mode: number;
+            /** Moving */
+            moving: boolean | null;
+            /** Power Cycled */
+            power_cycled: boolean;
+            /**
+             * Error
+             * @description The code of the error that stands.
+             */
+            error: string | null;
+        };
+        /**
          * RobotOfflineEvent
          * @description It does not answer any more; about `/robots/{robot_id}`.
          */
@@ -10929,6 +11414,11 @@ export interface components {
              * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -11101,6 +11591,11 @@ export interface components {
              * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
@@ -11523,6 +12018,11 @@ export interface components {
              * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -13305,6 +13805,31 @@ export interface components {
             outputs: components["schemas"]["Signal"][];
         };
         /**
+         * Snapshot
+         * @description The plant when the event was made; later events up to `as_of` are in it already.
+         */
+        Snapshot: {
+            /**
+             * As Of
+             * @description The cursor of the newest event that it takes account of.
+             */
+            as_of: string;
+            /**
+             * Lines
+             * @description None where only some bodies or robots are wanted.
+             */
+            lines: components["schemas"]["LineNow"][];
+            /** Bodies */
+            bodies: components["schemas"]["BodyNow"][];
+            /** Robots */
+            robots: components["schemas"]["RobotNow"][];
+            /**
+             * Moves
+             * @description Those that are not over.
+             */
+            moves: (components["schemas"]["Move"] | components["schemas"]["RobotMove"])[];
+        };
+        /**
          * SpeedAccepted
          * @description The controller has accepted a change of speed.
          */
@@ -13835,6 +14360,50 @@ export interface components {
             data: components["schemas"]["Gap"];
         };
         /**
+         * StreamSnapshotEvent
+         * @description Follows each gap: all that is known now of what is wanted; about `/events`.
+         */
+        StreamSnapshotEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "stream.snapshot";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Snapshot"];
+        };
+        /**
          * Stretch
          * @description Positions from the lower to the upper, in pulses.
          */
@@ -14335,7 +14904,10 @@ export interface operations {
     setPosition: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -14421,7 +14993,10 @@ export interface operations {
     changeSpeedOfMove: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -14630,7 +15205,10 @@ export interface operations {
     acknowledgeBodyPowerCycle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -14717,7 +15295,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -14816,7 +15397,10 @@ export interface operations {
     changeSpeedOfOneMove: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -14865,7 +15449,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
                 group_id: string;
@@ -15220,6 +15807,181 @@ export interface operations {
             };
         };
     };
+    listAlarms: {
+        parameters: {
+            query?: {
+                /** @description Only those that stand, or only those that were reset. */
+                standing?: boolean | null;
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AlarmList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getAlarm: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                alarm_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Alarm"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    resetAlarm: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                alarm_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Alarm"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listDeeds: {
+        parameters: {
+            query?: {
+                /** @description Only those of callers whose name has this in it. */
+                caller?: string | null;
+                /** @description Only those for this body or group with its line, or robot: arm.3F, r1. */
+                target?: string | null;
+                /** @description Only those not before this time. */
+                since?: string | null;
+                /** @description Only those before this time. */
+                until?: string | null;
+                /** @description Only those older than this cursor. */
+                cursor?: string | null;
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Audit"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     listGroups: {
         parameters: {
             query?: never;
@@ -15302,7 +16064,10 @@ export interface operations {
     defineGroup: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
                 group_id: string;
@@ -15429,7 +16194,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The line's id. */
                 line_id: string;
@@ -15807,7 +16575,10 @@ export interface operations {
     issueTicket: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -15968,7 +16739,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -16078,7 +16852,10 @@ export interface operations {
     cancelProgramUpload: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -16122,7 +16899,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -16308,7 +17088,10 @@ export interface operations {
     setMemory: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -16402,6 +17185,8 @@ export interface operations {
             header?: {
                 /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
                 "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
             };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
@@ -16494,6 +17279,8 @@ export interface operations {
             header?: {
                 /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
                 "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
             };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
@@ -16586,6 +17373,8 @@ export interface operations {
             header?: {
                 /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
                 "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
             };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
@@ -16637,6 +17426,8 @@ export interface operations {
             header?: {
                 /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
                 "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
             };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
@@ -16777,6 +17568,8 @@ export interface operations {
             header?: {
                 /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
                 "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
             };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
@@ -16830,6 +17623,8 @@ export interface operations {
             header?: {
                 /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
                 "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
             };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
@@ -16972,6 +17767,8 @@ export interface operations {
             header?: {
                 /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
                 "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
             };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
@@ -17025,6 +17822,8 @@ export interface operations {
             header?: {
                 /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
                 "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
             };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
@@ -17168,7 +17967,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -17267,7 +18069,10 @@ export interface operations {
     cancelBodyRestore: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -17355,7 +18160,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The line's id. */
                 line_id: string;
@@ -17454,7 +18262,10 @@ export interface operations {
     cancelLineRestore: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The line's id. */
                 line_id: string;
@@ -17539,7 +18350,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -17638,7 +18452,10 @@ export interface operations {
     cancelRobotRestore: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -17799,7 +18616,10 @@ export interface operations {
     calculateCoordinates: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 scara_id: string;
@@ -17844,7 +18664,10 @@ export interface operations {
     calculatePositions: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 scara_id: string;
@@ -17930,7 +18753,10 @@ export interface operations {
     applyScaraGeometry: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 scara_id: string;
@@ -18066,7 +18892,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 scara_id: string;
@@ -18208,7 +19037,10 @@ export interface operations {
     writeScaraPath: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 scara_id: string;
@@ -18255,7 +19087,10 @@ export interface operations {
     startBodyJog: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -18300,7 +19135,10 @@ export interface operations {
     keepJoggingBody: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -18447,6 +19285,8 @@ export interface operations {
             header?: {
                 /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
                 "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
             };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
@@ -18492,7 +19332,10 @@ export interface operations {
     nameBodyPosition: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -18667,7 +19510,10 @@ export interface operations {
     switchBodyOutput: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -18714,7 +19560,10 @@ export interface operations {
     pulseBodyOutput: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -18843,7 +19692,10 @@ export interface operations {
     setErrorOutput: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -18890,7 +19742,10 @@ export interface operations {
     resetErrorOutputs: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -19018,7 +19873,10 @@ export interface operations {
     armCapture: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -19065,7 +19923,10 @@ export interface operations {
     disarmCapture: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -19362,7 +20223,10 @@ export interface operations {
     resetRobotErrors: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -19403,7 +20267,10 @@ export interface operations {
     changeRobotMode: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -19448,7 +20315,10 @@ export interface operations {
     acknowledgePowerCycle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -19629,7 +20499,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -19735,7 +20608,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -19832,7 +20708,10 @@ export interface operations {
     startJog: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -19877,7 +20756,10 @@ export interface operations {
     keepJogging: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -20018,7 +20900,10 @@ export interface operations {
     storePositions: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -20158,7 +21043,10 @@ export interface operations {
     changeSettings: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -20297,7 +21185,10 @@ export interface operations {
     switchOutput: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -20392,7 +21283,10 @@ export interface operations {
     setVariable: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
