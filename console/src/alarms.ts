@@ -1,14 +1,17 @@
 /** What needs somebody: as far as the last readings tell. */
 
-import { type Body, type Deed, type Line, type Right, type Robot } from "./gateway.ts";
+import type { Gateway } from "../../clients/typescript/src/gateway.ts";
+import type { Body, Deed, Line, Right, Robot, Schemas } from "./gateway.ts";
 import { nameOf } from "./actions.svelte.ts";
 import { plant } from "./plant.svelte.ts";
 import { language, named, words } from "./words/index.svelte.ts";
 
+type Kept = Schemas["Alarm"];
+
 export interface Remedy {
   label: string;
   right: Right;
-  target: Body | Robot;
+  target: Body | Robot | undefined;
   deed: Deed;
 }
 
@@ -20,10 +23,37 @@ export interface Alarm {
   remedies: Remedy[];
 }
 
+const PAGES: Record<string, string> = { bodies: "axis", robots: "robot" };
 const ERRORS = /_error$/;
 
-/** All that stands now. */
+/** All that stands now: as the gateway keeps it, or by the last readings. */
 export function alarms(): Alarm[] {
+  return plant.alarms?.map(ofKept) ?? ofReadings();
+}
+
+function ofKept(alarm: Kept): Alarm {
+  const { happened, motor, remedy } = alarm[language.now];
+  const [, kind = "", who = ""] = alarm.subject.split("/");
+  const page = PAGES[kind];
+  const target = kind === "bodies" ? plant.body(who) : plant.robot(who);
+  const calls = alarm.next.filter(({ method }) => method !== "GET");
+  return {
+    key: alarm.id,
+    who: target ? nameOf(target) : who,
+    link: page ? { page, subject: who } : undefined,
+    text: `${happened} ${motor} ${remedy}`,
+    remedies: [
+      ...calls.map((call) => ({ label: call[language.now], right: "operate" as const, target, deed: (gateway: Gateway) => gateway.call(call) })),
+      { label: words().events.resetAlarm, right: "operate" as const, target: undefined, deed: reset(alarm.id) },
+    ],
+  };
+}
+
+function reset(alarm_id: string): Deed {
+  return ({ http }) => http.POST("/alarms/{alarm_id}/reset", { params: { path: { alarm_id } } });
+}
+
+function ofReadings(): Alarm[] {
   return [
     ...plant.lines.flatMap(ofLine),
     ...plant.bodies.filter((it) => isReachable(it.line_id)).flatMap(ofBody),

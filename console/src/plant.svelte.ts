@@ -9,6 +9,7 @@ import {
   type Line,
   Refused,
   type Robot,
+  type Schemas,
   gateway,
 } from "./gateway.ts";
 import { Live } from "./live.ts";
@@ -30,6 +31,8 @@ class Plant {
   bodies = $state.raw<Body[]>([]);
   groups = $state.raw<Group[]>([]);
   robots = $state.raw<Robot[]>([]);
+  /** The alarms that stand; undefined where the gateway keeps none. */
+  alarms = $state.raw<Schemas["Alarm"][]>();
   identity = $state.raw<Identity>();
   /** The newest move of each body and unit, by address. */
   moves = $state.raw<Record<string, AnyMove>>({});
@@ -122,6 +125,7 @@ class Plant {
     this.lines = lines.data?.lines ?? [];
     this.groups = groups.data?.groups ?? [];
     this.robots = robots.data?.robots ?? [];
+    this.alarms = await optional(async () => (await http.GET("/alarms", { params: { query: { standing: true } } })).data?.alarms);
     this.now = this.heardAt = Date.now();
     await this.#readMoves();
     if (!this.#knowsEnds) await this.#readEnds();
@@ -171,6 +175,16 @@ class Plant {
     const known = this.moves[move.body_id];
     if (known && known.created_at > move.created_at) return;
     this.moves = { ...this.moves, [move.body_id]: move };
+  }
+}
+
+/** Read what an older gateway does not have. */
+async function optional<T>(read: () => Promise<T>): Promise<T | undefined> {
+  try {
+    return await read();
+  } catch (error) {
+    if (error instanceof Refused && error.status === 404) return undefined;
+    throw error;
   }
 }
 

@@ -247,9 +247,10 @@ def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> 
         lambda: plant.gateway.http.post("/bodies/00/moves", json=there).json().get("detail"),
         "a move is refused",
     )
-    console.shows("has lost its power")
-    console.button("Acknowledge the loss of power").click()
-    expect(console.page.get_by_text("has lost its power: where")).to_have_count(0)
+    lost = console.page.locator(".alarm", has_text="line1.00 has lost its power")
+    lost.get_by_role("button", name="Acknowledge").first.click()
+    lost.get_by_role("button", name="Reset the alarm", exact=True).click()
+    expect(lost).to_have_count(0)
     console.page.get_by_label("Type").fill("body.power_cycle")
     expect(console.page.locator("tbody tr").first).to_contain_text("body.power_cycle.acknowledged")
 
@@ -371,3 +372,13 @@ def test_who_signs_out_cannot_go_on(guarded: Guarded, open_console: Open) -> Non
     expect(other).to_have_title("Sign in to the motion gateway")
     console.shows("You are signed out")
     expect(console.page.get_by_role("link", name="Sign in")).to_be_visible()
+
+
+def test_it_can_be_looked_up_who_did_what(plant: Plant, open_console: Open) -> None:
+    move = plant.gateway.moving("01", 50)
+    plant.gateway.ended("01", move["id"])
+    console = open_console(plant.url, "#/events")
+    deeds = console.page.get_by_role("region", name="Who did what").first
+    deeds.get_by_label("About").fill("line1.01")
+    deeds.get_by_role("button", name="Look it up", exact=True).click()
+    expect(deeds.locator("tbody tr").first).to_contain_text("&011+M50")

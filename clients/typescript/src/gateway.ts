@@ -95,6 +95,13 @@ export class Gateway {
     return this.#post(`${pathOf(address)}/commands/${name}`, parameters);
   }
 
+  /** Make a call that an alarm, or an error, names as what helps. */
+  async call({ method, path, body }: { method: string; path: string; body?: unknown }): Promise<unknown> {
+    const headers = { ...this.#headers, "Content-Type": "application/json" };
+    const content = body === undefined || body === null ? {} : { body: JSON.stringify(body) };
+    return (await this.#ask(new Request(this.#url + path, { method, headers, ...content }))).json();
+  }
+
   /** Start a move of a body. */
   async startMove(bodyId: string, move: MoveRequest, options: StartOptions = {}): Promise<Move> {
     if (move.validate_only) throw new TypeError(ONLY_PLANNED);
@@ -276,9 +283,7 @@ export class Gateway {
   }
 
   async #post(path: string, body?: unknown): Promise<unknown> {
-    const content = body === undefined ? {} : { body: JSON.stringify(body) };
-    const headers = { ...this.#headers, "Content-Type": "application/json" };
-    return (await this.#ask(new Request(this.#url + path, { method: "POST", headers, ...content }))).json();
+    return this.call({ method: "POST", path, body });
   }
 
   /** Ask with patience: for as long as was asked to wait, and the usual time on top. */

@@ -429,6 +429,9 @@ export const en = {
     what: "What",
     data: "Data",
     csv: "Download CSV",
+    deeds: "Who did what",
+    readDeeds: "Look it up",
+    resetAlarm: "Reset the alarm",
     none: "No event passes the filters.",
     everything: "everything",
     parts: {

@@ -430,6 +430,9 @@ export const ja: typeof en = {
     what: "内容",
     data: "データ",
     csv: "CSV をダウンロード",
+    deeds: "誰が何をしたか",
+    readDeeds: "調べる",
+    resetAlarm: "アラームをリセット",
     none: "条件に合うイベントはありません。",
     everything: "すべて",
     parts: {
