@@ -13,7 +13,9 @@ from api import (
     backups,
     catalogue,
     command_routes,
+    configuration,
     health,
+    leases,
     lines,
     samples,
     sign_in,
@@ -107,6 +109,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     problems.install(app, partial(calls_for, plant))
     modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
     modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
+    modules += [leases, configuration]
     routers = [info.reads, *(module.router for module in modules), *scaras.routers(), *bodies.routers()]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []

@@ -37,8 +37,9 @@ _SCARA: Final[dict[str, Any]] = {
 BODIES: Final = tuple(int(body["id"], 16) for body in _BODIES)
 
 
-def demo_config(line_path: Path, robot_path: Path) -> Config:
+def demo_config(line_path: Path, robot_path: Path, port: int | None = None) -> Config:
     """The configuration for a simulated line and a simulated robot at these places."""
+    server = {} if port is None else {"port": port}
     line = {
         "id": "line1",
         "address": f"serial://{line_path}?baud=9600",
@@ -51,4 +52,6 @@ def demo_config(line_path: Path, robot_path: Path) -> Config:
     ]
     robot = {"id": "r1", "units": units, "macros": {"PCK": "pick"}}
     cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
-    return Config.model_validate({"access": {"mode": "open"}, "lines": [line, cell], "scaras": [_SCARA]})
+    return Config.model_validate(
+        {"server": server, "access": {"mode": "open"}, "lines": [line, cell], "scaras": [_SCARA]}
+    )

@@ -13,10 +13,12 @@ from benchmarks import (
     fan_out,
     first_byte,
     http_read,
+    key_cost,
     line_use,
     live_values,
     move_cost,
     stop_latency,
+    tls_crowd,
 )
 from benchmarks.figures import Figure, table
 
@@ -33,6 +35,8 @@ class Benchmark(StrEnum):
     FAN_OUT = "fan-out"
     MOVE_COST = "move-cost"
     LIVE_VALUES = "live-values"
+    KEY_COST = "key-cost"
+    TLS_CROWD = "tls-crowd"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -45,6 +49,8 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.FAN_OUT: fan_out.run,
     Benchmark.MOVE_COST: move_cost.run,
     Benchmark.LIVE_VALUES: live_values.run,
+    Benchmark.KEY_COST: key_cost.run,
+    Benchmark.TLS_CROWD: tls_crowd.run,
 }
 
 

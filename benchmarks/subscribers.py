@@ -21,17 +21,17 @@ VALUE = b'"pulses":'
 class Subscriber(asyncio.Protocol):
     """A client that reads all, or nothing at all."""
 
-    def __init__(self, target: str = "/events", *, reads: bool = True) -> None:
+    def __init__(self, target: str = "/events", handshake: bytes = HANDSHAKE, *, reads: bool = True) -> None:
         self.values = 0
         self._target = target.encode()
         self.open = asyncio.Event()
         self.received = 0
-        self._reads = reads
+        self._handshake, self._reads = handshake, reads
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Ask for the events."""
         self._transport = cast("asyncio.Transport", transport)
-        self._transport.write(HANDSHAKE % self._target)
+        self._transport.write(self._handshake % self._target)
 
     def data_received(self, data: bytes) -> None:
         """Count what comes, and answer pings."""

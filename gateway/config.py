@@ -153,6 +153,8 @@ class Access(Table):
     subscribers_per_key: int = Field(50, ge=1, le=50_000)
     requests_per_key: int = Field(200, ge=1, le=50_000)
     moves_per_key_and_s: int = Field(20, ge=1, le=10_000)
+    lease_mode: Literal["off", "optional", "required"] = "optional"
+    """Whether motions and settings take a lease: never, where somebody has one, or always."""
     oidc: Oidc | None = None
 
 

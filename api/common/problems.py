@@ -103,7 +103,7 @@ DECLARED: Final[dict[int | str, dict[str, Any]]] = {
 def problem_of(
     error: GatewayError, instance: str, calls: Sequence[NextCall] = (), *, japanese: bool = False
 ) -> Problem:
-    """Describe an error, with the calls that help; a controller's own in Japanese, if that is wanted."""
+    """Describe an error, with the calls that help; in Japanese, if that is wanted and it has the words."""
     problem = Problem(
         type=TYPE_PREFIX + error.kind,
         title=error.title,
@@ -121,12 +121,12 @@ def problem_of(
             InvalidField(field="source", message=fault.reason, line=fault.line, column=fault.column)
             for fault in error.faults
         ]
-    if japanese and isinstance(error, ControllerError):
+    if japanese and error.detail_ja:
         _translate(problem, error)
     return problem
 
 
-def _translate(problem: Problem, error: ControllerError) -> None:
+def _translate(problem: Problem, error: GatewayError) -> None:
     problem.title, problem.detail, problem.remedy = error.title_ja, error.detail_ja, error.remedy_ja
 
 
@@ -197,7 +197,7 @@ async def _tell_gateway_error(remedies: Remedies, request: Request, error: Gatew
     calls = remedies(path_of(request.scope), error)
     problem = problem_of(error, instance_of(request), calls, japanese=japanese)
     headers = {"Vary": "Accept-Language"}
-    if japanese and isinstance(error, ControllerError):
+    if japanese and error.detail_ja:
         headers["Content-Language"] = "ja"
     if problem.status == 503:
         headers["Retry-After"] = str(RETRY_AFTER_S)

@@ -1,7 +1,7 @@
 """What can go wrong between a request and a controller, said in one sentence each."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol, Self
 
 from gateway.core.next_calls import NextCall, filled_in
 from protocols.table import Command, Effect
@@ -19,14 +19,23 @@ class GatewayError(Exception):
 
     kind: ClassVar[str] = "gateway-error"
     title: ClassVar[str] = "The request was not carried out"
+    title_ja: ClassVar[str] = ""
     moved: Moved = "no"
     retryable: bool = False
+    detail_ja: str = ""
+    """Empty where it is told in English only."""
+    remedy_ja: str = ""
 
     def __init__(self, detail: str, remedy: str = "", next_calls: Sequence[NextCall] = ()) -> None:
         super().__init__(detail)
         self.detail = detail
         self.remedy = remedy
         self.next = tuple(next_calls)
+
+    def in_japanese(self, detail: str, remedy: str = "") -> Self:
+        """Say it in Japanese, too."""
+        self.detail_ja, self.remedy_ja = detail, remedy
+        return self
 
 
 class NotFound(GatewayError):

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pydantic import BaseModel, ConfigDict, Field
 
 from gateway.core.alarms import Alarm
+from gateway.core.leases import Lease
 
 
 class EventData(BaseModel):
@@ -91,6 +92,20 @@ RESTORE_NEWS: Mapping[str, str] = {
 def restore_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
     """The types of the restores of `what`; the data is the restore's record as it is then."""
     return [EventType(f"{what}.restore.{news}", subject, data, when) for news, when in RESTORE_NEWS.items()]
+
+
+LEASE_NEWS: Mapping[str, str] = {
+    "taken": "somebody has leased it: nobody else moves or sets it",
+    "released": "its holder has given a lease back",
+    "expired": "a lease was not renewed in time",
+    "taken_over": "an admin has leased it instead",
+    "broken": "somebody else has ended a lease",
+}
+
+
+def lease_types(what: str, subject: str) -> list[EventType]:
+    """The types of the leases of `what`."""
+    return [EventType(f"{what}.lease.{news}", subject, Lease, when) for news, when in LEASE_NEWS.items()]
 
 
 # lines
@@ -224,4 +239,4 @@ ALARMS = (
     EventType("alarm.reset", ALARMED, Alarm, "somebody has seen to it, or a newer alarm stands in its place"),
 )
 
-CORE = (*LINES, *OF_THE_GATEWAY, *ALARMS, SIGNALS)
+CORE = (*LINES, *OF_THE_GATEWAY, *lease_types("line", LINE), *ALARMS, SIGNALS)

@@ -68,6 +68,7 @@ class PortLoop(ABC):
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
         self.on_work: Callable[[], None] = lambda: None
         """Told often, as long as the line's own work goes on, whatever is at its far end."""
+        self._ends_because = "the gateway is shutting down"
         self._open = False
         self._ready = False
         self._silence: str | None = None
@@ -129,12 +130,17 @@ class PortLoop(ABC):
     def _begun(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
         return asyncio.create_task(work, name=f"line {self.id}")
 
+    def retire(self, why: str) -> None:
+        """Let nothing more be written; `close` is to follow at once."""
+        self._ends_because = why
+        self._went_down(why)
+
     async def close(self) -> None:
         """Cancel what waits, close the port and end all tasks. What was written stays written."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        self._went_down("the gateway is shutting down", level=logging.INFO)
+        self._went_down(self._ends_because, level=logging.INFO)
         await self.transport.close()
 
     @property

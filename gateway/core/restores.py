@@ -184,6 +184,10 @@ class Restores(Generic[C]):
         self._publish("started", record)
         return record
 
+    def is_under_way(self, address: str) -> bool:
+        """Whether a backup is being restored to a controller."""
+        return address in self._current
+
     def require_none(self, address: str) -> None:
         """Make sure that a controller is not being restored.
 

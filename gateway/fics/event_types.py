@@ -8,6 +8,7 @@ from gateway.core.event_types import (
     LeftMoving,
     Nothing,
     Unreadable,
+    lease_types,
     move_types,
     restore_types,
 )
@@ -85,6 +86,7 @@ class UnitChange(EventData):
 
 TYPES = (
     *move_types("robot", UNIT, RobotMove),
+    *lease_types("robot", ROBOT),
     EventType("robot.move.overdue", UNIT, Overdue, "a move takes longer than its way and speeds explain"),
     *(
         EventType(f"robot.stop.{news}", ROBOT, data, when)

@@ -10,9 +10,10 @@ from pydantic import Field
 from gateway.core.addresses import there_are
 from gateway.core.alarms import Cause
 from gateway.core.errors import InvalidRequest, NotFound
-from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
+from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, is_within, why_it_moves
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
+from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
@@ -106,6 +107,12 @@ class Fics(Family):
             macros=Macros(it.macros or {}),
         )
         return line
+
+    async def remove(self, line: FicsLine) -> None:
+        """Close a line, and forget its robot."""
+        (robot,) = (robot for robot in self.robots() if robot.line is line)
+        await robot.close()
+        del self._robots[robot.id], self._tables[robot.id]
 
     def _publish(self, kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
         return self.site.events.publish(kind, subject, data, correlation).cursor
@@ -204,14 +211,23 @@ class Fics(Family):
 
     # life
 
-    def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
-        """Look after each robot."""
+    def watches(self, line: FicsLine) -> Iterator[Coroutine[Any, Any, None]]:
+        """Look after the robot on a line."""
         live = self.site.events.live
         for robot in self.robots():
-            yield watch(robot)
-            table = self._tables[robot.id]
-            units = (UnitSource(robot, unit, live, table.move_samples_per_s) for unit in robot.units)
-            yield Sampler(robot.line, live, [*units, ChannelSource(robot, live)], table.live_share).run()
+            if robot.line is line:
+                yield watch(robot)
+                table = self._tables[robot.id]
+                units = (UnitSource(robot, unit, live, table.move_samples_per_s) for unit in robot.units)
+                yield Sampler(line, live, [*units, ChannelSource(robot, live)], table.live_share).run()
+
+    def at_work(self, line: FicsLine) -> Iterator[str]:
+        """The robot, while positions are written into it, or a backup restored."""
+        return (
+            robot.id
+            for robot in self.robots()
+            if robot.line is line and (line.uploading or self.restores.is_under_way(robot.id))
+        )
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every robot."""
@@ -224,11 +240,14 @@ class Fics(Family):
 
     # the end
 
-    def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs, or everything that moves."""
-        for robot in self.robots():
+        robots = [robot for robot in self.robots() if is_within(robot.line.id, robot.id, within)]
+        for robot in robots:
             robot.jogs.end_all("stopped")
-        return [robot.stop("decelerate") for robot in self.robots() if everything and robot.moving]
+        return [robot.stop("decelerate") for robot in robots if everything and robot.moving]
 
     async def at_rest(self) -> None:
         """Wait for stops, for those who are told that nothing was sent, and for the ends of uploads."""

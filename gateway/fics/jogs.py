@@ -17,7 +17,7 @@ from gateway.core.jogs import (
     no_such_jog,
 )
 from gateway.core.lanes import Lane
-from gateway.core.origin import Origin, acting
+from gateway.core.origin import Origin, acting, working
 from gateway.fics.axes import Places, at_rest, unit_of
 from gateway.fics.errors import RobotBusy, UnitNotSelected, preparing
 from gateway.fics.motion_state import Tell
@@ -126,7 +126,8 @@ class Jogs:
     def _begun(self, session: JogSession) -> None:
         """The axis may move from now on, answered or not."""
         until, alarm = self._await_heartbeat(session)
-        rest = asyncio.create_task(self._rests(session), name=f"JOG of {self._robot_id}")
+        with working("followers"):
+            rest = asyncio.create_task(self._rests(session), name=f"JOG of {self._robot_id}")
         rest.add_done_callback(lambda task: None if task.cancelled() else self._rested(session))
         self._running[session.id] = _Running(session, until, alarm, rest)
         self._tell("robot.jog.started", session.model_dump())
@@ -327,7 +328,8 @@ class Jogs:
         if session.id in self._stopping:
             return self._stopping[session.id]
         self._send_stop(session)
-        task = asyncio.create_task(self._see_still(session), name=f"end of a JOG of {self._robot_id}")
+        with working("stops"):
+            task = asyncio.create_task(self._see_still(session), name=f"end of a JOG of {self._robot_id}")
         self._stopping[session.id] = task
         task.add_done_callback(lambda _: self._stopping.pop(session.id))
         return task

@@ -19,6 +19,7 @@ from gateway.core.errors import (
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
+from gateway.core.origin import working
 from gateway.core.silence import Silence
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.commander import in_time
@@ -102,7 +103,8 @@ class MoveRun:
             self._tell(error)
             return
         try:
-            await self._follow(accepted)
+            with working("followers"):
+                await self._follow(accepted)
         finally:
             self._motions.end(accepted)
             self._tell(None)

@@ -14,6 +14,8 @@ from gateway.core.errors import InvalidRequest, NotFound
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.writes import Value
 from gateway.core.records import Record
+from gateway.core.rights import Right
+from gateway.operations.caller import require
 from gateway.plant import Plant
 
 _COLUMNS: Final = (
@@ -77,6 +79,7 @@ async def deeds(plant: Plant, wanted: Wanted, limit: int) -> Sequence[Deed]:
     :raises NotFound: there is no journal.
     :raises JournalUnavailable: it cannot be read.
     """
+    require(plant, Right.VIEW, *([] if wanted.target is None else [wanted.target]))
     if plant.journal is None:
         raise NotFound("This gateway has no journal, so nobody knows who did what.")
     condition, values = replace(wanted, target=_address_of(plant, wanted.target)).condition()

@@ -7,11 +7,12 @@ from gateway.core.addresses import there_are
 from gateway.core.errors import InvalidRequest
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.restores import Controller, Restores
+from gateway.core.rights import Right
 from gateway.fics import backup as robot_backup
 from gateway.fics.backup import RobotContents
 from gateway.fics.backup_restore import NO_FLASH, RobotRestore
 from gateway.fics.family import Fics
-from gateway.operations.caller import for_caller
+from gateway.operations.caller import for_caller, needs, require
 from gateway.plant import Plant
 from gateway.rorze import backup
 from gateway.rorze.backup import Contents
@@ -42,7 +43,7 @@ def check_bodies(text: str) -> OfBodies:
     return backup.parse(text)
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_body(plant: Plant, body_id: str) -> str:
     """Read all that a body keeps, as text.
 
@@ -52,7 +53,7 @@ async def read_body(plant: Plant, body_id: str) -> str:
     return backup.PREAMBLE + await _read(plant, plant.family(Rorze).body(body_id))
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_line(plant: Plant, line_id: str, chosen: Sequence[str] | None = None) -> str:
     """Read all that the bodies of a line keep, or those that are chosen, as one text.
 
@@ -116,7 +117,7 @@ def _controllers(
     return rorze.restores, wanted
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_robot(plant: Plant, robot_id: str) -> str:
     """Read all that a robot tells of what it keeps, as text.
 
@@ -137,7 +138,7 @@ def check_robot(plant: Plant, robot_id: str, text: str) -> RobotContents:
     return robot_backup.parse(plant.family(Fics).robot(robot_id), text)
 
 
-@for_caller
+@needs(Right.VIEW)
 async def for_robot(plant: Plant, robot_id: str, found: RobotContents) -> Wanted:
     """Let a robot hold what a backup has of it.
 
@@ -155,6 +156,7 @@ async def plan(plant: Plant, wanted: Wanted) -> RestorePlan:
     :raises BodyBusy: a controller is being restored.
     :raises GatewayError: one was not read.
     """
+    require(plant, Right.SETUP, wanted.target, leased=False)
     plant.admission.require()
     return await wanted.restores.plan(wanted.target, wanted.controllers)
 
@@ -166,6 +168,7 @@ async def start(plant: Plant, wanted: Wanted, flash: bool, power_cycle: bool, wa
     :raises InvalidRequest: it cannot be kept without power, and is to be verified after a power cycle.
     :raises GatewayError: errors as of `Restores.start`.
     """
+    require(plant, Right.SETUP, wanted.target)
     plant.admission.require()
     if flash and not wanted.has_flash:
         raise InvalidRequest(f"flash: {NO_FLASH}", "Leave it out.")
@@ -182,13 +185,14 @@ async def start(plant: Plant, wanted: Wanted, flash: bool, power_cycle: bool, wa
 
 async def get(plant: Plant, target: str, restore_id: str, wait_s: float) -> Restore:
     """Give a restore of a target's path, or the `current` one; errors as of `Restores.get`."""
+    require(plant, Right.VIEW, target)
     restores, target = _restores(plant, target)
     found = restores.get(target, restore_id)
     await restores.wait(found, wait_s)
     return found
 
 
-@for_caller
+@needs(Right.SETUP, leased=False)
 async def cancel(plant: Plant, target: str) -> Restore:
     """End the restore under way; errors as of `Restores.cancel`."""
     restores, target = _restores(plant, target)

@@ -2,20 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 
-from gateway.operations.caller import for_caller
+from gateway.core.rights import Right
+from gateway.operations.caller import needs
 from gateway.plant import Plant
 from gateway.rorze import positions
 from gateway.rorze.family import Rorze
 from gateway.rorze.positions import Position, Wanted
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read(plant: Plant, body_id: str, first: int, last: int) -> list[Position]:
     """Read positions; errors as of `positions.read`."""
     return await positions.read(plant.family(Rorze).body(body_id), first, last)
 
 
-@for_caller
+@needs(Right.SETUP)
 async def store(
     plant: Plant, body_id: str, wanted: Sequence[Wanted], names: Mapping[int, str], flash: bool
 ) -> list[Position]:
@@ -29,7 +30,7 @@ async def store(
     return held
 
 
-@for_caller
+@needs(Right.SETUP)
 async def name(plant: Plant, body_id: str, number: int, name: str) -> None:
     """Name a position, or with an empty name take its name away."""
     await plant.names.name(plant.family(Rorze).body(body_id).address, {number: name})

@@ -5,8 +5,9 @@ import asyncio
 from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.origin import Origin
+from gateway.core.rights import RIGHT_OF
 from gateway.core.targets import Answer, AnyCommand, Begun, Result
-from gateway.operations.caller import for_caller
+from gateway.operations.caller import for_caller, require
 from gateway.plant import Plant
 from protocols.table import Effect
 
@@ -25,6 +26,7 @@ async def do(
 
     :raises GatewayError: it was not carried out, or nobody knows; the error says which.
     """
+    require(plant, RIGHT_OF[command.effect], target)
     addressed = plant.target(target)
     if command.effect is Effect.STOP:
         return await addressed.stop_by(command)

@@ -7,8 +7,9 @@ from pydantic import BaseModel
 from gateway.core.errors import MoveOver, NotFound
 from gateway.core.move_record import MoveRecord
 from gateway.core.origin import current
+from gateway.core.rights import Right
 from gateway.core.targets import AnyCommand, Result
-from gateway.operations.caller import for_caller
+from gateway.operations.caller import for_caller, needs, require
 from gateway.operations.commands import ask, do
 from gateway.plant import Plant
 
@@ -19,6 +20,7 @@ async def start(plant: Plant, target: str, request: Any, wait_s: float = 0.0) ->
 
     :raises GatewayError: it was refused, not sent, or can never be.
     """
+    require(plant, Right.OPERATE, target, leased=not request.validate_only)
     addressed = plant.target(target)
     command = addressed.command_for(request)
     if request.validate_only:
@@ -28,11 +30,12 @@ async def start(plant: Plant, target: str, request: Any, wait_s: float = 0.0) ->
 
 def newest(plant: Plant, target: str, limit: int) -> list[Any]:
     """The moves of a body or a unit, newest first."""
+    require(plant, Right.VIEW, target)
     addressed = plant.target(target)
     return addressed.log.of(addressed.address)[:limit]
 
 
-@for_caller
+@needs(Right.OPERATE)
 async def change_speed(plant: Plant, target: str, move_id: str, command: AnyCommand) -> MoveRecord:
     """Change the speed of a move on its way.
 
@@ -52,6 +55,7 @@ async def get(plant: Plant, target: str, move_id: str, wait_s: float = 0.0) -> M
 
     :raises NotFound: the target has none of this id, or it is no longer kept.
     """
+    require(plant, Right.VIEW, target)
     addressed = plant.target(target)
     move: MoveRecord = addressed.log.get(move_id)
     if move.body_id != addressed.address:
@@ -60,7 +64,7 @@ async def get(plant: Plant, target: str, move_id: str, wait_s: float = 0.0) -> M
     return move
 
 
-@for_caller
+@needs(Right.VIEW)
 async def samples(plant: Plant, target: str, move_id: str) -> Any:
     """Give where a body or a unit was seen during a move, and where the plan has it, if there is one.
 

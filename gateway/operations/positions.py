@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, numbers
 from gateway.fics.family import Fics
-from gateway.operations.caller import for_caller
+from gateway.operations.caller import needs
 from gateway.plant import Plant
 
 Numbered = tuple[int, list[float | None]]
@@ -24,7 +25,7 @@ class Stored(NamedTuple):
     """The number that is not set, where the robot ended before the last that was asked for."""
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read(plant: Plant, robot_id: str, unit: int, first: int, last: int) -> Stored:
     """Read stored positions; the robot ends at the first number that is not set.
 
@@ -40,7 +41,7 @@ async def read(plant: Plant, robot_id: str, unit: int, first: int, last: int) ->
     return Stored(stored, following if following <= last else None)
 
 
-@for_caller
+@needs(Right.SETUP)
 async def store(plant: Plant, robot_id: str, unit: int, positions: Sequence[Wanted]) -> None:
     """Store positions undivided, and see that the robot holds them.
 

@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from gateway.operations.caller import for_caller
+from gateway.core.rights import Right
+from gateway.operations.caller import needs
 from gateway.plant import Plant
 from gateway.rorze.family import Rorze
 from gateway.rorze.scaras import geometry, paths
@@ -14,7 +15,7 @@ from protocols.rorze.interpolation import PathPoint
 from protocols.rorze.scara import Place
 
 
-@for_caller
+@needs(Right.VIEW)
 async def stand(plant: Plant, scara_id: str) -> Stand:
     """Ask all axes in one frame where they stand; errors as of `Scara.ask`."""
     return await _scara(plant, scara_id).stand()
@@ -30,25 +31,25 @@ def inverse(plant: Plant, scara_id: str, place: Place) -> tuple[int, ...]:
     return _scara(plant, scara_id).pulses_of(place)
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_geometry(plant: Plant, scara_id: str) -> list[Held]:
     """Ask the controllers for their geometry; errors as of `Scara.ask`."""
     return await geometry.read(_scara(plant, scara_id))
 
 
-@for_caller
+@needs(Right.SETUP)
 async def apply_geometry(plant: Plant, scara_id: str, flash: bool) -> list[Held]:
     """Give the controllers the configured geometry; errors as of `geometry.write`."""
     return await geometry.write(_scara(plant, scara_id), flash=flash)
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_path(plant: Plant, scara_id: str, path: int) -> Mapping[int, PathPoint]:
     """Read a stored path; errors as of `paths.read`."""
     return await paths.read(_scara(plant, scara_id), path)
 
 
-@for_caller
+@needs(Right.SETUP)
 async def write_path(
     plant: Plant, scara_id: str, path: int, points: Sequence[PathPoint]
 ) -> Mapping[int, PathPoint]:
@@ -56,7 +57,7 @@ async def write_path(
     return await paths.write(_scara(plant, scara_id), path, points)
 
 
-@for_caller
+@needs(Right.OPERATE)
 async def start_move(
     plant: Plant, scara_id: str, request: ScaraMoveRequest, wait_s: float = 0.0
 ) -> ScaraMove | PlannedScaraMove:

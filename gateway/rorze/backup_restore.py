@@ -67,7 +67,7 @@ class BodyRestore:
             return True
         if isinstance(command, SetUserComment):
             return command.comment_number == self.body.power.comment and is_mark(command.text)
-        return isinstance(command, UPLOADED) and self.uploads.under_way(self.body)
+        return isinstance(command, UPLOADED) and self.uploads.is_under_way(self.body)
 
     async def require_rest(self) -> None:
         """Make sure that its motor stands and no program runs or is uploaded; errors as of `require_rest`."""

@@ -9,6 +9,7 @@ from gateway.core.event_types import (
     LeftMoving,
     Nothing,
     Unreadable,
+    lease_types,
     move_types,
     restore_types,
 )
@@ -132,6 +133,7 @@ class LineMessage(EventData):
 
 BODIES = (
     *move_types("body", BODY, Move),
+    *lease_types("body", BODY),
     *(
         EventType(f"body.stop.{news}", BODY, StopReport, when)
         for news, when in {
@@ -183,6 +185,7 @@ BODIES = (
 
 LINES = (
     *restore_types("line", LINE, Restore),
+    *lease_types("group", GROUP),
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),
     EventType("line.strict", LINE, Strictness, "a reply came twice, or none has for an hour"),
     EventType("line.message", LINE, LineMessage, "a frame came that nobody knows"),

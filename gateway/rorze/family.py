@@ -10,10 +10,11 @@ from pydantic import Field
 from gateway.core.addresses import numbered_address, there_are
 from gateway.core.alarms import Cause
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
-from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
+from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, is_within, why_it_moves
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
+from gateway.core.parts import Part
 from gateway.core.restore_record import Restore
 from gateway.core.restores import Restores
 from gateway.core.sampler import Sampler
@@ -166,6 +167,17 @@ class Rorze(Family):
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
         return line
+
+    async def remove(self, line: Line) -> None:
+        """Close a line, and forget its bodies and groups."""
+        await line.close()
+        for things in (self._bodies, self._groups, self._scaras):
+            for address in [it for it, thing in things.items() if thing.line is line]:
+                del things[address]
+        for body in [it for it in self._events if it.line is line]:
+            del self._events[body]
+        for of_line in (self.lines, self.sweeps, self._sweep_numbers, self._health, self._tables):
+            del of_line[line.id]
 
     def _add_group(self, group: Group) -> None:
         group.on_strangers = partial(self._on_strangers, group)
@@ -354,17 +366,16 @@ class Rorze(Family):
 
     # life
 
-    def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
-        """Look after bodies, and after the groups of each line."""
-        for body in self.bodies():
-            line_id = body.line.id
-            yield BodyWatch(body, self._health[line_id], self.sweeps[line_id], self.stops.on_line).run()
-        for body, events in self._events.items():
-            yield watch_events(body, events)
-        for line in self.lines.values():
-            yield watch_sweep(self._health[line.id], self.sweeps[line.id])
-            yield watch_groups(line, partial(self._groups_on, line))
-            yield self._sampler(line).run()
+    def watches(self, line: Line) -> Iterator[Coroutine[Any, Any, None]]:
+        """Look after the bodies and the groups of a line."""
+        health, sweep = self._health[line.id], self.sweeps[line.id]
+        for body in self.bodies_of(line):
+            yield BodyWatch(body, health, sweep, self.stops.on_line).run()
+            if body in self._events:
+                yield watch_events(body, self._events[body])
+        yield watch_sweep(health, sweep)
+        yield watch_groups(line, partial(self._groups_on, line))
+        yield self._sampler(line).run()
 
     def _sampler(self, line: Line) -> Sampler:
         live, sweep, table = self.site.events.live, self.sweeps[line.id], self._tables[line.id]
@@ -376,6 +387,12 @@ class Rorze(Family):
     def _way_changes(self, body: Body) -> None:
         if self._tables[body.line.id].move_samples_per_s:
             self.site.events.live.demand_changes()
+
+    def at_work(self, line: Line) -> Iterator[str]:
+        """The bodies to which a program is uploaded, or a backup restored."""
+        for body in self.bodies_of(line):
+            if self.uploads.is_under_way(body) or self.restores.is_under_way(body.address):
+                yield body.address
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every body."""
@@ -481,9 +498,12 @@ class Rorze(Family):
 
     # the end
 
-    def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs or would never end, or everything that moves."""
-        bodies = [it for it in self.bodies() if (everything and it.moving) or self._never_ends(it)]
+        meant = (body for body in self.bodies() if is_within(body.line.id, body.address, within))
+        bodies = [it for it in meant if (everything and it.moving) or self._never_ends(it)]
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _never_ends(self, body: Body) -> bool:

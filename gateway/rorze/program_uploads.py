@@ -169,13 +169,13 @@ class ProgramUploads:
 
         :raises BodyBusy: one is.
         """
-        if body in self._current:
+        if self.is_under_way(body):
             raise BodyBusy(
                 f"A program is being uploaded to {body.address}; nothing was sent.",
                 "Wait for its end or cancel it.",
             )
 
-    def under_way(self, body: Body) -> bool:
+    def is_under_way(self, body: Body) -> bool:
         """Whether a program is being uploaded to a body."""
         return body in self._current
 

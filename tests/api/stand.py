@@ -114,7 +114,7 @@ async def build_stand(
     await plant.close()
 
 
-class _Inline(ThreadPoolExecutor):
+class Inline(ThreadPoolExecutor):
     """Does at once what would go to a thread: virtual time does not wait for threads."""
 
     def submit(self, deed: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
@@ -134,7 +134,7 @@ def on_stand(
     def as_test(story: Story) -> Callable[[], None]:
         def test() -> None:
             async def run() -> None:
-                asyncio.get_running_loop().set_default_executor(_Inline())
+                asyncio.get_running_loop().set_default_executor(Inline())
                 async with build_stand(lines or {"arm": BODIES}, server) as stand:
                     await story(stand)
 

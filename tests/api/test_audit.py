@@ -7,7 +7,7 @@ import pytest
 
 from tests.api.access.guarded import Keys
 from tests.api.common.test_repeats import MOVES, client, relative
-from tests.api.stand import Stand, _Inline, on_stand
+from tests.api.stand import Inline, Stand, on_stand
 from tests.plants import in_virtual_time
 from tests.world import World
 
@@ -18,7 +18,7 @@ def world(tmp_path: Path) -> World:
 
 
 def with_threads_at_once() -> None:
-    asyncio.get_running_loop().set_default_executor(_Inline())
+    asyncio.get_running_loop().set_default_executor(Inline())
 
 
 @in_virtual_time

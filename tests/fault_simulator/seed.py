@@ -15,6 +15,7 @@ from random import Random
 from typing import Any, Final, NamedTuple
 from unittest.mock import patch
 
+from gateway.access.principal import EVERYBODY, asking
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event
 from gateway.core.lanes import QUEUE_LIMIT, STOPS
@@ -379,7 +380,8 @@ def run(seed: int, wanted: int = COMMANDS) -> Report:
     async def story() -> Report:
         return await Seed(seed, wanted).run()
 
-    return run_virtual(story())
+    with asking(EVERYBODY):
+        return run_virtual(story())
 
 
 if __name__ == "__main__":

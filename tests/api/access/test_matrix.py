@@ -127,6 +127,8 @@ GET       /scaras/{scara_id}/moves                       view     scara
 GET       /scaras/{scara_id}/moves/{move_id}             view     scara
 POST      /scaras/{scara_id}/stop                        stop     scara
 GET       /lines                                         view     any
+POST      /lines                                         admin    plant
+POST      /lines/{line_id}/bodies                        admin    line
 GET       /lines/{line_id}                               view     line
 POST      /lines/{line_id}/scans                         setup    line
 GET       /lines/{line_id}/scans/{scan_id}               view     line
@@ -177,9 +179,15 @@ GET       /events/stream                                 view     events
 WEBSOCKET /events                                        view     events
 GET       /commands                                      view     any
 GET       /metrics                                       view     plant
+GET       /leases                                        view     any
+POST      /leases                                        operate  any
+GET       /leases/{lease_id}                             view     any
+POST      /leases/{lease_id}/renew                       operate  any
+DELETE    /leases/{lease_id}                             operate  any
 POST      /tickets                                       view     any
 GET       /system/posture                                view     any
 GET       /system/identity                               view     any
+POST      /system/reload                                 admin    plant
 GET       /livez                                         open     any
 GET       /readyz                                        open     any
 GET       /version                                       open     any

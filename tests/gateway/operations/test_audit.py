@@ -16,7 +16,7 @@ from gateway.plant import Plant
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.speeds import GetMaximumSpeed, SetMaximumSpeed
 from simulator.rorze.world import EMS
-from tests.api.stand import _Inline
+from tests.api.stand import Inline
 from tests.plants import SET_UP_S, Wire, in_virtual_time, rig
 from tests.world import World
 
@@ -37,7 +37,7 @@ async def work(plant: Plant) -> None:
 
 
 def with_threads_at_once() -> None:
-    asyncio.get_running_loop().set_default_executor(_Inline())
+    asyncio.get_running_loop().set_default_executor(Inline())
 
 
 @in_virtual_time

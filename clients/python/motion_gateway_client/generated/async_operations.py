@@ -50,6 +50,9 @@ from motion_gateway_client.generated.types import (
     JogRequest,
     JogSession,
     Kinematics,
+    Lease,
+    LeaseList,
+    LeaseRequest,
     Length,
     LineInfo,
     LineList,
@@ -63,6 +66,8 @@ from motion_gateway_client.generated.types import (
     ModeChange,
     Move,
     MoveList,
+    NewBodies,
+    NewLine,
     OutputPulse,
     OutputState,
     OutputSwitch,
@@ -91,6 +96,8 @@ from motion_gateway_client.generated.types import (
     RawRequest,
     Readiness,
     RelativeMoveRequest,
+    Reloaded,
+    ReloadRequest,
     Resolution,
     ResolutionRequest,
     Restore,
@@ -141,6 +148,7 @@ from motion_gateway_client.generated.types import (
     StopRequest,
     StopResult,
     StoredPath,
+    Taken,
     Ticket,
     Trace,
     UnitInfo,
@@ -513,6 +521,13 @@ class AsyncOperations(Protocol):
     async def list_lines(self) -> LineList:
         """List all lines."""
         answer: LineList = await self.call("GET", filled("/lines"))
+        return answer
+
+    async def add_line(self, body: NewLine, /, *, idempotency_key: str | None = None) -> Reloaded:
+        """Write one more line into the configuration file, and serve it; the file keeps its comments."""
+        answer: Reloaded = await self.call(
+            "POST", filled("/lines"), body=body, idempotency_key=idempotency_key
+        )
         return answer
 
     async def get_line(self, line_id: str) -> LineInfo | RobotLineInfo:
@@ -1116,6 +1131,69 @@ class AsyncOperations(Protocol):
         answer: Restore = await self.call(
             "DELETE",
             filled("/robots/{robot_id}/restores/current", robot_id=robot_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def list_leases(self) -> LeaseList:
+        """List who has leased what; a key with a scope sees those within it."""
+        answer: LeaseList = await self.call("GET", filled("/leases"))
+        return answer
+
+    async def take_lease(self, body: LeaseRequest, /, *, idempotency_key: str | None = None) -> Taken:
+        """Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
+
+        Whoever has it sends its `token` as the header `Lease-Token` with each motion and each setting; several
+        tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
+        a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
+        JOG, a move without an end) is stopped.
+        """
+        answer: Taken = await self.call("POST", filled("/leases"), body=body, idempotency_key=idempotency_key)
+        return answer
+
+    async def get_lease(self, lease_id: str) -> Lease:
+        """Tell who has a lease, and for how long."""
+        answer: Lease = await self.call("GET", filled("/leases/{lease_id}", lease_id=lease_id))
+        return answer
+
+    async def end_lease(self, lease_id: str, *, idempotency_key: str | None = None) -> Lease:
+        """Give a lease back; an admin ends that of anybody."""
+        answer: Lease = await self.call(
+            "DELETE", filled("/leases/{lease_id}", lease_id=lease_id), idempotency_key=idempotency_key
+        )
+        return answer
+
+    async def renew_lease(self, lease_id: str, *, idempotency_key: str | None = None) -> Taken:
+        """Let a lease last for its whole time from now on; its token stands in the header Lease-Token."""
+        answer: Taken = await self.call(
+            "POST", filled("/leases/{lease_id}/renew", lease_id=lease_id), idempotency_key=idempotency_key
+        )
+        return answer
+
+    async def reload_configuration(
+        self, body: ReloadRequest | None = None, /, *, idempotency_key: str | None = None
+    ) -> Reloaded:
+        """Read the configuration file again, and serve the lines in it.
+
+        Lines that did not change go on undisturbed, and so do moves and events. One that did is closed and opened
+        anew, which is refused while something moves on it. `needs_restart` names what a restart alone changes.
+        """
+        answer: Reloaded = await self.call(
+            "POST", filled("/system/reload"), body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    async def add_bodies(
+        self, line_id: str, body: NewBodies, /, *, idempotency_key: str | None = None
+    ) -> Reloaded:
+        """Write bodies that a scan has found into the configuration file, and serve them.
+
+        Their line is opened anew, which is refused while something moves on it.
+        """
+        answer: Reloaded = await self.call(
+            "POST",
+            filled("/lines/{line_id}/bodies", line_id=line_id),
+            body=body,
             idempotency_key=idempotency_key,
         )
         return answer

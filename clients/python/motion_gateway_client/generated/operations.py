@@ -50,6 +50,9 @@ from motion_gateway_client.generated.types import (
     JogRequest,
     JogSession,
     Kinematics,
+    Lease,
+    LeaseList,
+    LeaseRequest,
     Length,
     LineInfo,
     LineList,
@@ -63,6 +66,8 @@ from motion_gateway_client.generated.types import (
     ModeChange,
     Move,
     MoveList,
+    NewBodies,
+    NewLine,
     OutputPulse,
     OutputState,
     OutputSwitch,
@@ -91,6 +96,8 @@ from motion_gateway_client.generated.types import (
     RawRequest,
     Readiness,
     RelativeMoveRequest,
+    Reloaded,
+    ReloadRequest,
     Resolution,
     ResolutionRequest,
     Restore,
@@ -141,6 +148,7 @@ from motion_gateway_client.generated.types import (
     StopRequest,
     StopResult,
     StoredPath,
+    Taken,
     Ticket,
     Trace,
     UnitInfo,
@@ -505,6 +513,11 @@ class Operations(Protocol):
     def list_lines(self) -> LineList:
         """List all lines."""
         answer: LineList = self.call("GET", filled("/lines"))
+        return answer
+
+    def add_line(self, body: NewLine, /, *, idempotency_key: str | None = None) -> Reloaded:
+        """Write one more line into the configuration file, and serve it; the file keeps its comments."""
+        answer: Reloaded = self.call("POST", filled("/lines"), body=body, idempotency_key=idempotency_key)
         return answer
 
     def get_line(self, line_id: str) -> LineInfo | RobotLineInfo:
@@ -1094,6 +1107,67 @@ class Operations(Protocol):
         answer: Restore = self.call(
             "DELETE",
             filled("/robots/{robot_id}/restores/current", robot_id=robot_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_leases(self) -> LeaseList:
+        """List who has leased what; a key with a scope sees those within it."""
+        answer: LeaseList = self.call("GET", filled("/leases"))
+        return answer
+
+    def take_lease(self, body: LeaseRequest, /, *, idempotency_key: str | None = None) -> Taken:
+        """Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
+
+        Whoever has it sends its `token` as the header `Lease-Token` with each motion and each setting; several
+        tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
+        a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
+        JOG, a move without an end) is stopped.
+        """
+        answer: Taken = self.call("POST", filled("/leases"), body=body, idempotency_key=idempotency_key)
+        return answer
+
+    def get_lease(self, lease_id: str) -> Lease:
+        """Tell who has a lease, and for how long."""
+        answer: Lease = self.call("GET", filled("/leases/{lease_id}", lease_id=lease_id))
+        return answer
+
+    def end_lease(self, lease_id: str, *, idempotency_key: str | None = None) -> Lease:
+        """Give a lease back; an admin ends that of anybody."""
+        answer: Lease = self.call(
+            "DELETE", filled("/leases/{lease_id}", lease_id=lease_id), idempotency_key=idempotency_key
+        )
+        return answer
+
+    def renew_lease(self, lease_id: str, *, idempotency_key: str | None = None) -> Taken:
+        """Let a lease last for its whole time from now on; its token stands in the header Lease-Token."""
+        answer: Taken = self.call(
+            "POST", filled("/leases/{lease_id}/renew", lease_id=lease_id), idempotency_key=idempotency_key
+        )
+        return answer
+
+    def reload_configuration(
+        self, body: ReloadRequest | None = None, /, *, idempotency_key: str | None = None
+    ) -> Reloaded:
+        """Read the configuration file again, and serve the lines in it.
+
+        Lines that did not change go on undisturbed, and so do moves and events. One that did is closed and opened
+        anew, which is refused while something moves on it. `needs_restart` names what a restart alone changes.
+        """
+        answer: Reloaded = self.call(
+            "POST", filled("/system/reload"), body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    def add_bodies(self, line_id: str, body: NewBodies, /, *, idempotency_key: str | None = None) -> Reloaded:
+        """Write bodies that a scan has found into the configuration file, and serve them.
+
+        Their line is opened anew, which is refused while something moves on it.
+        """
+        answer: Reloaded = self.call(
+            "POST",
+            filled("/lines/{line_id}/bodies", line_id=line_id),
+            body=body,
             idempotency_key=idempotency_key,
         )
         return answer

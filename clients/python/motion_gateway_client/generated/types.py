@@ -413,6 +413,86 @@ class BodyJogStoppingEvent(TypedDict):
     data: BodyJog
 
 
+class BodyLeaseBrokenEvent(TypedDict):
+    """Somebody else has ended a lease; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.lease.broken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class BodyLeaseExpiredEvent(TypedDict):
+    """A lease was not renewed in time; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.lease.expired"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class BodyLeaseReleasedEvent(TypedDict):
+    """Its holder has given a lease back; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.lease.released"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class BodyLeaseTakenEvent(TypedDict):
+    """Somebody has leased it: nobody else moves or sets it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.lease.taken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class BodyLeaseTakenOverEvent(TypedDict):
+    """An admin has leased it instead; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.lease.taken_over"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
 class BodyLeftMovingEvent(TypedDict):
     """The gateway ends, and it moves as far as is known; about `/bodies/{body_id}`."""
 
@@ -1399,6 +1479,15 @@ class ChangedSpeedSet(TypedDict):
     """What the change took, in order."""
 
 
+class Changes(TypedDict):
+    """What differs between the configuration that is served and another."""
+
+    lines: list[LineChange]
+    """All others go on undisturbed."""
+    needs_restart: list[str]
+    """Keys whose change takes a restart of the gateway."""
+
+
 class Channel(TypedDict):
     """Eight inputs or outputs."""
 
@@ -1718,9 +1807,16 @@ class EventList(TypedDict):
         | GatewayLoopHeldEvent
         | GatewayShuttingDownEvent
         | StreamGapEvent
+        | LineLeaseTakenEvent
+        | LineLeaseReleasedEvent
+        | LineLeaseExpiredEvent
+        | LineLeaseTakenOverEvent
+        | LineLeaseBrokenEvent
         | AlarmRaisedEvent
         | AlarmResetEvent
         | IoEvent
+        | GatewayReloadedEvent
+        | GatewayReloadFailedEvent
         | StreamSnapshotEvent
         | BodyMoveQueuedEvent
         | BodyMoveSentEvent
@@ -1732,6 +1828,11 @@ class EventList(TypedDict):
         | BodyMoveCancelledEvent
         | BodyMoveLostEvent
         | BodyMoveUnknownEvent
+        | BodyLeaseTakenEvent
+        | BodyLeaseReleasedEvent
+        | BodyLeaseExpiredEvent
+        | BodyLeaseTakenOverEvent
+        | BodyLeaseBrokenEvent
         | BodyStopRequestedEvent
         | BodyStopConfirmedEvent
         | BodyStopUnconfirmedEvent
@@ -1785,6 +1886,11 @@ class EventList(TypedDict):
         | LineRestoreDiffersEvent
         | LineRestoreFailedEvent
         | LineRestoreCancelledEvent
+        | GroupLeaseTakenEvent
+        | GroupLeaseReleasedEvent
+        | GroupLeaseExpiredEvent
+        | GroupLeaseTakenOverEvent
+        | GroupLeaseBrokenEvent
         | GroupStrangersEvent
         | LineStrictEvent
         | LineMessageEvent
@@ -1801,6 +1907,11 @@ class EventList(TypedDict):
         | RobotMoveCancelledEvent
         | RobotMoveLostEvent
         | RobotMoveUnknownEvent
+        | RobotLeaseTakenEvent
+        | RobotLeaseReleasedEvent
+        | RobotLeaseExpiredEvent
+        | RobotLeaseTakenOverEvent
+        | RobotLeaseBrokenEvent
         | RobotMoveOverdueEvent
         | RobotStopRequestedEvent
         | RobotStopConfirmedEvent
@@ -1962,6 +2073,38 @@ class GatewayLoopHeldEvent(TypedDict):
     data: LoopHeld
 
 
+class GatewayReloadFailedEvent(TypedDict):
+    """The file was not taken; nothing has changed; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.reload_failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ReloadFailed
+
+
+class GatewayReloadedEvent(TypedDict):
+    """The lines are served as the file has them now; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.reloaded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Changes
+
+
 class GatewayShuttingDownEvent(TypedDict):
     """Nothing begins any more; about `/gateway`."""
 
@@ -2012,6 +2155,86 @@ class GroupInfo(TypedDict):
     name: str
     members: list[str]
     """Addresses of the bodies, in the order of their replies."""
+
+
+class GroupLeaseBrokenEvent(TypedDict):
+    """Somebody else has ended a lease; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.lease.broken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class GroupLeaseExpiredEvent(TypedDict):
+    """A lease was not renewed in time; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.lease.expired"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class GroupLeaseReleasedEvent(TypedDict):
+    """Its holder has given a lease back; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.lease.released"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class GroupLeaseTakenEvent(TypedDict):
+    """Somebody has leased it: nobody else moves or sets it; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.lease.taken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class GroupLeaseTakenOverEvent(TypedDict):
+    """An admin has leased it instead; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.lease.taken_over"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
 
 
 class GroupList(TypedDict):
@@ -2246,6 +2469,40 @@ class LastHoming(TypedDict):
     in_unit: Scaled | None
 
 
+class Lease(TypedDict):
+    """Who moves a part of the plant now."""
+
+    lease: str
+    """Its id."""
+    scope: str
+    """What was leased: a line, a body, a group or a robot."""
+    covers: list[str]
+    """The bodies and robots it is for, or the line."""
+    holder: str
+    """The name of the key that took it."""
+    ttl_s: float
+    """For how long it lasts after each renewal."""
+    expires_in_s: float
+    """For how long it lasts now, unless it is renewed."""
+
+
+class LeaseList(TypedDict):
+    """All leases that last."""
+
+    leases: list[Lease]
+
+
+class LeaseRequest(TypedDict):
+    """What to lease, and for how long."""
+
+    scope: str
+    """The address of a line, a body, a group or a robot."""
+    ttl_s: NotRequired[float]
+    """In seconds; it ends then, unless it is renewed before. Left out: 10.0."""
+    take_over: NotRequired[bool]
+    """End the leases of others that are in the way; takes the right `admin`. Left out: false."""
+
+
 class LeftMoving(TypedDict):
     """What still moves, or is not seen to stand still, when the gateway ends."""
 
@@ -2261,6 +2518,15 @@ class Length(TypedDict):
     """Pulses are whole numbers, written without a point."""
     unit: Literal["pulse", "mm", "um", "deg", "mdeg"]
     """mm, um, deg and mdeg need the body's scale in the configuration."""
+
+
+class LineChange(TypedDict):
+    """What becomes of a line."""
+
+    line_id: str
+    change: Literal["added", "removed", "changed"]
+    keys: list[str]
+    """Which of its keys have changed: `bodies.40`, `reply_timeout_s`."""
 
 
 class LineDown(TypedDict):
@@ -2311,6 +2577,86 @@ class LineInfo(TypedDict):
     offline: list[str]
     """Bodies that do not answer."""
     groups: list[str]
+
+
+class LineLeaseBrokenEvent(TypedDict):
+    """Somebody else has ended a lease; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.lease.broken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class LineLeaseExpiredEvent(TypedDict):
+    """A lease was not renewed in time; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.lease.expired"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class LineLeaseReleasedEvent(TypedDict):
+    """Its holder has given a lease back; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.lease.released"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class LineLeaseTakenEvent(TypedDict):
+    """Somebody has leased it: nobody else moves or sets it; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.lease.taken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class LineLeaseTakenOverEvent(TypedDict):
+    """An admin has leased it instead; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.lease.taken_over"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
 
 
 class LineList(TypedDict):
@@ -2740,6 +3086,24 @@ class NamedPosition(TypedDict):
     value: float | None
     """The same in `unit`; null without a scale."""
     unit: str | None
+
+
+class NewBodies(TypedDict):
+    """Bodies to be served, too."""
+
+    dry_run: NotRequired[bool]
+    """Tell what would change, and change nothing. Left out: false."""
+    bodies: list[dict[str, JsonValue]]
+    """Tables `[[lines.bodies]]` of the configuration."""
+
+
+class NewLine(TypedDict):
+    """A line to be served, too."""
+
+    dry_run: NotRequired[bool]
+    """Tell what would change, and change nothing. Left out: false."""
+    line: dict[str, JsonValue]
+    """A table `[[lines]]` of the configuration, with its `bodies` or its `robot`."""
 
 
 class NextCall(TypedDict):
@@ -3182,6 +3546,30 @@ class RelativeMoveRequest(TypedDict):
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
 
 
+class ReloadFailed(TypedDict):
+    """Why the configuration is served as before."""
+
+    reason: str
+
+
+class ReloadRequest(TypedDict):
+    """How to read the configuration again."""
+
+    dry_run: NotRequired[bool]
+    """Tell what would change, and change nothing. Left out: false."""
+
+
+class Reloaded(TypedDict):
+    """What differed from what was served."""
+
+    lines: list[LineChange]
+    """All others go on undisturbed."""
+    needs_restart: list[str]
+    """Keys whose change takes a restart of the gateway."""
+    applied: bool
+    """Whether the lines are served so now; false after a dry run."""
+
+
 class Resolution(TypedDict):
     """What comes of motor and encoder."""
 
@@ -3488,6 +3876,86 @@ class RobotJogStoppingEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: JogSession
+
+
+class RobotLeaseBrokenEvent(TypedDict):
+    """Somebody else has ended a lease; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.lease.broken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class RobotLeaseExpiredEvent(TypedDict):
+    """A lease was not renewed in time; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.lease.expired"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class RobotLeaseReleasedEvent(TypedDict):
+    """Its holder has given a lease back; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.lease.released"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class RobotLeaseTakenEvent(TypedDict):
+    """Somebody has leased it: nobody else moves or sets it; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.lease.taken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class RobotLeaseTakenOverEvent(TypedDict):
+    """An admin has leased it instead; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.lease.taken_over"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
 
 
 class RobotLeftMovingEvent(TypedDict):
@@ -5102,6 +5570,25 @@ class Strictness(TypedDict):
     strict: bool
 
 
+class Taken(TypedDict):
+    """A lease as its holder sees it."""
+
+    lease: str
+    """Its id."""
+    scope: str
+    """What was leased: a line, a body, a group or a robot."""
+    covers: list[str]
+    """The bodies and robots it is for, or the line."""
+    holder: str
+    """The name of the key that took it."""
+    ttl_s: float
+    """For how long it lasts after each renewal."""
+    expires_in_s: float
+    """For how long it lasts now, unless it is renewed."""
+    token: int
+    """What the header Lease-Token of motions and settings shows."""
+
+
 class Ticket(TypedDict):
     """What opens one event stream."""
 
@@ -5349,9 +5836,16 @@ Event: TypeAlias = (
     | GatewayLoopHeldEvent
     | GatewayShuttingDownEvent
     | StreamGapEvent
+    | LineLeaseTakenEvent
+    | LineLeaseReleasedEvent
+    | LineLeaseExpiredEvent
+    | LineLeaseTakenOverEvent
+    | LineLeaseBrokenEvent
     | AlarmRaisedEvent
     | AlarmResetEvent
     | IoEvent
+    | GatewayReloadedEvent
+    | GatewayReloadFailedEvent
     | StreamSnapshotEvent
     | BodyMoveQueuedEvent
     | BodyMoveSentEvent
@@ -5363,6 +5857,11 @@ Event: TypeAlias = (
     | BodyMoveCancelledEvent
     | BodyMoveLostEvent
     | BodyMoveUnknownEvent
+    | BodyLeaseTakenEvent
+    | BodyLeaseReleasedEvent
+    | BodyLeaseExpiredEvent
+    | BodyLeaseTakenOverEvent
+    | BodyLeaseBrokenEvent
     | BodyStopRequestedEvent
     | BodyStopConfirmedEvent
     | BodyStopUnconfirmedEvent
@@ -5416,6 +5915,11 @@ Event: TypeAlias = (
     | LineRestoreDiffersEvent
     | LineRestoreFailedEvent
     | LineRestoreCancelledEvent
+    | GroupLeaseTakenEvent
+    | GroupLeaseReleasedEvent
+    | GroupLeaseExpiredEvent
+    | GroupLeaseTakenOverEvent
+    | GroupLeaseBrokenEvent
     | GroupStrangersEvent
     | LineStrictEvent
     | LineMessageEvent
@@ -5432,6 +5936,11 @@ Event: TypeAlias = (
     | RobotMoveCancelledEvent
     | RobotMoveLostEvent
     | RobotMoveUnknownEvent
+    | RobotLeaseTakenEvent
+    | RobotLeaseReleasedEvent
+    | RobotLeaseExpiredEvent
+    | RobotLeaseTakenOverEvent
+    | RobotLeaseBrokenEvent
     | RobotMoveOverdueEvent
     | RobotStopRequestedEvent
     | RobotStopConfirmedEvent

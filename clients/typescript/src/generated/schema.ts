@@ -544,7 +544,11 @@ export interface paths {
          */
         get: operations["listLines"];
         put?: never;
-        post?: never;
+        /**
+         * Add Line
+         * @description Write one more line into the configuration file, and serve it; the file keeps its comments.
+         */
+        post: operations["addLine"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1441,6 +1445,124 @@ export interface paths {
          * @description Write no more; what differs is still read and told, unless it is cancelled once more.
          */
         delete: operations["cancelRobotRestore"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/leases": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Leases
+         * @description List who has leased what; a key with a scope sees those within it.
+         */
+        get: operations["listLeases"];
+        put?: never;
+        /**
+         * Take Lease
+         * @description Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
+         *
+         *     Whoever has it sends its `token` as the header `Lease-Token` with each motion and each setting; several
+         *     tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
+         *     a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
+         *     JOG, a move without an end) is stopped.
+         */
+        post: operations["takeLease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/leases/{lease_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Lease
+         * @description Tell who has a lease, and for how long.
+         */
+        get: operations["getLease"];
+        put?: never;
+        post?: never;
+        /**
+         * End Lease
+         * @description Give a lease back; an admin ends that of anybody.
+         */
+        delete: operations["endLease"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/leases/{lease_id}/renew": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Renew Lease
+         * @description Let a lease last for its whole time from now on; its token stands in the header Lease-Token.
+         */
+        post: operations["renewLease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/reload": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reload Configuration
+         * @description Read the configuration file again, and serve the lines in it.
+         *
+         *     Lines that did not change go on undisturbed, and so do moves and events. One that did is closed and opened
+         *     anew, which is refused while something moves on it. `needs_restart` names what a restart alone changes.
+         */
+        post: operations["reloadConfiguration"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/bodies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Add Bodies
+         * @description Write bodies that a scan has found into the configuration file, and serve them.
+         *
+         *     Their line is opened anew, which is refused while something moves on it.
+         */
+        post: operations["addBodies"];
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -3564,6 +3686,226 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["BodyJog"];
+        };
+        /**
+         * BodyLeaseBrokenEvent
+         * @description Somebody else has ended a lease; about `/bodies/{body_id}`.
+         */
+        BodyLeaseBrokenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.lease.broken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * BodyLeaseExpiredEvent
+         * @description A lease was not renewed in time; about `/bodies/{body_id}`.
+         */
+        BodyLeaseExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.lease.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * BodyLeaseReleasedEvent
+         * @description Its holder has given a lease back; about `/bodies/{body_id}`.
+         */
+        BodyLeaseReleasedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.lease.released";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * BodyLeaseTakenEvent
+         * @description Somebody has leased it: nobody else moves or sets it; about `/bodies/{body_id}`.
+         */
+        BodyLeaseTakenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.lease.taken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * BodyLeaseTakenOverEvent
+         * @description An admin has leased it instead; about `/bodies/{body_id}`.
+         */
+        BodyLeaseTakenOverEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.lease.taken_over";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
         };
         /**
          * BodyLeftMovingEvent
@@ -6026,6 +6368,22 @@ export interface components {
             steps: components["schemas"]["ChangeStep"][];
         };
         /**
+         * Changes
+         * @description What differs between the configuration that is served and another.
+         */
+        Changes: {
+            /**
+             * Lines
+             * @description All others go on undisturbed.
+             */
+            lines: components["schemas"]["LineChange"][];
+            /**
+             * Needs Restart
+             * @description Keys whose change takes a restart of the gateway.
+             */
+            needs_restart: string[];
+        };
+        /**
          * Channel
          * @description Eight inputs or outputs.
          */
@@ -6689,7 +7047,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -7013,6 +7371,94 @@ export interface components {
             data: components["schemas"]["LoopHeld"];
         };
         /**
+         * GatewayReloadFailedEvent
+         * @description The file was not taken; nothing has changed; about `/gateway`.
+         */
+        GatewayReloadFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.reload_failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ReloadFailed"];
+        };
+        /**
+         * GatewayReloadedEvent
+         * @description The lines are served as the file has them now; about `/gateway`.
+         */
+        GatewayReloadedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.reloaded";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Changes"];
+        };
+        /**
          * GatewayShuttingDownEvent
          * @description Nothing begins any more; about `/gateway`.
          */
@@ -7127,6 +7573,226 @@ export interface components {
              * @description Addresses of the bodies, in the order of their replies.
              */
             members: string[];
+        };
+        /**
+         * GroupLeaseBrokenEvent
+         * @description Somebody else has ended a lease; about `/groups/{group_id}`.
+         */
+        GroupLeaseBrokenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "group.lease.broken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * GroupLeaseExpiredEvent
+         * @description A lease was not renewed in time; about `/groups/{group_id}`.
+         */
+        GroupLeaseExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "group.lease.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * GroupLeaseReleasedEvent
+         * @description Its holder has given a lease back; about `/groups/{group_id}`.
+         */
+        GroupLeaseReleasedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "group.lease.released";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * GroupLeaseTakenEvent
+         * @description Somebody has leased it: nobody else moves or sets it; about `/groups/{group_id}`.
+         */
+        GroupLeaseTakenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "group.lease.taken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * GroupLeaseTakenOverEvent
+         * @description An admin has leased it instead; about `/groups/{group_id}`.
+         */
+        GroupLeaseTakenOverEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "group.lease.taken_over";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
         };
         /**
          * GroupList
@@ -7582,6 +8248,75 @@ export interface components {
             in_unit: components["schemas"]["Scaled"] | null;
         };
         /**
+         * Lease
+         * @description Who moves a part of the plant now.
+         */
+        Lease: {
+            /**
+             * Lease
+             * @description Its id.
+             */
+            lease: string;
+            /**
+             * Scope
+             * @description What was leased: a line, a body, a group or a robot.
+             */
+            scope: string;
+            /**
+             * Covers
+             * @description The bodies and robots it is for, or the line.
+             */
+            covers: string[];
+            /**
+             * Holder
+             * @description The name of the key that took it.
+             */
+            holder: string;
+            /**
+             * Ttl S
+             * @description For how long it lasts after each renewal.
+             */
+            ttl_s: number;
+            /**
+             * Expires In S
+             * @description For how long it lasts now, unless it is renewed.
+             */
+            expires_in_s: number;
+        };
+        /**
+         * LeaseList
+         * @description All leases that last.
+         */
+        LeaseList: {
+            /** Leases */
+            leases: components["schemas"]["Lease"][];
+        };
+        /**
+         * LeaseRequest
+         * @description What to lease, and for how long.
+         * @example {
+         *       "scope": "line1.3F",
+         *       "ttl_s": 10
+         *     }
+         */
+        LeaseRequest: {
+            /**
+             * Scope
+             * @description The address of a line, a body, a group or a robot.
+             */
+            scope: string;
+            /**
+             * Ttl S
+             * @description In seconds; it ends then, unless it is renewed before. Left out: 10.0.
+             */
+            ttl_s?: number;
+            /**
+             * Take Over
+             * @description End the leases of others that are in the way; takes the right `admin`. Left out: false.
+             */
+            take_over?: boolean;
+        };
+        /**
          * LeftMoving
          * @description What still moves, or is not seen to stand still, when the gateway ends.
          */
@@ -7614,6 +8349,24 @@ export interface components {
              * @enum {string}
              */
             unit: "pulse" | "mm" | "um" | "deg" | "mdeg";
+        };
+        /**
+         * LineChange
+         * @description What becomes of a line.
+         */
+        LineChange: {
+            /** Line Id */
+            line_id: string;
+            /**
+             * Change
+             * @enum {string}
+             */
+            change: "added" | "removed" | "changed";
+            /**
+             * Keys
+             * @description Which of its keys have changed: `bodies.40`, `reply_timeout_s`.
+             */
+            keys: string[];
         };
         /**
          * LineDown
@@ -7736,6 +8489,226 @@ export interface components {
             offline: string[];
             /** Groups */
             groups: string[];
+        };
+        /**
+         * LineLeaseBrokenEvent
+         * @description Somebody else has ended a lease; about `/lines/{line_id}`.
+         */
+        LineLeaseBrokenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.lease.broken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * LineLeaseExpiredEvent
+         * @description A lease was not renewed in time; about `/lines/{line_id}`.
+         */
+        LineLeaseExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.lease.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * LineLeaseReleasedEvent
+         * @description Its holder has given a lease back; about `/lines/{line_id}`.
+         */
+        LineLeaseReleasedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.lease.released";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * LineLeaseTakenEvent
+         * @description Somebody has leased it: nobody else moves or sets it; about `/lines/{line_id}`.
+         */
+        LineLeaseTakenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.lease.taken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * LineLeaseTakenOverEvent
+         * @description An admin has leased it instead; about `/lines/{line_id}`.
+         */
+        LineLeaseTakenOverEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.lease.taken_over";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
         };
         /**
          * LineList
@@ -8731,6 +9704,63 @@ export interface components {
             unit: string | null;
         };
         /**
+         * NewBodies
+         * @description Bodies to be served, too.
+         * @example {
+         *       "bodies": [
+         *         {
+         *           "id": "40",
+         *           "name": "grip"
+         *         }
+         *       ],
+         *       "dry_run": true
+         *     }
+         */
+        NewBodies: {
+            /**
+             * Dry Run
+             * @description Tell what would change, and change nothing. Left out: false.
+             */
+            dry_run?: boolean;
+            /**
+             * Bodies
+             * @description Tables `[[lines.bodies]]` of the configuration.
+             */
+            bodies: {
+                [key: string]: components["schemas"]["JsonValue"];
+            }[];
+        };
+        /**
+         * NewLine
+         * @description A line to be served, too.
+         * @example {
+         *       "dry_run": true,
+         *       "line": {
+         *         "address": "tcp://192.0.2.7:4001",
+         *         "bodies": [
+         *           {
+         *             "id": "40"
+         *           }
+         *         ],
+         *         "id": "line2"
+         *       }
+         *     }
+         */
+        NewLine: {
+            /**
+             * Dry Run
+             * @description Tell what would change, and change nothing. Left out: false.
+             */
+            dry_run?: boolean;
+            /**
+             * Line
+             * @description A table `[[lines]]` of the configuration, with its `bodies` or its `robot`.
+             */
+            line: {
+                [key: string]: components["schemas"]["JsonValue"];
+            };
+        };
+        /**
          * NextCall
          * @description A request to this gateway that helps.
          */
@@ -9699,6 +10729,49 @@ export interface components {
             pattern?: number | null;
         };
         /**
+         * ReloadFailed
+         * @description Why the configuration is served as before.
+         */
+        ReloadFailed: {
+            /** Reason */
+            reason: string;
+        };
+        /**
+         * ReloadRequest
+         * @description How to read the configuration again.
+         * @example {
+         *       "dry_run": true
+         *     }
+         */
+        ReloadRequest: {
+            /**
+             * Dry Run
+             * @description Tell what would change, and change nothing. Left out: false.
+             */
+            dry_run?: boolean;
+        };
+        /**
+         * Reloaded
+         * @description What differed from what was served.
+         */
+        Reloaded: {
+            /**
+             * Lines
+             * @description All others go on undisturbed.
+             */
+            lines: components["schemas"]["LineChange"][];
+            /**
+             * Needs Restart
+             * @description Keys whose change takes a restart of the gateway.
+             */
+            needs_restart: string[];
+            /**
+             * Applied
+             * @description Whether the lines are served so now; false after a dry run.
+             */
+            applied: boolean;
+        };
+        /**
          * Resolution
          * @description What comes of motor and encoder.
          */
@@ -10477,6 +11550,226 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["JogSession"];
+        };
+        /**
+         * RobotLeaseBrokenEvent
+         * @description Somebody else has ended a lease; about `/robots/{robot_id}`.
+         */
+        RobotLeaseBrokenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.lease.broken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * RobotLeaseExpiredEvent
+         * @description A lease was not renewed in time; about `/robots/{robot_id}`.
+         */
+        RobotLeaseExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.lease.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * RobotLeaseReleasedEvent
+         * @description Its holder has given a lease back; about `/robots/{robot_id}`.
+         */
+        RobotLeaseReleasedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.lease.released";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * RobotLeaseTakenEvent
+         * @description Somebody has leased it: nobody else moves or sets it; about `/robots/{robot_id}`.
+         */
+        RobotLeaseTakenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.lease.taken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * RobotLeaseTakenOverEvent
+         * @description An admin has leased it instead; about `/robots/{robot_id}`.
+         */
+        RobotLeaseTakenOverEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.lease.taken_over";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
         };
         /**
          * RobotLeftMovingEvent
@@ -14425,6 +15718,47 @@ export interface components {
             strict: boolean;
         };
         /**
+         * Taken
+         * @description A lease as its holder sees it.
+         */
+        Taken: {
+            /**
+             * Lease
+             * @description Its id.
+             */
+            lease: string;
+            /**
+             * Scope
+             * @description What was leased: a line, a body, a group or a robot.
+             */
+            scope: string;
+            /**
+             * Covers
+             * @description The bodies and robots it is for, or the line.
+             */
+            covers: string[];
+            /**
+             * Holder
+             * @description The name of the key that took it.
+             */
+            holder: string;
+            /**
+             * Ttl S
+             * @description For how long it lasts after each renewal.
+             */
+            ttl_s: number;
+            /**
+             * Expires In S
+             * @description For how long it lasts now, unless it is renewed.
+             */
+            expires_in_s: number;
+            /**
+             * Token
+             * @description What the header Lease-Token of motions and settings shows.
+             */
+            token: number;
+        };
+        /**
          * Ticket
          * @description What opens one event stream.
          */
@@ -16125,6 +17459,51 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["LineList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    addLine: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewLine"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reloaded"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -18471,6 +19850,311 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listLeases: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    takeLease: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Taken"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The id of a lease. */
+                lease_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Lease"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endLease: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The id of a lease. */
+                lease_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Lease"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    renewLease: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The id of a lease. */
+                lease_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Taken"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    reloadConfiguration: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["ReloadRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reloaded"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    addBodies: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The line's id. */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewBodies"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reloaded"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
