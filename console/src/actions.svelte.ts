@@ -9,6 +9,7 @@ import {
   type Robot,
   patient,
 } from "./gateway.ts";
+import { leases } from "./leases.svelte.ts";
 import { plant } from "./plant.svelte.ts";
 import { named, words } from "./words/index.svelte.ts";
 
@@ -76,6 +77,8 @@ export function obstacle(right: Right, target?: Body | Robot): string | undefine
   if (identity && !identity.rights.includes(right))
     return why.role(named(connection.role, identity.role), named(rights, right));
   if (!target) return undefined;
+  const lease = right === "stop" || right === "view" ? undefined : leases.of(target);
+  if (lease && !leases.isMine(lease)) return why.leased(lease.holder);
   const line = plant.line(target.line_id);
   if (line?.down_reason) return why.line(line.line_id, line.down_reason);
   return target.online ? undefined : why.offline(nameOf(target));

@@ -23,8 +23,12 @@ const TIMEOUT_S = 5;
 /** A backup of a full line takes minutes. */
 const LONGEST_S = 1800;
 
+/** What is sent along with everything that is more than a reading. */
+export const sent = new Headers();
+
 function speaking(request: Request): Request {
   request.headers.set("Accept-Language", language.now);
+  if (request.method !== "GET") sent.forEach((value, name) => request.headers.set(name, value));
   return request;
 }
 

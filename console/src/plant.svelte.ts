@@ -12,6 +12,7 @@ import {
   type Schemas,
   gateway,
 } from "./gateway.ts";
+import { leases } from "./leases.svelte.ts";
 import { Live } from "./live.ts";
 
 /** How often what is known is read again where nothing happens. */
@@ -56,6 +57,7 @@ class Plant {
   readonly fresh = $derived(this.streaming && this.now - this.heardAt < STALE_MS);
 
   start(): void {
+    leases.start();
     setInterval(() => (this.now = Date.now()), 500);
     setInterval(() => this.readSoon(), PERIOD_MS);
     void this.read();
@@ -126,6 +128,7 @@ class Plant {
     this.groups = groups.data?.groups ?? [];
     this.robots = robots.data?.robots ?? [];
     this.alarms = await optional(async () => (await http.GET("/alarms", { params: { query: { standing: true } } })).data?.alarms);
+    await optional(() => leases.read());
     this.now = this.heardAt = Date.now();
     await this.#readMoves();
     if (!this.#knowsEnds) await this.#readEnds();

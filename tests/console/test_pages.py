@@ -374,6 +374,30 @@ def test_who_signs_out_cannot_go_on(guarded: Guarded, open_console: Open) -> Non
     expect(console.page.get_by_role("link", name="Sign in")).to_be_visible()
 
 
+def test_two_users_have_one_lease(guarded: Guarded, open_console: Open) -> None:
+    taro, jiro = (open_console(guarded.url, key=guarded.key(name, "operator")) for name in ("taro", "jiro"))
+    for console in (taro, jiro):
+        console.go("#/axis/line1.3F")
+    taro.button("Take control").click()
+    taro.shows("You have control.")
+    jiro.shows("taro has control.")
+    jiro.shows("taro has leased it: only they may move it.")
+    taro.button("Step +100 pulse").click()
+    expect(jiro.page.locator(".big b")).to_have_text("100")
+    jiro.page.keyboard.press("Escape")
+    jiro.shows("Everything stands still")
+    taro.button("Give back control").click()
+    jiro.button("Take control").click()
+    jiro.shows("You have control.")
+
+
+def test_what_a_reload_would_change_can_be_asked(guarded: Guarded, open_console: Open) -> None:
+    console = open_console(guarded.url, key=guarded.key("chief", "admin"))
+    console.go("#/system")
+    console.button("What would change").click()
+    console.shows("Nothing has changed.")
+
+
 def test_it_can_be_looked_up_who_did_what(plant: Plant, open_console: Open) -> None:
     move = plant.gateway.moving("01", 50)
     plant.gateway.ended("01", move["id"])

@@ -83,6 +83,14 @@ export const en = {
     noRoute: "This gateway does not have that.",
     running: "Its program runs.",
     unchanged: "Nothing is changed.",
+    leased: (holder: string) => `${holder} has leased it: only they may move it.`,
+  },
+
+  lease: {
+    take: "Take control",
+    giveBack: "Give back control",
+    mine: "You have control.",
+    of: (holder: string) => `${holder} has control.`,
   },
 
   rights: { view: "view", stop: "stop", operate: "operate", setup: "set up", admin: "administer" } as Record<
@@ -546,6 +554,13 @@ export const en = {
     meaning: "Meaning",
     value: "Value",
     lines: "Lines",
+    configuration: "Configuration",
+    wouldChange: "What would change",
+    reload: "Read it again",
+    applied: "It was read, and is in force.",
+    notApplied: "These would change:",
+    noChange: "Nothing has changed.",
+    needsRestart: (key: string) => `${key} changes with a restart only.`,
     documents: "Documents",
     docs: "The interface, with a form for each route",
     metrics: "Figures for Prometheus",

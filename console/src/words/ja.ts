@@ -86,6 +86,14 @@ export const ja: typeof en = {
     noRoute: "このゲートウェイにはありません。",
     running: "プログラムが実行中です。",
     unchanged: "変更はありません。",
+    leased: (holder) => `${holder} が操作権を持っています。動かせるのはその人だけです。`,
+  },
+
+  lease: {
+    take: "操作権を取る",
+    giveBack: "操作権を返す",
+    mine: "操作権を持っています。",
+    of: (holder) => `${holder} が操作権を持っています。`,
   },
 
   rights: { view: "閲覧", stop: "停止", operate: "操作", setup: "設定", admin: "管理" },
@@ -547,6 +555,13 @@ export const ja: typeof en = {
     meaning: "意味",
     value: "値",
     lines: "ライン",
+    configuration: "設定ファイル",
+    wouldChange: "変わる内容",
+    reload: "再読み込み",
+    applied: "読み込み、有効になりました。",
+    notApplied: "次の項目が変わります:",
+    noChange: "変更はありません。",
+    needsRestart: (key) => `${key} の変更には再起動が必要です。`,
     documents: "文書",
     docs: "インタフェースの一覧と試用",
     metrics: "Prometheus 用の数値",
