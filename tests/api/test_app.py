@@ -21,12 +21,6 @@ async def test_what_is_not_there_is_a_problem_too(stand: Stand) -> None:
 
 
 @on_stand()
-async def test_whoever_knows_the_address_alone_is_led_to_the_documentation(stand: Stand) -> None:
-    answer = await stand.get("/")
-    assert (answer.status_code, answer.headers["location"]) == (307, "/docs")
-
-
-@on_stand()
 async def test_a_fault_of_the_gateway_is_a_problem_that_does_not_pretend(stand: Stand) -> None:
     def broken(_: str) -> object:
         raise ZeroDivisionError

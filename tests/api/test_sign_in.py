@@ -82,8 +82,8 @@ async def test_forms_of_other_pages_and_other_types_sign_nobody_in(stand: Stand,
 def test_no_link_leads_away(place: str) -> None:
     @guarded()
     async def story(stand: Stand, keys: Keys) -> None:
-        assert (await sign_in(stand, keys.of("viewer"), place))[1] == "/docs"
-        assert 'value="/docs"' in (await stand.get(f"/sign-in?next={place}")).text
+        assert (await sign_in(stand, keys.of("viewer"), place))[1] == "/"
+        assert 'value="/"' in (await stand.get(f"/sign-in?next={place}")).text
 
     story()
 

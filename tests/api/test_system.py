@@ -1,4 +1,4 @@
-"""How open the gateway is, and tickets."""
+"""How open the gateway is, who asks, and tickets."""
 
 from tests.api.access.guarded import Keys, guarded
 from tests.api.stand import HOST, Stand, on_stand, socket
@@ -31,3 +31,21 @@ async def test_an_open_gateway_says_so_and_takes_tickets_too(stand: Stand) -> No
         assert (await client.message())["type"] == "websocket.accept"
         await stand.post("/stop")
         assert (await client.event())["type"]
+
+
+@guarded()
+async def test_whoever_asks_is_told_who_they_are(stand: Stand, keys: Keys) -> None:
+    told = (await stand.get("/system/identity", **keys.header("operator", "arm"))).json()
+    assert told == {
+        "name": "operator-arm",
+        "role": "operator",
+        "rights": ["open", "view", "stop", "operate"],
+        "scope": ["arm"],
+    }
+    assert (await stand.get("/system/identity")).status_code == 401
+
+
+@on_stand()
+async def test_where_no_key_is_needed_everybody_may_do_everything(stand: Stand) -> None:
+    told = (await stand.get("/system/identity")).json()
+    assert (told["name"], told["role"], told["scope"]) == ("everybody", "admin", None)

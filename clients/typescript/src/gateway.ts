@@ -6,6 +6,8 @@ import { GatewayError, MoveNotOver, MoveNotSucceeded, NoAnswer, Refused } from "
 import type { paths } from "./generated/schema.ts";
 import { EventReader } from "./server_sent.ts";
 import type {
+  BodyJog,
+  BodyJogRequest,
   Event,
   JogRequest,
   JogSession,
@@ -93,6 +95,13 @@ export class Gateway {
     return this.#post(`${pathOf(address)}/commands/${name}`, parameters);
   }
 
+  /** Make a call that an alarm, or an error, names as what helps. */
+  async call({ method, path, body }: { method: string; path: string; body?: unknown }): Promise<unknown> {
+    const headers = { ...this.#headers, "Content-Type": "application/json" };
+    const content = body === undefined || body === null ? {} : { body: JSON.stringify(body) };
+    return (await this.#ask(new Request(this.#url + path, { method, headers, ...content }))).json();
+  }
+
   /** Start a move of a body. */
   async startMove(bodyId: string, move: MoveRequest, options: StartOptions = {}): Promise<Move> {
     if (move.validate_only) throw new TypeError(ONLY_PLANNED);
@@ -154,13 +163,17 @@ export class Gateway {
   }
 
   /**
-   * Jog a robot's axis while `during` runs, with the heartbeats that keep it moving.
+   * Jog a body, or an axis of a robot, while `during` runs, with the heartbeats that keep it moving.
    *
-   * The axis stops when `during` ends, and within half a second when the program or its connection dies.
+   * It stops when `during` ends, and within half a second when the program or its connection dies.
    */
-  async jog<T>(robotId: string, jog: JogRequest, during: (session: JogSession) => Promise<T>): Promise<T> {
-    const path = `${pathOf(robotId)}/jogs`;
-    const session = (await this.#post(path, jog)) as JogSession;
+  async jog<T>(
+    address: string,
+    jog: JogRequest | BodyJogRequest,
+    during: (session: JogSession | BodyJog) => Promise<T>,
+  ): Promise<T> {
+    const path = `${pathOf(address)}/jogs`;
+    const session = (await this.#post(path, jog)) as JogSession | BodyJog;
     const here = `${path}/${session.id}`;
     let refusal: unknown;
     const beat = (): void => {
@@ -174,7 +187,7 @@ export class Gateway {
       result = await during(session);
     } finally {
       clearInterval(beating);
-      await this.#endJog(here, robotId);
+      await this.#endJog(here, address);
     }
     if (refusal) throw refusal;
     return result;
@@ -256,23 +269,21 @@ export class Gateway {
     }
   }
 
-  async #endJog(path: string, robotId: string): Promise<void> {
+  async #endJog(path: string, address: string): Promise<void> {
     for (const seconds of PAUSES_S) {
       try {
-        const { state } = (await this.#post(`${path}/stop`)) as JogSession;
+        const { state } = (await this.#post(`${path}/stop`)) as JogSession | BodyJog;
         if (state !== "jogging" && state !== "stopping") return;
       } catch (error) {
         if (!(error instanceof NoAnswer)) throw error;
       }
       await pause(seconds);
     }
-    await this.stop(robotId);
+    await this.stop(address);
   }
 
   async #post(path: string, body?: unknown): Promise<unknown> {
-    const content = body === undefined ? {} : { body: JSON.stringify(body) };
-    const headers = { ...this.#headers, "Content-Type": "application/json" };
-    return (await this.#ask(new Request(this.#url + path, { method: "POST", headers, ...content }))).json();
+    return this.call({ method: "POST", path, body });
   }
 
   /** Ask with patience: for as long as was asked to wait, and the usual time on top. */

@@ -4,6 +4,8 @@ import type { components } from "./generated/schema.ts";
 
 export type Schemas = components["schemas"];
 
+export type BodyJog = Schemas["BodyJog"];
+export type BodyJogRequest = Schemas["BodyJogRequest"];
 export type Event = Schemas["EventList"]["events"][number];
 export type JogRequest = Schemas["JogRequest"];
 export type JogSession = Schemas["JogSession"];
@@ -12,6 +14,7 @@ export type MoveRequest =
   | Schemas["RelativeMoveRequest"]
   | Schemas["AbsoluteMoveRequest"]
   | Schemas["HomeRequest"]
+  | Schemas["PositionMoveRequest"]
   | Schemas["ContinuousMoveRequest"];
 export type PlannedMove = Schemas["PlannedMove"];
 export type Problem = Schemas["Problem"];

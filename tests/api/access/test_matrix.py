@@ -186,6 +186,7 @@ POST      /leases/{lease_id}/renew                       operate  any
 DELETE    /leases/{lease_id}                             operate  any
 POST      /tickets                                       view     any
 GET       /system/posture                                view     any
+GET       /system/identity                               view     any
 POST      /system/reload                                 admin    plant
 GET       /livez                                         open     any
 GET       /readyz                                        open     any
@@ -194,6 +195,7 @@ GET       /sign-in                                       open     any
 POST      /sign-in                                       open     any
 POST      /sign-out                                      view     any
 GET       /                                              view     any
+GET       /assets/{name}                                 view     any
 GET       /docs                                          view     any
 GET       /redoc                                         view     any
 GET       /openapi.json                                  view     any

@@ -72,7 +72,7 @@ async def test_everything_works_at_a_sub_path(stand: Stand, keys: Keys) -> None:
         assert "/motion/static-offline-docs/swagger-ui-bundle.js" in page
         assert (await client.get("/static-offline-docs/swagger-ui.css")).status_code == 200
         assert (await client.get("/openapi.json")).json()["servers"] == [{"url": "/motion"}]
-        assert (await client.get("/")).headers["location"] == "/motion/docs"
+        assert 'src="./assets/' in (await client.get("/")).text
         move = {"kind": "relative", "direction": "cw", "distance": {"value": 5, "unit": "pulse"}}
         moved = await client.post("/bodies/arm.3F/moves", json=move)
         if moved.status_code == 202:

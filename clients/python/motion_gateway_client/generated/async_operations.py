@@ -46,6 +46,7 @@ from motion_gateway_client.generated.types import (
     HomeRequest,
     Homing,
     HomingChange,
+    Identity,
     JogRequest,
     JogSession,
     Kinematics,
@@ -638,6 +639,11 @@ class AsyncOperations(Protocol):
     async def issue_ticket(self, *, idempotency_key: str | None = None) -> Ticket:
         """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
         answer: Ticket = await self.call("POST", filled("/tickets"), idempotency_key=idempotency_key)
+        return answer
+
+    async def get_identity(self) -> Identity:
+        """Tell who asks, with which role and rights, and for what."""
+        answer: Identity = await self.call("GET", filled("/system/identity"))
         return answer
 
     async def get_posture(self) -> Posture:

@@ -46,6 +46,7 @@ from motion_gateway_client.generated.types import (
     HomeRequest,
     Homing,
     HomingChange,
+    Identity,
     JogRequest,
     JogSession,
     Kinematics,
@@ -628,6 +629,11 @@ class Operations(Protocol):
     def issue_ticket(self, *, idempotency_key: str | None = None) -> Ticket:
         """Give a ticket for one event stream, for browsers, whose WebSockets and EventSources send no key."""
         answer: Ticket = self.call("POST", filled("/tickets"), idempotency_key=idempotency_key)
+        return answer
+
+    def get_identity(self) -> Identity:
+        """Tell who asks, with which role and rights, and for what."""
+        answer: Identity = self.call("GET", filled("/system/identity"))
         return answer
 
     def get_posture(self) -> Posture:

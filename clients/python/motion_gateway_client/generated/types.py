@@ -2347,6 +2347,17 @@ class HomingSettings(TypedDict):
     falling_percent: NotRequired[int | None]
 
 
+class Identity(TypedDict):
+    """Who asks, and what they may do."""
+
+    name: str
+    """The name of the key, or of the person; `everybody` where no key is needed."""
+    role: Role
+    rights: list[Right]
+    scope: list[str] | None
+    """The lines, bodies, groups and robots that the key is for; null means all."""
+
+
 class InFlash(TypedDict):
     """The parameters in flash memory."""
 
@@ -5804,6 +5815,12 @@ MoveStatus: TypeAlias = Literal[
 
 
 Retry: TypeAlias = Literal["read", "setting", "conditional", "never", "stop"]
+
+
+Right: TypeAlias = Literal["open", "view", "stop", "operate", "setup", "admin"]
+
+
+Role: TypeAlias = Literal["viewer", "operator", "setup", "admin"]
 
 
 WhenAnswered: TypeAlias = Literal["always", "on_completion", "at_once"]

@@ -780,6 +780,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/system/identity": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Identity
+         * @description Tell who asks, with which role and rights, and for what.
+         */
+        get: operations["getIdentity"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/system/posture": {
         parameters: {
             query?: never;
@@ -7991,6 +8011,25 @@ export interface components {
             falling_percent?: number | null;
         };
         /**
+         * Identity
+         * @description Who asks, and what they may do.
+         */
+        Identity: {
+            /**
+             * Name
+             * @description The name of the key, or of the person; `everybody` where no key is needed.
+             */
+            name: string;
+            role: components["schemas"]["Role"];
+            /** Rights */
+            rights: components["schemas"]["Right"][];
+            /**
+             * Scope
+             * @description The lines, bodies, groups and robots that the key is for; null means all.
+             */
+            scope: string[] | null;
+        };
+        /**
          * InFlash
          * @description The parameters in flash memory.
          */
@@ -10929,6 +10968,12 @@ export interface components {
          */
         Retry: "read" | "setting" | "conditional" | "never" | "stop";
         /**
+         * Right
+         * @description What somebody may do. Nobody has one because of having another.
+         * @enum {string}
+         */
+        Right: "open" | "view" | "stop" | "operate" | "setup" | "admin";
+        /**
          * RobotAbsoluteMoveRequest
          * @description Move axes to a position (C-HOST manual 2-6, 4-3).
          * @example {
@@ -13578,6 +13623,12 @@ export interface components {
             correlationid?: string | null;
             data: components["schemas"]["Unreadable"];
         };
+        /**
+         * Role
+         * @description What somebody is to the plant; each role has the rights of those before it.
+         * @enum {string}
+         */
+        Role: "viewer" | "operator" | "setup" | "admin";
         /**
          * RunRequest
          * @description Where a program begins: at a label or an address, else at its first instruction.
@@ -17919,6 +17970,44 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Ticket"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getIdentity: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Identity"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */

@@ -1,0 +1,110 @@
+/** Doing something, telling what came of it, and saying why something cannot be done. */
+
+import {
+  type AnyMove,
+  type Body,
+  type Deed,
+  GatewayError,
+  type Right,
+  type Robot,
+  patient,
+} from "./gateway.ts";
+import { leases } from "./leases.svelte.ts";
+import { plant } from "./plant.svelte.ts";
+import { named, words } from "./words/index.svelte.ts";
+
+const SHOWN_MS = 6000;
+
+export interface Notice {
+  id: number;
+  good: boolean;
+  text: string;
+  detail: string;
+  request: string | null;
+}
+
+class Notices {
+  list = $state.raw<Notice[]>([]);
+  #last = 0;
+
+  /** Bad news stays until somebody has taken note. */
+  add(good: boolean, text: string, detail = "", request: string | null = null): void {
+    const id = ++this.#last;
+    this.list = [{ id, good, text, detail, request }, ...this.list].slice(0, 5);
+    if (good) setTimeout(() => this.drop(id), SHOWN_MS);
+  }
+
+  drop(id: number): void {
+    this.list = this.list.filter((notice) => notice.id !== id);
+  }
+}
+
+export const notices = new Notices();
+
+/** Do it, and tell what came of it. */
+export async function perform(what: string, deed: Deed): Promise<unknown> {
+  const { notices: said } = words();
+  try {
+    const done = await deed(patient);
+    notices.add(true, isUnderWay(done) ? said.started(what) : said.done(what));
+    return done;
+  } catch (error) {
+    tellFailure(what, error);
+    return undefined;
+  } finally {
+    plant.readSoon();
+  }
+}
+
+export function tellFailure(what: string, error: unknown): void {
+  if (!(error instanceof GatewayError)) throw error;
+  const { notices: said } = words();
+  const moved = named(said.moved, error.moved);
+  notices.add(false, said.failed(what), `${error.detail} ${moved} ${error.remedy}`.trim(), error.requestId);
+}
+
+function isUnderWay(done: unknown): boolean {
+  const { data = done } = (done ?? {}) as { data?: unknown };
+  const status = (data as Partial<AnyMove> | undefined)?.status;
+  return status !== undefined && ["queued", "sent", "moving", "running"].includes(status);
+}
+
+/** Why nobody may do this now; undefined where they may. */
+export function obstacle(right: Right, target?: Body | Robot): string | undefined {
+  const { why, rights, connection } = words();
+  const { identity } = plant;
+  if (!plant.fresh) return why.disconnected;
+  if (identity && !identity.rights.includes(right))
+    return why.role(named(connection.role, identity.role), named(rights, right));
+  if (!target) return undefined;
+  const lease = right === "stop" || right === "view" ? undefined : leases.of(target);
+  if (lease && !leases.isMine(lease)) return why.leased(lease.holder);
+  const line = plant.line(target.line_id);
+  if (line?.down_reason) return why.line(line.line_id, line.down_reason);
+  return target.online ? undefined : why.offline(nameOf(target));
+}
+
+/** Why it cannot be set in motion now. */
+export function obstacleToMove(target: Body | Robot, toPlace = false): string | undefined {
+  const { why } = words();
+  const first = obstacle("operate", target);
+  if (first) return first;
+  if (target.moving) return why.moving;
+  if (target.moving === null) return why.unknownState;
+  if ("error" in target && target.error) return why.error;
+  return toPlace && target.power_cycled ? why.powerCycled : undefined;
+}
+
+export function nameOf(target: Body | Robot): string {
+  const id = "body_id" in target ? target.body_id : target.robot_id;
+  return target.name ? `${target.name} (${id})` : id;
+}
+
+export async function copy(text: string): Promise<void> {
+  try {
+    await navigator.clipboard.writeText(text);
+    notices.add(true, words().copied, text);
+  } catch {
+    notices.add(false, words().notCopied, text);
+  }
+}

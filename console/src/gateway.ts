@@ -1,0 +1,72 @@
+/** The gateway that has served this page, in the language of the page. */
+
+import { Gateway } from "../../clients/typescript/src/gateway.ts";
+import type { Schemas } from "../../clients/typescript/src/types.ts";
+import { language } from "./words/index.svelte.ts";
+
+export { GatewayError, NoAnswer, Refused } from "../../clients/typescript/src/errors.ts";
+export type * from "../../clients/typescript/src/types.ts";
+
+export type Body = Schemas["BodyInfo"];
+export type Group = Schemas["GroupInfo"];
+export type Identity = Schemas["Identity"];
+export type Line = Schemas["LineInfo"] | Schemas["RobotLineInfo"];
+export type Robot = Schemas["RobotInfo"];
+export type Unit = Schemas["UnitInfo"];
+export type AnyMove = Schemas["Move"] | Schemas["RobotMove"];
+export type Right = Identity["rights"][number];
+
+/** Where the gateway is, behind a proxy at a sub-path too; without a slash at its end. */
+export const address = new URL(".", location.href).href.slice(0, -1);
+
+const TIMEOUT_S = 5;
+/** A backup of a full line takes minutes. */
+const LONGEST_S = 1800;
+
+/** What is sent along with everything that is more than a reading. */
+export const sent = new Headers();
+
+function speaking(request: Request): Request {
+  request.headers.set("Accept-Language", language.now);
+  if (request.method !== "GET") sent.forEach((value, name) => request.headers.set(name, value));
+  return request;
+}
+
+function gatewayWithin(timeout: number): Gateway {
+  return new Gateway({ url: address, key: "", timeout, fetch: (request) => fetch(speaking(request as Request)) });
+}
+
+/** For what a page shows. */
+export const gateway = gatewayWithin(TIMEOUT_S);
+/** For what somebody has asked for. */
+export const patient = gatewayWithin(LONGEST_S);
+
+/** Something that the gateway is asked for. */
+export type Deed = (gateway: Gateway) => Promise<unknown>;
+
+/** Write the request of a deed as a command line; nothing is sent. */
+export async function curlOf(deed: Deed, withKey: boolean): Promise<string> {
+  let written = "";
+  const recorder = new Gateway({
+    url: address,
+    key: "",
+    fetch: async (request) => {
+      written ||= await commandLine(request as Request, withKey);
+      return Response.json({});
+    },
+  });
+  await deed(recorder).catch(() => undefined);
+  return written;
+}
+
+async function commandLine(request: Request, withKey: boolean): Promise<string> {
+  const body = await request.text();
+  const parts = ["curl", "-X", request.method, quoted(request.url)];
+  if (withKey) parts.push("-H", '"Authorization: Bearer $MOTION_GATEWAY_KEY"');
+  if (body) parts.push("-H", quoted("Content-Type: application/json"), "-d", quoted(body));
+  return parts.join(" ");
+}
+
+function quoted(text: string): string {
+  return `'${text.replaceAll("'", String.raw`'\''`)}'`;
+}

@@ -1,0 +1,77 @@
+/** Who may move: leases, those of this page renewed while it is open. */
+
+import { type Body, type Deed, Refused, type Robot, type Schemas, gateway, sent } from "./gateway.ts";
+import { quietly } from "./reading.ts";
+
+type Lease = Schemas["Lease"];
+type Taken = Schemas["Taken"];
+
+const TTL_S = 10;
+const RENEWALS = 3;
+const HEADER = "Lease-Token";
+
+class Leases {
+  #all = $state.raw<Lease[]>([]);
+  #mine = $state.raw<Taken[]>([]);
+  /** Whether this gateway has leases. */
+  exist = $state(false);
+
+  start(): void {
+    setInterval(() => this.#mine.forEach((taken) => void quietly(() => this.#renew(taken))), (TTL_S * 1000) / RENEWALS);
+  }
+
+  async read(): Promise<void> {
+    const { data } = await gateway.http.GET("/leases");
+    this.#all = data?.leases ?? [];
+    this.exist = data !== undefined;
+  }
+
+  /** The lease of something, whoever has it. */
+  of(target: Body | Robot): Lease | undefined {
+    const address = addressOf(target);
+    return this.#all.find((lease) => lease.covers.includes(address) || lease.scope === address);
+  }
+
+  isMine({ lease }: Lease): boolean {
+    return this.#mine.some((taken) => taken.lease === lease);
+  }
+
+  take(target: Body | Robot): Deed {
+    return async ({ http }) => {
+      const { data } = await http.POST("/leases", { body: { scope: addressOf(target), ttl_s: TTL_S } });
+      if (data) this.#keep([...this.#mine, data]);
+      await this.read();
+      return data;
+    };
+  }
+
+  giveBack({ lease }: Lease): Deed {
+    return async ({ http }) => {
+      const { data } = await http.DELETE("/leases/{lease_id}", { params: { path: { lease_id: lease } } });
+      this.#keep(this.#mine.filter((taken) => taken.lease !== lease));
+      await this.read();
+      return data;
+    };
+  }
+
+  async #renew({ lease }: Taken): Promise<void> {
+    try {
+      await gateway.http.POST("/leases/{lease_id}/renew", { params: { path: { lease_id: lease } } });
+    } catch (error) {
+      if (error instanceof Refused) this.#keep(this.#mine.filter((taken) => taken.lease !== lease));
+      throw error;
+    }
+  }
+
+  #keep(mine: Taken[]): void {
+    this.#mine = mine;
+    if (mine.length > 0) sent.set(HEADER, mine.map(({ token }) => token).join(", "));
+    else sent.delete(HEADER);
+  }
+}
+
+function addressOf(target: Body | Robot): string {
+  return "body_id" in target ? target.body_id : target.robot_id;
+}
+
+export const leases = new Leases();

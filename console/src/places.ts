@@ -1,0 +1,52 @@
+/** Places in words: pulses, and the unit of a body's scale. */
+
+import type { AnyMove, Body } from "./gateway.ts";
+import { words } from "./words/index.svelte.ts";
+
+export interface Shown {
+  value: string;
+  unit: string;
+  /** The same in pulses, where the value is in another unit. */
+  pulses: string | undefined;
+}
+
+const GROUPED = new Intl.NumberFormat("en");
+
+/** Write a place of a body. */
+export function shown(body: Body, pulses: number | null): Shown {
+  if (pulses === null) return { value: "–", unit: body.unit ?? "", pulses: undefined };
+  const whole = GROUPED.format(pulses).replaceAll(",", "\u202f");
+  const scaled = scaledOf(body, pulses);
+  if (scaled === undefined) return { value: whole, unit: "pulse", pulses: undefined };
+  return { value: scaled.toFixed(decimals(body)), unit: body.unit ?? "", pulses: words().plant.pulses(whole) };
+}
+
+export function scaledOf(body: Body, pulses: number): number | undefined {
+  return body.pulses_per_unit ? pulses / body.pulses_per_unit : undefined;
+}
+
+/** As many as a pulse can be told by. */
+function decimals(body: Body): number {
+  return Math.min(6, Math.max(0, Math.ceil(Math.log10(Math.abs(body.pulses_per_unit ?? 1)))));
+}
+
+/** How much of a move's way lies behind, from 0 to 1; undefined where that cannot be known. */
+export function progress(move: AnyMove | undefined, pulses: number | null): number | undefined {
+  if (!move || pulses === null || !("group_id" in move)) return undefined;
+  const { start_position: start, target_position: target } = move;
+  if (start === null || target === null || start === target) return undefined;
+  return Math.min(1, Math.max(0, (pulses - start) / (target - start)));
+}
+
+export function isOver(move: AnyMove): boolean {
+  return move.ended_at !== null;
+}
+
+export function timeOf(text: string): string {
+  const time = new Date(text);
+  const two = (value: number) => String(value).padStart(2, "0");
+  const clock = [time.getHours(), time.getMinutes(), time.getSeconds()].map(two).join(":");
+  const tenths = Math.floor(time.getMilliseconds() / 100);
+  const isToday = time.toDateString() === new Date().toDateString();
+  return isToday ? `${clock}.${tenths}` : `${time.getMonth() + 1}/${time.getDate()} ${clock}`;
+}

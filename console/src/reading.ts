@@ -1,0 +1,28 @@
+/** Reading what a page shows. Where that fails the banner, or an alarm, says why. */
+
+import { untrack } from "svelte";
+
+import { GatewayError } from "./gateway.ts";
+import { plant } from "./plant.svelte.ts";
+
+/** Read once. */
+export async function quietly(read: () => Promise<unknown>): Promise<void> {
+  try {
+    await read();
+  } catch (error) {
+    if (!(error instanceof GatewayError)) throw error;
+  }
+}
+
+/** Read now and every so often, while somebody looks and the gateway is there; gives how to end it. */
+export function every(periodMs: number, read: () => Promise<unknown>): () => void {
+  let isReading = false;
+  async function look(): Promise<void> {
+    if (isReading || document.hidden || !plant.fresh) return;
+    isReading = true;
+    await quietly(read).finally(() => (isReading = false));
+  }
+  untrack(() => void look());
+  const timer = setInterval(() => void look(), periodMs);
+  return () => clearInterval(timer);
+}

@@ -1,0 +1,95 @@
+/** Live positions: the newest of each motor, and those of the last 20 s. */
+
+import { type Event, gateway } from "./gateway.ts";
+import { Live } from "./live.ts";
+import { plant } from "./plant.svelte.ts";
+import { every } from "./reading.ts";
+
+export interface Sample {
+  pulses: number;
+  /** When it was told, on this machine's clock. */
+  at: number;
+}
+
+const KEPT_MS = 20_000;
+const OLD_MS = 3000;
+/** How often a gateway without live values is asked for one position. */
+const POLL_MS = 500;
+
+class Samples {
+  #pending: Record<string, Sample> = {};
+  #showing: ReturnType<typeof setTimeout> | undefined;
+  /** What comes within this time is shown together. */
+  #gatherMs = 0;
+  #newest = $state.raw<Record<string, Sample>>({});
+  #supported = true;
+  /** The samples of one motor, oldest first; not reactive, the plot looks when it draws. */
+  readonly trail: Sample[] = [];
+
+  /** The newest sample of a motor, unless it is old. */
+  of(address: string): Sample | undefined {
+    const sample = this.#newest[address];
+    return sample && plant.now - sample.at < OLD_MS ? sample : undefined;
+  }
+
+  /** Follow all motors, or one of them, so many times a second; gives how to end it. */
+  follow(rate: number, one?: string): () => void {
+    this.trail.length = 0;
+    this.#gatherMs = 1000 / rate;
+    this.#newest = {};
+    let end = this.#supported ? this.#listen(rate, one) : this.#poll(one);
+    return () => end();
+  }
+
+  #listen(rate: number, one?: string): () => void {
+    let end = () => live.end();
+    const live = new Live({
+      query: () => plant.identity && this.#query(rate, one),
+      opened: () => undefined,
+      closed: (invalid) => {
+        if (!invalid) return;
+        this.#supported = false;
+        live.end();
+        end = this.#poll(one);
+      },
+      event: (event) => this.#take(event, one),
+    });
+    return () => end();
+  }
+
+  #query(rate: number, one?: string): Record<string, string> {
+    return { ...plant.mine(), ...(one && { bodies: one }), types: "body.position", sample: String(rate) };
+  }
+
+  #take(event: Event, one?: string): void {
+    const { pulses } = event.data as { pulses?: number };
+    if (pulses !== undefined) this.#note(event.subject.replace("/bodies/", ""), pulses, one);
+  }
+
+  #note(address: string, pulses: number, one?: string): void {
+    const sample = { pulses, at: Date.now() };
+    this.#pending[address] = sample;
+    this.#showing ??= setTimeout(() => this.#show(), this.#gatherMs);
+    if (address !== one) return;
+    this.trail.push(sample);
+    while (this.trail[0] && this.trail[0].at < sample.at - KEPT_MS) this.trail.shift();
+  }
+
+  #show(): void {
+    this.#showing = undefined;
+    this.#newest = { ...this.#newest, ...this.#pending };
+    this.#pending = {};
+  }
+
+  /** A gateway without live values is asked for one motor's position only. */
+  #poll(one?: string): () => void {
+    return one ? every(POLL_MS, () => this.#ask(one)) : () => undefined;
+  }
+
+  async #ask(body_id: string): Promise<void> {
+    const { data } = await gateway.http.GET("/bodies/{body_id}/position", { params: { path: { body_id } } });
+    if (data) this.#note(body_id, data.pulses, body_id);
+  }
+}
+
+export const samples = new Samples();

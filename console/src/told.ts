@@ -1,0 +1,48 @@
+/** Events in words, and as lines of a table. */
+
+import type { AnyMove, Event } from "./gateway.ts";
+import { language, named, words } from "./words/index.svelte.ts";
+
+/** What an event's type says: `body.move.started` is "body: move, started". */
+export function nameOfEvent(type: string): string {
+  const [about = "", ...what] = type.split(".");
+  const { parts } = words().events;
+  return `${named(parts, about)}: ${what.map((part) => named(parts, part)).join(language.now === "ja" ? "、" : ", ")}`;
+}
+
+/** What it is about, as an address. */
+export function addressOf({ subject }: Event): string {
+  return subject.replace(/^\/(bodies|robots|groups|lines)\//, "").replace(/^\//, "");
+}
+
+/** What its data says, as short as it can be. */
+export function saidBy(event: Event): string {
+  const data = event.data as Record<string, unknown>;
+  if ("event_cursor" in data) return saidByMove(data as unknown as AnyMove);
+  const told = Object.entries(data).filter(([, value]) => value !== null && value !== "");
+  return told.map(([name, value]) => `${name}: ${typeof value === "object" ? JSON.stringify(value) : value}`).join(", ");
+}
+
+function saidByMove(move: AnyMove): string {
+  const { moveKinds } = words();
+  const way = [move.start_position, move.target_position].map(placed).join(" → ");
+  const end = move.end_cause && move.end_cause !== "normal" ? move.end_cause : "";
+  return [named(moveKinds, move.kind), way, end, move.error?.detail].filter(Boolean).join(", ");
+}
+
+function placed(place: AnyMove["start_position"]): string {
+  if (place === null) return "?";
+  return typeof place === "number" ? String(place) : JSON.stringify(place).replaceAll(/["{}]/g, "");
+}
+
+export function csvOf(rows: readonly (readonly string[])[]): string {
+  return rows.map((row) => row.map((cell) => `"${cell.replaceAll('"', '""')}"`).join(",")).join("\r\n");
+}
+
+/** Let the browser save a text. */
+export function save(name: string, type: string, text: string): void {
+  const url = URL.createObjectURL(new Blob(["\ufeff", text], { type }));
+  const link = Object.assign(document.createElement("a"), { href: url, download: name });
+  link.click();
+  URL.revokeObjectURL(url);
+}

@@ -1,0 +1,35 @@
+/** The words of the pages, in the language that somebody has chosen, or their browser asks for. */
+
+import { en } from "./en.ts";
+import { ja } from "./ja.ts";
+
+const KEPT = "motion-gateway.language";
+const ALL = { en, ja };
+
+export type Language = keyof typeof ALL;
+export type Words = typeof en;
+
+class Speaking {
+  now = $state<Language>(first());
+
+  choose(language: Language): void {
+    this.now = language;
+    localStorage.setItem(KEPT, language);
+  }
+}
+
+function first(): Language {
+  const wanted = localStorage.getItem(KEPT) ?? navigator.language;
+  return wanted.startsWith("ja") ? "ja" : "en";
+}
+
+export const language = new Speaking();
+
+export function words(): Words {
+  return ALL[language.now];
+}
+
+/** The name of something in words of ours, or as it is where it is new. */
+export function named(names: Record<string, string>, name: string): string {
+  return names[name] ?? name;
+}

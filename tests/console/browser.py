@@ -1,0 +1,134 @@
+"""The console as somebody sees it, and the plant behind it."""
+
+import shutil
+import socket
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import httpx
+from playwright.sync_api import Locator, Page, expect
+
+from tests.console.console import CONSOLE
+from tests.e2e.processes import (
+    MOTION_GATEWAY,
+    Gateway,
+    Program,
+    SimulatedLine,
+    SimulatedRobot,
+    group_of,
+    simulated_line,
+    until,
+    write_config,
+)
+from tests.open_access import OPEN
+
+CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
+PATIENCE_MS: Final = 15_000
+AXE: Final = CONSOLE / "node_modules" / "axe-core" / "axe.min.js"
+
+expect.set_options(timeout=PATIENCE_MS)
+
+
+@dataclass
+class Plant:
+    """A gateway with a line of three bodies, two of them a group, and a robot."""
+
+    line: SimulatedLine
+    gateway: Gateway
+
+    @property
+    def url(self) -> str:
+        return self.gateway.url
+
+
+@contextmanager
+def plant_in(folder: Path) -> Iterator[Plant]:
+    """Run a plant, and end it with the block."""
+    with simulated_line(folder) as line:
+        robot = SimulatedRobot(folder)
+        config = write_config(line, "gateway", groups=group_of("00", "01"))
+        cell = f'[[lines]]\nid = "cell"\nprotocol = "fics"\naddress = "serial://{robot.place}?baud=115200"\n'
+        cell += 'robot = { id = "r1", units = [{ number = 1, axes = ["X", "Y", "Z"] }] }\n'
+        text = config.read_text().replace("port = 0", f"port = {free_port()}")
+        config.write_text(text.replace("\n[access]", f"\n{cell}\n[access]"))
+        gateway = Gateway(config).wait_until_ready()
+        try:
+            yield Plant(line, gateway)
+        finally:
+            gateway.end()
+            robot.program.end()
+
+
+@dataclass
+class Guarded:
+    """A gateway that needs keys."""
+
+    line: SimulatedLine
+    url: str
+    data: Path
+
+    def key(self, name: str, *words: str) -> str:
+        """Make a key; the first word is its role."""
+        made = subprocess.run(  # noqa: S603
+            [MOTION_GATEWAY, "keys", "create", name, "--role", *words, "--data", self.data],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return made.stdout.strip()
+
+
+@contextmanager
+def guarded_in(folder: Path) -> Iterator[Guarded]:
+    """Run a gateway that needs keys, and end it with the block."""
+    with simulated_line(folder) as line:
+        config = write_config(line, "guarded")
+        config.write_text(config.read_text().replace(OPEN, ""))
+        program = Program(folder / "gateway.log", "serve", "--config", str(config), "--data", str(folder))
+        url = program.said(r"running on (http://[0-9.]+:\d+)")[1]
+        until(lambda: httpx.get(f"{url}/readyz").is_success, "the gateway is ready")
+        try:
+            yield Guarded(line, url, folder)
+        finally:
+            program.end()
+
+
+def free_port() -> int:
+    """Find a port that a gateway can have again after a restart."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class Console:
+    """A console in a browser."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        expect(page.locator(".connection .good")).to_be_visible()
+
+    def button(self, name: str) -> Locator:
+        """The button of a name, which is all of it."""
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def go(self, path: str) -> None:
+        """Follow a link within the console."""
+        self.page.evaluate("(path) => { location.hash = path }", path)
+
+    def shows(self, text: str) -> None:
+        """Wait until the page says something."""
+        expect(self.page.get_by_text(text).filter(visible=True).first).to_be_visible()
+
+    def faults(self) -> list[str]:
+        """Give what axe finds serious."""
+        self.page.evaluate(AXE.read_text("utf-8"))
+        found: dict[str, Any] = self.page.evaluate("axe.run()")
+        return [
+            f"{it['id']}: {it['nodes'][0]['target']} {it['nodes'][0]['failureSummary']}"
+            for it in found["violations"]
+            if it["impact"] in ("serious", "critical")
+        ]

@@ -1,0 +1,408 @@
+"""The console as an operator uses it, in a real browser."""
+
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from time import monotonic
+
+import httpx
+import pytest
+from playwright.sync_api import expect
+
+from tests.console.browser import Console, Guarded, Plant, plant_in
+from tests.e2e.processes import until
+
+Open = Callable[..., Console]
+
+PAGES = (
+    *("#/", "#/axis/line1.3F", "#/robot/r1", "#/positions/line1.3F", "#/motion/line1.3F"),
+    *("#/program/line1.3F", "#/settings/line1.3F", "#/events", "#/wire/line1", "#/system"),
+)
+TITLES = {
+    "en": (
+        *("Plant", "line1.3F", "r1", "Positions", "Motion"),
+        *("Program", "Settings", "Events", "Wire", "System"),
+    ),
+    "ja": (
+        *("設備", "line1.3F", "r1", "位置", "加減速"),
+        *("プログラム", "設定", "イベント", "通信", "システム"),
+    ),
+}
+FAR = 2_000_000
+
+
+def moves(plant: Plant, body: str = "3F") -> bool:
+    return bool(plant.gateway.get(f"/bodies/{body}/status")["moving"])
+
+
+@pytest.mark.parametrize(("language", "colours"), [("en", "light"), ("ja", "dark")])
+def test_every_page_speaks_the_language_and_has_no_serious_fault(
+    plant: Plant, open_console: Open, language: str, colours: str
+) -> None:
+    console = open_console(plant.url, "#/", language, colours)
+    for path, title in zip(PAGES, TITLES[language], strict=True):
+        console.go(path)
+        expect(console.page.get_by_role("heading", level=1)).to_contain_text(title)
+        assert console.page.locator("html").get_attribute("lang") == language
+        assert console.faults() == [], path
+
+
+def test_a_tile_follows_a_move_from_its_start_to_its_end(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    tile = console.page.get_by_role("link", name="line1.3F")
+    expect(tile).to_contain_text("stands still")
+    move = plant.gateway.moving("3F", 100_000)
+    expect(tile).to_contain_text("moves")
+    expect(tile.get_by_role("progressbar")).to_be_visible()
+    ended = plant.gateway.ended("3F", move["id"])
+    expect(tile).to_contain_text("relative: succeeded")
+    expect(tile).to_contain_text(f"{ended['position']:,}".replace(",", "\u202f"))
+
+
+def test_groups_are_frames_round_their_members(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    group = console.page.get_by_role("group", name="Group line1.80")
+    expect(group.get_by_role("link")).to_have_count(2)
+
+
+def test_escape_stops_everything_even_in_a_field(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F")
+    plant.gateway.moving("3F", FAR)
+    console.page.get_by_label("Target (pulse)").focus()
+    console.page.keyboard.press("Escape")
+    console.shows("Everything stands still: 4 confirmed")
+    assert not moves(plant)
+
+
+def test_space_stops_outside_fields_and_writes_a_blank_in_them(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/events")
+    console.page.get_by_label("Contains").press("Space")
+    plant.gateway.moving("3F", FAR)
+    assert moves(plant)
+    pause = console.button("Pause")
+    pause.focus()
+    console.page.keyboard.press("Space")
+    console.shows("Everything stands still")
+    expect(pause).to_be_visible()
+    assert not moves(plant)
+
+
+def test_a_stop_is_heard_while_the_page_is_busy(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/wire/line1")
+    plant.gateway.moving("3F", FAR)
+    console.page.evaluate("""() => setInterval(() => {
+        const until = performance.now() + 100;
+        while (performance.now() < until);
+        for (let n = 0; n < 3; n++) fetch("lines/line1/trace?last=5000");
+    }, 110)""")
+    began = monotonic()
+    console.page.keyboard.press("Escape")
+    until(lambda: plant.line.executed("0MS") or not moves(plant), "the motor is stopped")
+    assert monotonic() - began < 3
+    console.shows("Everything stands still")
+
+
+def test_a_motor_is_stepped_sent_to_a_place_and_homed(plant: Plant, open_console: Open) -> None:
+    plant.gateway.http.put("/bodies/3F/position", json={"value": 0, "unit": "pulse"}).raise_for_status()
+    console = open_console(plant.url, "#/axis/line1.3F")
+    place = console.page.locator(".big b")
+    console.button("1000").click()
+    console.button("Step +1000 pulse").click()
+    expect(place).to_have_text("1\u202f000")
+    expect(console.button("Go")).to_have_attribute("aria-disabled", "true")
+    console.page.get_by_label("Target (pulse)").fill("-250")
+    console.button("Go").click()
+    expect(place).to_have_text("-250")
+    console.page.get_by_role("button", name="Home", exact=True).click()
+    console.shows("homing")
+    expect(console.page.get_by_role("row", name="homing").first).to_contain_text("moves")
+
+
+def test_what_a_button_sends_can_be_copied_as_curl(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F")
+    before = plant.line.truth("move")
+    console.button("Copy as curl: Step +100 pulse").click()
+    console.shows("Copied")
+    _, _, method, url, _, header, _, body = shlex.split(
+        console.page.evaluate("navigator.clipboard.readText()")
+    )
+    assert plant.line.truth("move") == before
+    name, value = header.split(": ")
+    answer = httpx.request(method, url, content=body, headers={name: value})
+    assert answer.status_code == 202
+    assert answer.json()["frame"] == "&3F1+M100\\r"
+
+
+def test_a_robot_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/robot/r1")
+    console.page.get_by_role("button", name="Home", exact=True).click()
+    until(lambda: robot_x(plant) is not None, "the robot is homed")
+    jogged(plant, lambda: press_mouse(console), lambda: console.page.mouse.up())
+    jogged(plant, lambda: press_key(console), lambda: console.page.keyboard.up("Enter"))
+    expect(console.page.locator(".notices .bad")).to_have_count(0)
+
+
+def jogged(plant: Plant, hold: Callable[[], None], release: Callable[[], None]) -> None:
+    start = robot_x(plant) or 0
+    hold()
+    until(lambda: (robot_x(plant) or 0) > start, "the axis jogs")
+    release()
+    until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the axis stands still")
+
+
+def robot_x(plant: Plant) -> float | None:
+    place = plant.gateway.http.get("/robots/r1/units/1/position")
+    value = place.json()["axes"]["X"]["value"] if place.is_success else None
+    return None if value is None else float(value)
+
+
+def press_mouse(console: Console) -> None:
+    expect(console.button("Jog X+, hold")).to_have_attribute("aria-disabled", "false")
+    console.button("Jog X+, hold").hover()
+    console.page.mouse.down()
+
+
+def press_key(console: Console) -> None:
+    expect(console.button("Jog X+, hold")).to_have_attribute("aria-disabled", "false")
+    console.button("Jog X+, hold").focus()
+    console.page.keyboard.down("Enter")
+
+
+def test_a_jog_ends_with_the_page(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/robot/r1")
+    until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the robot stands still")
+    press_mouse(console)
+    until(lambda: plant.gateway.get("/robots/r1")["moving"], "the axis jogs")
+    console.page.close(run_before_unload=False)
+    until(lambda: not plant.gateway.get("/robots/r1")["moving"], "the axis stands still")
+
+
+def test_a_page_that_is_loaded_in_the_middle_of_a_move_knows_it(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F")
+    plant.gateway.moving("3F", FAR)
+    expect(console.page.get_by_role("progressbar")).to_be_visible()
+    console.page.reload()
+    expect(console.page.get_by_role("progressbar")).to_be_visible()
+    console.shows("moves")
+    console.page.locator("main").get_by_role("button", name="Stop", exact=True).click()
+    expect(console.page.get_by_role("row", name="relative").first).to_contain_text("stopped")
+
+
+def test_after_the_gateway_is_gone_nothing_pretends_to_be_fresh(tmp_path: Path, open_console: Open) -> None:
+    with plant_in(tmp_path) as plant:
+        lose_and_find(plant, open_console)
+
+
+def lose_and_find(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F")
+    plant.gateway.moving("3F", FAR)
+    console.shows("moves")
+    plant.gateway.kill()
+    console.shows("No connection to the gateway. What is shown is from")
+    console.shows("as last known")
+    expect(console.page.get_by_role("progressbar")).to_have_count(0)
+    console.button("Step +100 pulse").click(force=True)
+    console.shows("There is no connection to the gateway.")
+    console.page.keyboard.press("Escape")
+    console.shows("THE STOP DID NOT GET THROUGH. Use the hardware stop.")
+    plant.gateway.start()
+    plant.gateway.wait_until_ready()
+    expect(console.page.locator(".banner")).to_have_count(0)
+    expect(console.page.locator(".connection .good")).to_be_visible()
+    console.page.keyboard.press("Escape")
+    console.shows("Everything stands still")
+
+
+def test_faults_of_a_program_are_marked_and_a_good_one_runs(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/program/line1.01")
+    editor = console.page.get_by_label("Source")
+    editor.fill("*UP\n1+M500\nJMP *DOWN\nEND")
+    console.button("Upload").click()
+    console.shows("Line 3:")
+    expect(console.page.locator(".cm-lint-marker-error")).to_have_count(1)
+    editor.fill("*UP\n1+M500\nJON MT, +0\nWAT 300\nEND")
+    console.button("Upload").click()
+    console.shows("RAM holds the program: 5 instructions, read back.")
+    console.button("Run").click()
+    console.shows("Runs, at line 4")
+    expect(console.page.locator(".running")).to_have_text("WAT 300")
+    console.page.keyboard.press("Escape")
+    console.shows("Does not run. Last end: stopped")
+
+
+def test_the_wire_shows_what_a_frame_means_and_who_asked(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/wire/line1")
+    plant.gateway.command("00", "get-information", comment_number=1)
+    console.page.get_by_label("Contains").fill("&009VD1")
+    row = console.page.locator("tbody tr").last
+    expect(row).to_contain_text("00 · ")
+    expect(row).to_contain_text("http 127.0.0.1")
+
+
+def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/events")
+    plant.line.tell("POST", "/bodies/00/brown-outs", for_s=0.05)
+    there = {"kind": "absolute", "position": {"value": 5, "unit": "pulse"}}
+    until(
+        lambda: plant.gateway.http.post("/bodies/00/moves", json=there).json().get("detail"),
+        "a move is refused",
+    )
+    lost = console.page.locator(".alarm", has_text="line1.00 has lost its power")
+    lost.get_by_role("button", name="Acknowledge").first.click()
+    lost.get_by_role("button", name="Reset the alarm", exact=True).click()
+    expect(lost).to_have_count(0)
+    console.page.get_by_label("Type").fill("body.power_cycle")
+    expect(console.page.locator("tbody tr").first).to_contain_text("body.power_cycle.acknowledged")
+
+
+def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/events")
+    console.button("Read what happened before").click()
+    console.shows("This is all that the gateway still has.")
+    console.page.get_by_label("Type").fill("line.up")
+    expect(console.page.locator("tbody tr").first).to_contain_text("line: up")
+
+
+def test_a_body_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F")
+    jog = console.button("Jog +, hold")
+    expect(jog).to_have_attribute("aria-disabled", "false")
+    jog.hover()
+    console.page.mouse.down()
+    until(lambda: moves(plant), "the motor moves")
+    console.page.mouse.up()
+    until(lambda: not moves(plant), "the motor stands still")
+    until(lambda: plant.gateway.get("/bodies/3F/moves")["moves"][0]["status"] == "stopped", "it has ended")
+
+
+def test_a_position_is_taught_named_and_gone_to(plant: Plant, open_console: Open) -> None:
+    plant.gateway.http.put("/bodies/00/position", json={"value": 700, "unit": "pulse"}).raise_for_status()
+    console = open_console(plant.url, "#/positions/line1.00")
+    console.button("Read").click()
+    console.button("Teach 3 here").click()
+    expect(console.page.get_by_label("3 pulse", exact=True)).to_have_value("700")
+    console.page.get_by_label("4 pulse", exact=True).fill("-50")
+    console.page.get_by_label("Name 4", exact=True).fill("unload")
+    console.button("Store 4").click()
+    console.shows("Store 4: done.")
+    console.button("Go to 4").click()
+    until(lambda: plant.gateway.get("/bodies/00/position")["pulses"] == -50, "it is at position 4")
+
+
+def test_positions_come_from_a_file_as_excel_writes_it(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/positions/line1.00")
+    console.button("Read").click()
+    rows = "\ufeffnumber;pulse\r\n5;500\r\n6;-600\r\n".encode()
+    console.page.get_by_label("Store from CSV").set_input_files(
+        {"name": "table.csv", "mimeType": "text/csv", "buffer": rows}
+    )
+    console.shows("Store from CSV: done.")
+    stored = plant.gateway.get("/bodies/00/positions?first=5&last=6")["positions"]
+    assert [it["pulses"] for it in stored] == [500, -600]
+
+
+def test_a_speed_set_is_changed_and_its_curve_drawn(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/motion/line1.01")
+    console.shows("s in all")
+    console.page.get_by_label("Maximum speed").fill("12000")
+    console.button("Save speed set 30").click()
+    console.shows("12000 pulse/s at most")
+    assert plant.gateway.get("/bodies/01/speed-sets/30")["maximum_speed_pps"] == 12_000
+
+
+def test_a_setting_is_changed_and_its_difference_to_a_backup_restored(
+    plant: Plant, open_console: Open
+) -> None:
+    console = open_console(plant.url, "#/settings/line1.01")
+    console.page.get_by_role("combobox", name="Of", exact=True).select_option("/bodies/line1.01")
+    with console.page.expect_download(timeout=60_000):
+        console.button("Read and download").click()
+    console.button("Read all").click()
+    retries = console.page.get_by_label("homing_retries")
+    retries.fill("3")
+    retries.press("Enter")
+    console.shows("Change homing_retries: done.")
+    assert plant.gateway.get("/bodies/01/settings")["settings"]["homing_retries"] == 3
+    console.button("Compare").click()
+    expect(console.page.get_by_text("1 differ")).to_be_visible(timeout=60_000)
+    console.button("Restore").click()
+    expect(console.page.get_by_text("verified, done")).to_be_visible(timeout=60_000)
+    assert plant.gateway.get("/bodies/01/settings")["settings"]["homing_retries"] == 0
+
+
+def test_a_move_is_drawn_over_its_plan(plant: Plant, open_console: Open) -> None:
+    move = plant.gateway.moving("3F", 20_000)
+    plant.gateway.ended("3F", move["id"])
+    console = open_console(plant.url, "#/axis/line1.3F")
+    row = console.page.get_by_role("row", name="relative").first
+    row.locator("summary").click()
+    row.get_by_role("button", name="Show the curve").click()
+    expect(row.get_by_role("img", name="Position during the move, measured and planned")).to_be_visible()
+
+
+def test_who_may_not_move_is_told_so_and_may_stop(guarded: Guarded, open_console: Open) -> None:
+    console = open_console(guarded.url, key=guarded.key("visitor", "viewer"))
+    console.shows("visitor")
+    console.go("#/axis/line1.3F")
+    console.shows("Your role is viewer, and this takes the right “operate”.")
+    console.button("Step +100 pulse").click(force=True)
+    console.shows("Step +100 pulse: not done.")
+    assert guarded.line.executed("1+M") == []
+    console.page.keyboard.press("Escape")
+    console.shows("Everything stands still")
+    console.button("Copy as curl: Step +100 pulse").click()
+    console.shows("Copied")
+    assert "Bearer $MOTION_GATEWAY_KEY" in console.page.evaluate("navigator.clipboard.readText()")
+
+
+def test_a_key_for_one_body_sees_that_body_live(guarded: Guarded, open_console: Open) -> None:
+    console = open_console(guarded.url, key=guarded.key("cell", "operator", "--scope", "line1.01"))
+    console.shows("cell")
+    expect(console.page.locator("a.tile")).to_have_count(1)
+    console.go("#/axis/line1.01")
+    console.button("Step +100 pulse").click()
+    expect(console.page.locator(".big b")).to_have_text("100")
+
+
+def test_who_signs_out_cannot_go_on(guarded: Guarded, open_console: Open) -> None:
+    console = open_console(guarded.url, key=guarded.key("hanako", "operator"))
+    other = console.page.context.new_page()
+    other.goto(guarded.url)
+    Console(other).button("Sign out").click()
+    expect(other).to_have_title("Sign in to the motion gateway")
+    console.shows("You are signed out")
+    expect(console.page.get_by_role("link", name="Sign in")).to_be_visible()
+
+
+def test_two_users_have_one_lease(guarded: Guarded, open_console: Open) -> None:
+    taro, jiro = (open_console(guarded.url, key=guarded.key(name, "operator")) for name in ("taro", "jiro"))
+    for console in (taro, jiro):
+        console.go("#/axis/line1.3F")
+    taro.button("Take control").click()
+    taro.shows("You have control.")
+    jiro.shows("taro has control.")
+    jiro.shows("taro has leased it: only they may move it.")
+    taro.button("Step +100 pulse").click()
+    expect(jiro.page.locator(".big b")).to_have_text("100")
+    jiro.page.keyboard.press("Escape")
+    jiro.shows("Everything stands still")
+    taro.button("Give back control").click()
+    jiro.button("Take control").click()
+    jiro.shows("You have control.")
+
+
+def test_what_a_reload_would_change_can_be_asked(guarded: Guarded, open_console: Open) -> None:
+    console = open_console(guarded.url, key=guarded.key("chief", "admin"))
+    console.go("#/system")
+    console.button("What would change").click()
+    console.shows("Nothing has changed.")
+
+
+def test_it_can_be_looked_up_who_did_what(plant: Plant, open_console: Open) -> None:
+    move = plant.gateway.moving("01", 50)
+    plant.gateway.ended("01", move["id"])
+    console = open_console(plant.url, "#/events")
+    deeds = console.page.get_by_role("region", name="Who did what").first
+    deeds.get_by_label("About").fill("line1.01")
+    deeds.get_by_role("button", name="Look it up", exact=True).click()
+    expect(deeds.locator("tbody tr").first).to_contain_text("&011+M50")
