@@ -3,7 +3,6 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple
@@ -66,6 +65,14 @@ class Outcome(NamedTuple):
     """A motion that was not meant may begin."""
 
 
+class Done(NamedTuple):
+    """What the far end does, and what it answers."""
+
+    kind: Sent
+    command: Command[Any]
+    answer: bytes
+
+
 @dataclass
 class Row(ABC):
     """A command of a family with an example of it, and of its reply, as they stand on the wire."""
@@ -84,7 +91,7 @@ class Row(ABC):
         return (Outcome(reply, self.comes_back(reply)) for reply in flips(self.reply + CR))
 
     @abstractmethod
-    def _requests(self, stream: bytes) -> Iterator[tuple[Sent, Command[Any]]]:
+    def _requests(self, stream: bytes) -> Iterator[Done]:
         """What the far end hears, and does."""
 
     @abstractmethod
@@ -92,10 +99,19 @@ class Row(ABC):
         """Credit a reply to the command that was meant."""
 
     def arrives(self, flipped: bytes) -> Outcome:
-        """Let the far end hear it."""
+        """Let the far end hear it, and answer.
+
+        :raises AssertionError: an answer to something else was credited.
+        """
         done = list(self._requests(flipped))
-        worst = max((kind for kind, _ in done), key=list(Sent).index, default=Sent.NOTHING)
-        wrong = (command for kind, command in done if kind is not Sent.SAME)
+        worst = max((it.kind for it in done), key=list(Sent).index, default=Sent.NOTHING)
+        for it in done:
+            if (
+                it.kind not in (Sent.SAME, Sent.OTHER_VALUE)
+                and self.comes_back(it.answer) is not Heard.NOTHING
+            ):
+                raise AssertionError(f"{it.answer!r} was credited to {self.command!r}")
+        wrong = [it.command for it in done if it.kind is not Sent.SAME]
         return Outcome(flipped, worst, any(command.effect is Effect.MOTION for command in wrong))
 
     def _credited(self, frames: Sequence[Any], exchange: Exchange[Any, Any, Any]) -> Any:
@@ -120,21 +136,25 @@ class RorzeRow(Row):
             self.reply += MEMBERS
         self._session = RorzeSession([self.body])
 
-    def _requests(self, stream: bytes) -> Iterator[tuple[Sent, Command[Any]]]:
+    def _requests(self, stream: bytes) -> Iterator[Done]:
         for request in rorze.RequestReader().feed(stream + self.FENCE):
             if isinstance(request, rorze.Garbage) or request.text == "3NDP[1234]":
                 continue
             row = COMMANDS.get(request.text[:3])
             if row is None or issubclass(row, LinkMasterCommand) is not (request.body == LINK_MASTER):
                 continue
-            with suppress(WireFault):
+            try:
                 command = row.read(request.text[3:])
-                yield self._kind(request.body, command), command
+            except WireFault:
+                continue
+            kind = _kind(self.meant, command) if request.body == self.body else Sent.OTHER_TARGET
+            yield Done(kind, command, self._answer(request.body, command))
 
-    def _kind(self, body: int, command: RorzeCommand[Any]) -> Sent:
-        if body != self.body:
-            return Sent.OTHER_TARGET
-        return _kind(self.meant, command)
+    @staticmethod
+    def _answer(body: int, command: RorzeCommand[Any]) -> bytes:
+        told = _like_its_example(command, len("&3F6PD"), HEAD_LENGTH)
+        members = MEMBERS if FIRST_GROUP <= body <= LAST_GROUP else b""
+        return f">&{body:02X}{command.code}{told}".encode() + members + CR
 
     def comes_back(self, reply: bytes) -> Heard:
         exchange = self._session.exchange(self.body, self.meant, Lane.READ)
@@ -166,14 +186,22 @@ class FicsRow(Row):
         self.meant = read_fics(command[:NAME_LENGTH], command[NAME_LENGTH + 1 :])
         self._session, self._reader = FicsSession("r1"), reader
 
-    def _requests(self, stream: bytes) -> Iterator[tuple[Sent, Command[Any]]]:
+    def _requests(self, stream: bytes) -> Iterator[Done]:
         for request in fics.RequestReader().feed(stream + self.FENCE):
             if isinstance(request, fics.Garbage) or request == fics.Request("VAR", "V42"):
                 continue
-            with suppress(WireFault):
+            try:
                 command = read_fics(request.name, request.arguments)
-                same = command.wire_name() == self.meant.wire_name()
-                yield _kind(self.meant, command) if same else Sent.OTHER_COMMAND, command
+            except WireFault:
+                continue
+            same = command.wire_name() == self.meant.wire_name()
+            kind = _kind(self.meant, command) if same else Sent.OTHER_COMMAND
+            yield Done(kind, command, self._answer(command))
+
+    @staticmethod
+    def _answer(command: FicsCommand[Any]) -> bytes:
+        told = _like_its_example(command, NAME_LENGTH + 1 if command.code else 0, NAME_LENGTH + 1)
+        return f"{command.answered_as or command.wire_name()} {told}".strip().encode() + CR
 
     def comes_back(self, reply: bytes) -> Heard:
         exchange = self._session.exchange(self.meant, Lane.READ)
@@ -202,6 +230,25 @@ def flips(frame: bytes) -> Iterator[bytes]:
 def _longest(row: type[Command[Any]]) -> tuple[str, str]:
     pairs = zip(row.example[::2], row.example[1::2], strict=True)
     return max(pairs, key=lambda pair: len(pair[0] + pair[1]))
+
+
+def _like_its_example(command: Command[Any], before: int, head: int) -> str:
+    """Answer as the example of the same form is answered, and repeat what replies repeat.
+
+    `before` and `head` are the lengths of what stands before the parameters and before the reply's.
+    """
+    row = type(command)
+    pairs = zip(row.example[::2], row.example[1::2], strict=True)
+    told = next(
+        (
+            reply[head:]
+            for sent, reply in pairs
+            if row.read(sent[before:]).form_index() == command.form_index()
+        ),
+        row.example[1][head:],
+    )
+    echoed = {name: value for name in row.echo if (value := getattr(command, name)) is not None}
+    return row.reply_type().read(told).model_copy(update=echoed).written() if echoed else told
 
 
 def _kind(meant: Command[Any], done: Command[Any]) -> Sent:

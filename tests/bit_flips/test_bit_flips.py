@@ -11,6 +11,7 @@ from protocols.rorze.position_table import GetNumberedPositionEntry
 from tests.bit_flips import outcomes
 from tests.bit_flips.outcomes import CR, FicsRow, Heard, RorzeRow, Row, Sent, rows
 from tests.bit_flips.page import page
+from tests.fault_simulator.switches import any_body_answers
 
 PAGE = Path(__file__).parents[2] / "docs" / "bit-flips.md"
 
@@ -80,6 +81,14 @@ def test_a_number_that_is_repeated_shows_that_another_was_asked_for() -> None:
 def test_a_wrong_credit_is_found(heard: bytes, payload: str | None) -> None:
     with pytest.raises(AssertionError, match="was credited as"):
         outcomes.judged(b">&3F6PD", heard, payload)
+
+
+def test_an_answer_of_another_body_that_is_credited_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    any_body_answers(monkeypatch)
+    with pytest.raises(AssertionError, match="was credited"):
+        list(_row("1+M").sent())
+    with pytest.raises(AssertionError, match="was credited"):
+        list(_row("6PD").heard())
 
 
 def _row(code: str) -> Row:
