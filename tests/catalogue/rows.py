@@ -319,7 +319,7 @@ ROWS: Final = {
         "somebody writes into the comment of the mark",
         "his text is left alone; a mark that has gone counts as a loss of power",
         (BODY_POWER, "a_comment_with_somebodys_own_text_is_left_alone_and_told_once"),
-        (BODY_POWER, "a_garbled_mark_is_written_again_and_another_number_can_be_configured"),
+        (BODY_POWER, "where_position_0_proves_nothing_the_mark_does"),
     ),
     "G01": _row(
         "kill -9 before the intent is durable",
@@ -429,7 +429,8 @@ ROWS: Final = {
     ),
     "J08": _row(
         "the journal has its full size",
-        "the oldest that is over is forgotten, and nothing that is open",
+        "the oldest that is over is forgotten, and nothing that is open, no key either",
+        (STORIES, "j08_only_keys_that_are_old_and_answered_are_forgotten"),
         (FILES, "what_is_too_much_or_too_old_is_forgotten_and_what_is_open_is_kept"),
     ),
 }

@@ -2,11 +2,15 @@
 
 import asyncio
 import re
+import time
 from pathlib import Path
 
 import pytest
 
 from gateway.core.errors import ControllerRefused, GatewayError
+from gateway.core.journal import files, writes
+from gateway.core.journal.disk import SqliteDisk
+from gateway.core.journal.retention import DAY_S, Retention
 from gateway.core.move_record import MoveStatus
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.notation import PositionReference
@@ -100,6 +104,17 @@ def test_g05_a_stop_that_a_crash_has_interrupted_has_stopped_the_motor(tmp_path:
         assert len(world.sent("1+M")) == 1
 
     story()
+
+
+def test_j08_only_keys_that_are_old_and_answered_are_forgotten(tmp_path: Path) -> None:
+    disk, now = SqliteDisk(tmp_path), time.time()
+    used = {"old": now - 2 * DAY_S, "old and under way": now - 2 * DAY_S, "new": now - DAY_S / 2}
+    disk.commit([writes.key_used("s", key, "digest", at) for key, at in used.items()], durable=True)
+    disk.commit([writes.key_answered("s", key, 202, None, "{}") for key in ("old", "new")], durable=True)
+    disk.close()
+    files.prune(tmp_path, Retention())
+    keys = {row["key"] for row in files.export(tmp_path) if row["table"] == "keys"}
+    assert keys == {"new", "old and under way"}
 
 
 async def _position(plant: TestedPlant) -> int:
