@@ -4,9 +4,14 @@ from pathlib import Path
 
 import pytest
 
+from gateway.core.lanes import Lane
+from gateway.rorze.exchange import ReplyFrame
+from gateway.rorze.session import RorzeSession
 from protocols.fics.commands import ROWS
 from protocols.fics.link import Ver2Reader
 from protocols.rorze.commands import COMMANDS
+from protocols.rorze.link import LinkReader
+from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position_table import GetNumberedPositionEntry
 from tests.bit_flips import outcomes
 from tests.bit_flips.outcomes import CR, FicsRow, Heard, RorzeRow, Row, Sent, rows
@@ -68,6 +73,24 @@ def test_a_number_that_is_repeated_shows_that_another_was_asked_for() -> None:
     kinds = {it.kind for it in fence.sent()}
     assert Sent.SEEN in kinds
     assert Sent.OTHER_VALUE not in kinds
+
+
+def test_after_an_acknowledgement_that_is_not_credited_nothing_goes_before_a_fence() -> None:
+    for flipped in outcomes.flips(b">&3F1+M\r"):
+        session = RorzeSession([0x3F])
+        move = session.submit(session.exchange(0x3F, MoveClockwise(distance=500), Lane.COMMAND))
+        assert session.next(0.0, ready=True) is move
+        session.written(move, 0.0, deadline=0.5)
+        for frame in LinkReader().feed(flipped):
+            if isinstance(frame, ReplyFrame):
+                assert session.heard(frame, 0.1) is None
+            else:
+                session.noise("noise", 0.1)
+        session.pass_deadlines(1.0, None)
+        session.submit(session.exchange(0x3F, MoveClockwise(distance=700), Lane.COMMAND))
+        following = session.next(1.0, ready=True)
+        assert following
+        assert following.frame.startswith(b"&3F3NDP["), flipped
 
 
 @pytest.mark.parametrize(
