@@ -10,7 +10,7 @@ NPM = $(NODE) $(NODE_HOME)/lib/node_modules/npm/bin/npm-cli.js
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help serve test bench format clients lock
+.PHONY: help serve test fuzz bench format clients lock
 
 help: ## Show the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -24,6 +24,9 @@ test: $(VENV)/.development $(TYPESCRIPT)/node_modules ## Check format, style, ty
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/pytest -n 2
+
+fuzz: $(VENV)/.development ## Ask all operations 20,000 times what they take and what they do not
+	CASES=20000 $(BIN)/pytest tests/api/test_contract.py
 
 bench: $(VENV)/.development ## Measure, each figure against its yardstick
 	$(BIN)/python -m benchmarks

@@ -1,5 +1,6 @@
 """The web application: all routes over one plant."""
 
+from functools import partial
 from typing import Any, Final
 
 from fastapi import FastAPI, HTTPException, Request
@@ -7,20 +8,40 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from api import catalogue, command_routes, health, lines, sign_in, stops, streams, system
+from api import (
+    alarms,
+    audit,
+    backups,
+    catalogue,
+    command_routes,
+    configuration,
+    health,
+    leases,
+    lines,
+    samples,
+    sign_in,
+    stops,
+    streams,
+    system,
+)
 from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
+from api.bodies import routes as bodies
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
 from api.common.repeats import REPLAYED, Repeats
 from api.common.routes import PageRoute, unguarded
 from api.common.security import SameSite
+from api.common.traffic import Traffic
 from api.common.version import VERSION
 from api.front import documents
+from api.metrics import metrics_of
 from api.robots import routes as robots
+from api.scaras import routes as scaras
 from gateway.access.credentials import Credentials
 from gateway.core.rights import Right
 from gateway.operations.keys import Keys
+from gateway.operations.remedies import calls_for
 from gateway.plant import Plant
 
 DESCRIPTION = """\
@@ -41,7 +62,7 @@ class Application(FastAPI):
         stack, plant = super().build_middleware_stack(), self.state.plant
         if plant.journal is not None:
             stack = Repeats(stack, Keys(plant, plant.journal), self.state.access)
-        return Proxies(request_ids.RequestIds(stack), plant.config.server)
+        return Proxies(request_ids.RequestIds(stack, self.state.traffic), plant.config.server)
 
     def openapi(self) -> dict[str, Any]:
         """Describe the routes, once, as generators of clients need it, and the key that they take."""
@@ -84,14 +105,13 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     )
     app.state.plant = plant
     app.state.access = Access(plant, credentials)
-    app.state.metrics = health.metrics_of(plant)
-    problems.install(app)
-    body_data = (settings, speed_sets, patterns)
-    modules = (info, moves, stops, groups, lines, streams, catalogue, text_commands, health, system)
-    routers = [
-        info.reads,
-        *(module.router for module in (*modules, programs, memories, *body_data)),
-    ]
+    app.state.traffic = traffic = Traffic()
+    app.state.metrics = metrics_of(plant, traffic)
+    problems.install(app, partial(calls_for, plant))
+    modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
+    modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
+    modules += [leases, configuration]
+    routers = [info.reads, *(module.router for module in modules), *scaras.routers(), *bodies.routers()]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []
         routers += command_routes.routers(type(family))

@@ -10,7 +10,7 @@ from pydantic.json_schema import models_json_schema
 from api.common.version import VERSION
 from api.event_models import name_of
 from gateway.core.event_types import EventType
-from gateway.core.events import CloudEvent
+from gateway.core.events import CloudEvent, Telemetry
 from gateway.event_types import EVENT_TYPES
 
 _ROOT = Path(__file__).parent.parent
@@ -81,6 +81,7 @@ def _query() -> dict[str, Any]:
         "after": "Only events after this cursor.",
         "bodies": "Only events of these bodies, groups and robots: addresses joined by commas.",
         "types": "Only events of these types, joined by commas, such as body.move.*,line.down.",
+        "sample": "Live values too: so many times a second at most, 0.1 to 50.",
         "ticket": "A ticket of POST /tickets, from clients that can send no header.",
     }
     described = {name: {"type": "string", "description": text} for name, text in texts.items()}
@@ -98,9 +99,13 @@ def _message(row: EventType) -> dict[str, Any]:
         "title": row.name,
         "summary": f"{row.when[0].upper()}{row.when[1:]}.",
         "contentType": "application/cloudevents+json",
-        "payload": {"allOf": [{"$ref": f"{_SCHEMAS}CloudEvent"}, {"type": "object", "properties": told}]},
+        "payload": {"allOf": [{"$ref": _SCHEMAS + _base_of(row)}, {"type": "object", "properties": told}]},
         "x-since": row.since,
     }
+
+
+def _base_of(row: EventType) -> str:
+    return (Telemetry if row.live else CloudEvent).__name__
 
 
 def _models() -> list[type[BaseModel]]:
@@ -108,7 +113,7 @@ def _models() -> list[type[BaseModel]]:
 
 
 def _schemas() -> dict[str, Any]:
-    models: list[type[BaseModel]] = [CloudEvent, *_models()]
+    models: list[type[BaseModel]] = [CloudEvent, Telemetry, *_models()]
     wanted: list[tuple[type[BaseModel], Literal["serialization"]]] = [(it, "serialization") for it in models]
     _, together = models_json_schema(wanted, ref_template=_SCHEMAS + "{model}")
     definitions: dict[str, Any] = together["$defs"]

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Union
 from pydantic import BaseModel, Field, create_model
 
 from gateway.core.event_types import EventType
-from gateway.core.events import CloudEvent
+from gateway.core.events import CloudEvent, Telemetry
 from gateway.event_types import EVENT_TYPES
 
 
@@ -18,7 +18,8 @@ def name_of(row: EventType) -> str:
 def _model_of(row: EventType) -> type[BaseModel]:
     types: dict[str, Any] = {"type": Literal[row.name], "data": row.data}
     doc = f"{row.when[0].upper()}{row.when[1:]}; about `{row.subject}`."
-    return create_model(f"{name_of(row)}Event", __base__=CloudEvent, __doc__=doc, **types)
+    base = Telemetry if row.live else CloudEvent
+    return create_model(f"{name_of(row)}Event", __base__=base, __doc__=doc, **types)
 
 
 _ANY: Any = Union[tuple(map(_model_of, EVENT_TYPES.values()))]  # noqa: UP007  # of as many as there are

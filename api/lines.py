@@ -1,13 +1,14 @@
 """Lines over HTTP: their state, scans of them, and the record of every byte."""
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
 from typing import Annotated, Literal
 
-from fastapi import Query, Request, Response
+from fastapi import Header, Query, Request, Response
 from pydantic import AwareDatetime, BaseModel, Field
 from pydantic_core import to_json
+from starlette.responses import StreamingResponse
 
 from api.common.problems import DECLARED
 from api.common.requests import (
@@ -23,11 +24,25 @@ from api.common.requests import (
 )
 from gateway.core.rights import Right
 from gateway.fics.family import RobotLineInfo
-from gateway.operations import bodies
+from gateway.operations import bodies as body_operations
+from gateway.operations import traces
 from gateway.rorze.family import LineInfo
 from gateway.rorze.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
+KEEP_ALIVE_S = 15.0
+"""A silent stream carries a comment this often, so that dead clients are noticed."""
+TracedBodies = Annotated[
+    str | None,
+    Query(
+        description="Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of "
+        "their groups, too."
+    ),
+]
+TracedRequest = Annotated[
+    str | None,
+    Query(max_length=128, description="Only what this request has sent (X-Request-Id), and its answers."),
+]
 
 router = new_router("lines")
 
@@ -88,8 +103,8 @@ async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Re
     A line with a robot has none.
     """
     plant, waited_s = plant_of(request), wait_s(request, wait)
-    scan = await bodies.start_scan(plant, origin_of(request), line_id)
-    await bodies.get_scan(plant, line_id, scan.id, waited_s)
+    scan = await body_operations.start_scan(plant, origin_of(request), line_id)
+    await body_operations.get_scan(plant, line_id, scan.id, waited_s)
     headers = {"Location": f"/lines/{line_id}/scans/{scan.id}", **wait_headers(waited_s)}
     return json_response(scan, 202 if scan.status == "running" else 200, headers)
 
@@ -98,7 +113,7 @@ async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Re
 async def get_scan(request: Request, line_id: LineId, scan_id: str, wait: Wait = None) -> Response:
     """Get a scan, at once or when it is over."""
     waited_s = wait_s(request, wait)
-    scan = await bodies.get_scan(plant_of(request), line_id, scan_id, waited_s)
+    scan = await body_operations.get_scan(plant_of(request), line_id, scan_id, waited_s)
     return json_response(scan, headers=wait_headers(waited_s))
 
 
@@ -108,14 +123,59 @@ async def get_trace(
     line_id: LineId,
     last: Annotated[int, Query(ge=1, le=MAX_TRACE_ENTRIES, description="How many records.")] = 1000,
     since: Annotated[AwareDatetime | None, Query(description="Only records not before this time.")] = None,
+    bodies: TracedBodies = None,
+    request_id: TracedRequest = None,
 ) -> Response:
     """Give the newest bytes of the line, a robot's too, both ways, with their times."""
     plant = plant_of(request)
-    plant.port(line_id)
-    recorder = plant.recorders[line_id]
+    passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
+    entries = await traces.newest(plant, line_id, passing, last, since)
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
-    content = await asyncio.to_thread(lambda: _trace(line_id, recorder.entries(last, since)))
+    content = await asyncio.to_thread(_trace, line_id, entries)
     return Response(content, media_type="application/json")
+
+
+# A stream has no end, which the schema of a response cannot say: it stays out of the OpenAPI document.
+@router.get("/lines/{line_id}/trace/stream", Right.VIEW, include_in_schema=False)
+async def follow_trace(
+    request: Request,
+    line_id: LineId,
+    bodies: TracedBodies = None,
+    request_id: TracedRequest = None,
+    last_event_id: Annotated[str | None, Header(pattern="^[0-9]{1,18}$")] = None,
+) -> Response:
+    """Send the line's records as they come (text/event-stream); `gap` tells how many were missed."""
+    plant = plant_of(request)
+    passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
+    after = None if last_event_id is None else int(last_event_id)
+    return StreamingResponse(
+        _server_sent(traces.follow(plant, line_id, passing, after)),
+        media_type="text/event-stream",
+        headers={"Cache-Control": "no-cache", "X-Accel-Buffering": "no"},
+    )
+
+
+async def _server_sent(news: AsyncIterator[traces.News | None]) -> AsyncIterator[bytes]:
+    loop = asyncio.get_running_loop()
+    told_at = loop.time()
+    yield b": the trace from now on\n\n"
+    async for it in news:
+        if it is not None:
+            told_at = loop.time()
+            yield _frames(it)
+        elif loop.time() - told_at >= KEEP_ALIVE_S:
+            told_at = loop.time()
+            yield b": still here\n\n"
+
+
+def _frames(news: traces.News) -> bytes:
+    gap = f'event: gap\ndata: {{"missed":{news.missed}}}\n\n' if news.missed else ""
+    data = "".join(f"event: trace\ndata: {entry.model_dump_json()}\n\n" for entry in news.entries)
+    return f"{gap}{data}id: {news.number}\n\n".encode()
+
+
+def _split(text: str | None) -> list[str] | None:
+    return None if text is None else [part.strip() for part in text.split(",")]
 
 
 def _trace(line_id: str, entries: Sequence[BaseModel]) -> str:

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterator, Sequence
+from math import nan
 from typing import Annotated
 
 from fastapi import Header, Query, Request, Response, WebSocket
@@ -14,7 +15,7 @@ from api.event_models import EventList
 from api.front.websocket_protocol import EVENTS
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
-from gateway.core.events import Event, SlowConsumer, Subscription
+from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription
 from gateway.core.rights import Right
 from gateway.plant import Plant
 
@@ -34,13 +35,24 @@ After = Annotated[str | None, Query(description="Only events after this cursor."
 Bodies = Annotated[
     str | None,
     Query(
-        description="Only events of these bodies, groups and robots: addresses joined by commas, such as "
-        "3F,arm.02,r1,r2/units/1. A robot's address means its units too."
+        description="Only events of these bodies, groups, SCARA robots and robots: addresses joined by "
+        "commas, such as 3F,arm.02,wafer,r1,r2/units/1. A robot's address means its units too."
     ),
 ]
 Types = Annotated[
     str | None,
     Query(description="Only events of these types, joined by commas, such as body.move.*,line.down."),
+]
+
+
+Sample = Annotated[
+    float | None,
+    Query(
+        ge=SLOWEST_HZ,
+        le=FASTEST_HZ,
+        description="Live values too (body.position, robot.position, io): each so many times a second at "
+        "most. They are no events: a new value takes the place of one that was not sent yet.",
+    ),
 ]
 
 
@@ -51,14 +63,18 @@ async def list_events(
     bodies: Bodies = None,
     types: Types = None,
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
+    sample: Sample = None,
 ) -> Response:
     """List what has happened after a cursor, or from the oldest event that is kept.
 
     Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
+    With `sample` the values that are watched follow the events, as read within a second.
     """
     plant = plant_of(request)
-    page = await plant.events.since(after, _addresses(plant, bodies), _split(types), limit)
-    events = ",".join(event.json for event in page.events)
+    wanted = _addresses(plant, bodies), _split(types)
+    page = await plant.events.since(after, *wanted, limit)
+    values = [] if sample is None else await plant.events.values(*wanted, sample)
+    events = ",".join(event.json for event in (*page.events, *values))
     return Response(f'{{"events":[{events}],"cursor":"{page.cursor}"}}', media_type="application/json")
 
 
@@ -69,11 +85,13 @@ async def stream_events(
     after: After = None,
     bodies: Bodies = None,
     types: Types = None,
+    sample: Sample = None,
     last_event_id: Annotated[str | None, Header()] = None,
 ) -> Response:
     """Send events as they happen (text/event-stream); a browser resumes by itself with Last-Event-ID."""
     plant = plant_of(request)
-    events = plant.events.subscribe(last_event_id or after, _addresses(plant, bodies), _split(types))
+    wanted = _addresses(plant, bodies), _split(types)
+    events = plant.events.subscribe(last_event_id or after, *wanted, sample)
     return StreamingResponse(
         _server_sent(events),
         media_type="text/event-stream",
@@ -83,18 +101,19 @@ async def stream_events(
 
 async def _server_sent(events: Subscription) -> AsyncIterator[bytes]:
     yield f": events after {events.cursor}\n\n".encode()
-    while True:
-        try:
-            async with asyncio.timeout(KEEP_ALIVE_S):
-                batch = await events.next_batch()
-        except TimeoutError:
-            yield b": still here\n\n"
-            continue
-        except SlowConsumer:
-            return
-        if batch is None:
-            return
-        yield batch.written(_frames)
+    with events.watching():
+        while True:
+            try:
+                async with asyncio.timeout(KEEP_ALIVE_S):
+                    batch = await events.next_batch()
+            except TimeoutError:
+                yield b": still here\n\n"
+                continue
+            except SlowConsumer:
+                return
+            if batch is None:
+                return
+            yield batch.written(_frames)
 
 
 def _frames(events: Sequence[Event]) -> bytes:
@@ -111,10 +130,9 @@ async def follow_events(websocket: WebSocket) -> None:
     offered = websocket.scope.get("subprotocols", ())
     await websocket.accept(SUBPROTOCOL if SUBPROTOCOL in offered else None)
     try:
-        require_known(websocket, ("after", "bodies", "types"))
-        events = plant.events.subscribe(
-            query.get("after"), _addresses(plant, query.get("bodies")), _split(query.get("types"))
-        )
+        require_known(websocket, ("after", "bodies", "types", "sample"))
+        wanted = _addresses(plant, query.get("bodies")), _split(query.get("types"))
+        events = plant.events.subscribe(query.get("after"), *wanted, _rate(query.get("sample")))
     except InvalidRequest as error:
         await websocket.close(CLOSE_INVALID, error.detail.encode()[:MAX_REASON_BYTES].decode(errors="ignore"))
         return
@@ -159,9 +177,29 @@ def _addresses(plant: Plant, text: str | None) -> list[str] | None:
     for address in map(canonical_address, wanted or ()):
         if address not in known:
             raise InvalidRequest(
-                f"bodies: there is no {address}.", "GET /bodies, /groups and /robots list what there is."
+                f"bodies: there is no {address}.",
+                "GET /bodies, /groups, /scaras, /robots list what there is.",
             )
     return wanted
+
+
+def _rate(text: str | None) -> float | None:
+    """Read how often live values are wanted.
+
+    :raises InvalidRequest: it is no number, or too large or too small.
+    """
+    if text is None:
+        return None
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = nan
+    if not SLOWEST_HZ <= rate <= FASTEST_HZ:
+        raise InvalidRequest(
+            f"sample: {text!r} is no number from {SLOWEST_HZ:g} to {FASTEST_HZ:g}.",
+            "Give how many values a second are wanted.",
+        )
+    return rate
 
 
 def _split(text: str | None) -> list[str] | None:

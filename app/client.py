@@ -1,9 +1,10 @@
 """The HTTP interface as commands use it: every failure is a sentence and an exit code."""
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 from uuid import uuid4
 
 import httpx
@@ -14,6 +15,8 @@ from app.exits import Failure, fail
 from app.progress import Progress
 from gateway.core.errors import Ambiguous, GarbledReply, NoReply
 from gateway.core.move_record import MoveStatus
+
+T = TypeVar("T")
 
 LOCAL = "http://127.0.0.1:8420"
 KEY_VARIABLE = "MOTION_GATEWAY_KEY"
@@ -84,6 +87,18 @@ class Client:
 
         :raises Failure: it was refused, or nobody knows; the sentence names the request's id.
         """
+        return self._answer(method, path, content, wait_s, _data)
+
+    def text(self, path: str, within_s: float) -> str:
+        """Read a text, which may take so long; a failure ends the command."""
+        try:
+            return self._answer("GET", path, None, within_s, lambda answer: answer.text)
+        except Failure as failure:
+            fail(str(failure), failure.code)
+
+    def _answer(
+        self, method: str, path: str, content: object, wait_s: float, read: Callable[[httpx.Response], T]
+    ) -> T:
         headers, url = self.headers(), self.url + path
         if wait_s:
             headers["Prefer"] = f"wait={wait_s:g}"
@@ -96,7 +111,9 @@ class Client:
                 timeout=wait_s + ANSWER_S,
                 trust_env=self.trust_environment,
             )
-            data = dict(answer.json())
+            if not answer.is_success:
+                raise refusal(answer.status_code, _data(answer), headers["X-Request-Id"])
+            return read(answer)
         except NEVER_REACHED as error:
             raise Failure(
                 f"No gateway answers at {url}: {error}. Nothing was sent.", exits.NOT_SENT
@@ -110,9 +127,6 @@ class Client:
                 f"else. The line's trace has what was sent, as request {headers['X-Request-Id']}.",
                 exits.UNKNOWN,
             ) from None
-        if not answer.is_success:
-            raise refusal(answer.status_code, data, headers["X-Request-Id"])
-        return data
 
     def begin(self, path: str, content: object, wait_s: float, progress: Progress) -> list[dict[str, Any]]:
         """Start what moves, and give its moves: one, or those of a group's members.
@@ -133,7 +147,7 @@ class Client:
 
     def _look(self, move: dict[str, Any], wait_s: float) -> dict[str, Any]:
         """What has become of a move that was started."""
-        kind = "robots" if "/units/" in move["body_id"] else "bodies"
+        kind = "scaras" if "scara_id" in move else "robots" if "/units/" in move["body_id"] else "bodies"
         path = f"/{kind}/{move['body_id']}/moves/{move['id']}"
         try:
             return self.request("GET", path, wait_s=wait_s)
@@ -143,6 +157,10 @@ class Client:
                 f"{failure} Read status and position before anything else.",
                 exits.UNKNOWN,
             )
+
+
+def _data(answer: httpx.Response) -> dict[str, Any]:
+    return dict(answer.json())
 
 
 def refusal(status: int, problem: dict[str, Any], request_id: str) -> Failure:

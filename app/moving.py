@@ -6,7 +6,7 @@ The tables of commands are loaded where a command is read: half a second that a 
 import json
 import re
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -14,6 +14,7 @@ from app import exits
 from app.client import LOCAL, Client, KeyFile, Seconds, Url, exit_of_moves, exit_of_stop
 from app.exits import Failure, fail
 from app.progress import Progress
+from app.scaras import scara_move
 from app.targets import Target, find
 from protocols.table import Command, SyntaxFault, WireFault
 
@@ -52,7 +53,24 @@ class MoveKind(StrEnum):
 
     RELATIVE = "relative"
     ABSOLUTE = "absolute"
+    POSITION = "position"
     HOME = "home"
+    LINE = "line"
+    PATH = "path"
+    OFFSET = "offset"
+    EXTEND = "extend"
+    RETRACT = "retract"
+    ROTATE = "rotate"
+    FINGER = "finger"
+    ALIGN = "align"
+
+
+_OF_SCARAS: Final = frozenset(MoveKind) - {
+    MoveKind.RELATIVE,
+    MoveKind.ABSOLUTE,
+    MoveKind.POSITION,
+    MoveKind.HOME,
+}
 
 
 def move(
@@ -60,30 +78,36 @@ def move(
     kind: Annotated[MoveKind, typer.Argument(help="What kind of move.")],
     values: Annotated[
         list[str] | None,
-        typer.Argument(help="How far, or where to: 500, -12.5; for robots by axis: X=10 Z=-5.5."),
+        typer.Argument(
+            help="How far, or where to: 500, -12.5; for robots by axis: X=10 Z=-5.5; for SCARA robots X=10 "
+            "Y=5, R=150 A=90, or a number alone; or a stored position: 5."
+        ),
     ] = None,
     unit: Annotated[
         str | None,
         typer.Option(
-            help="pulse, mm, um, deg, mdeg; for robots mm, pulse, degree. Left out: pulse, or the axis's own."
+            help="pulse, mm, um, deg, mdeg; for robots mm, pulse, degree. Left out: pulse, the axis's, mm."
         ),
     ] = None,
+    pattern: Annotated[int | None, typer.Option(help="Acceleration pattern of RC-420s, 0-29.")] = None,
     wait: Seconds = 0,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
-    """Move a body, a group or a unit of a robot, and print the move as JSON."""
+    """Move a body, a group, a unit of a robot or a SCARA robot, and print the move as JSON."""
     client = Client.at(url, key_file)
     try:
         target = find(client, address)
         if target.kind == "robots":
             path = target.unit_path()
             content = _robot_move(client, path, kind, values or [], unit)
+        elif target.kind == "scaras":
+            path, content = target.path, scara_move(kind, values or [], unit, _number)
         else:
             path, content = target.path, _body_move(kind, values or [], unit or "pulse")
     except Failure as failure:
         fail(str(failure), failure.code)
-    _move(client, f"{path}/moves", content, wait)
+    _move(client, f"{path}/moves", content | ({} if pattern is None else {"pattern": pattern}), wait)
 
 
 def _move(client: Client, path: str, content: object, wait_s: float) -> None:
@@ -102,9 +126,8 @@ def _print(answer: dict[str, Any]) -> None:
 
 
 def _body_move(kind: MoveKind, values: list[str], unit: str) -> dict[str, Any]:
-    if kind is MoveKind.HOME:
-        _expect(0, values, "`home` takes no value")
-        return {"kind": "home"}
+    if (content := _common_move(kind, values)) is not None:
+        return content
     _expect(1, values, f"`{kind}` takes one value, such as 500")
     number = _number(values[0])
     if kind is MoveKind.ABSOLUTE:
@@ -116,9 +139,8 @@ def _body_move(kind: MoveKind, values: list[str], unit: str) -> dict[str, Any]:
 def _robot_move(
     client: Client, path: str, kind: MoveKind, values: list[str], unit: str | None
 ) -> dict[str, Any]:
-    if kind is MoveKind.HOME:
-        _expect(0, values, "`home` takes no value")
-        return {"kind": "home"}
+    if (content := _common_move(kind, values)) is not None:
+        return content
     axes: dict[str, Any] = {}
     for value in values:
         name, equals, number = value.partition("=")
@@ -132,6 +154,19 @@ def _robot_move(
         for name, amount in axes.items():
             amount["unit"] = own.get(name, "mm")  # of an axis it does not have the gateway tells
     return {"kind": kind, "axes": axes}
+
+
+def _common_move(kind: MoveKind, values: list[str]) -> dict[str, Any] | None:
+    """A move that bodies and robots take in the same words."""
+    if kind in _OF_SCARAS:
+        raise _usage(f"Only SCARA robots have moves `{kind}`")
+    if kind is MoveKind.HOME:
+        _expect(0, values, "`home` takes no value")
+        return {"kind": "home"}
+    if kind is MoveKind.POSITION:
+        _expect(1, values, "`position` takes one number, such as 5")
+        return {"kind": "position", "position": _number(values[0])}
+    return None
 
 
 def _expect(count: int, values: list[str], sentence: str) -> None:

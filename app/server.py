@@ -6,6 +6,7 @@ import logging
 import os
 import signal
 import socket
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -18,9 +19,16 @@ from app.descriptors import connections_possible
 from app.door import Door
 from app.systemd import Watchdog, notify, watchdog_wanted
 from app.tls import Certificate
+from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config, Server
+from gateway.config_file import ConfigFile
+from gateway.core.errors import GatewayError
 from gateway.core.journal.opening import open_journal
+from gateway.core.lease_tokens import LeaseTokens
+from gateway.core.origin import Origin
+from gateway.operations import configuration
 from gateway.plant import Plant
+from gateway.wind_down import SUBJECT
 
 log = logging.getLogger(__name__)
 
@@ -36,10 +44,12 @@ class CannotListen(OSError):
     """The HTTP port cannot be had; the message says which and why."""
 
 
-async def serve(config: Config, data: Path) -> None:
-    """Serve until SIGINT, SIGTERM or SIGHUP. What `on_exit` leaves moving runs on in the controllers.
+async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> None:
+    """Serve until SIGINT, SIGTERM, or the end of the terminal; SIGHUP from elsewhere reads the `file` again.
 
-    `data` is where the keys and the journal are.
+    What `on_exit` leaves moving runs on in the controllers.
+
+    `data` is where the keys, the names and the journal are.
 
     :raises CannotListen: no line was opened.
     :raises ConfigError: nobody could be let in, or the certificate cannot be used; no line was opened.
@@ -49,13 +59,15 @@ async def serve(config: Config, data: Path) -> None:
 
     door = Door(config, data)
     with _listener(config.server) as listener:
-        plant = Plant(config, journal=open_journal(data))
+        plant = Plant(config, journal=open_journal(data), lease_tokens=LeaseTokens(data), file=file)
+        plant.names.keep_in(data)
         app = create_app(plant, door.credentials)
         make_documents(app)
         server = _Server(_uvicorn_config(app, config.server, door.certificate))
         end = _End(plant, server)
         if watchdog_wanted():
-            _feed_watchdog(plant)
+            plant.on_lines = partial(_feed_watchdog, plant)
+            plant.on_lines()
         await plant.start()
         try:
             # What has been made by now stays: looking it through again would hold up every line for 50 ms.
@@ -87,19 +99,29 @@ def _feed_watchdog(plant: Plant) -> None:
 
 
 class _End:
-    """The signals that tell the gateway to end."""
+    """The signals that tell the gateway to end, or to read its configuration again."""
 
     def __init__(self, plant: Plant, server: "_Server") -> None:
         self._plant, self._server = plant, server
         self._told = asyncio.Event()
+        self._reloads: set[asyncio.Task[None]] = set()
         for number in _signals():
-            asyncio.get_running_loop().add_signal_handler(number, self._tell, number)
+            asyncio.get_running_loop().add_signal_handler(number, self._take, number)
 
     async def told(self, serving: "asyncio.Task[None]") -> None:
         """Wait for the first signal, or for a server that ends without one."""
         waiting = asyncio.create_task(self._told.wait(), name="signals")
         await asyncio.wait({serving, waiting}, return_when=asyncio.FIRST_COMPLETED)
         waiting.cancel()
+
+    def _take(self, number: int) -> None:
+        """A SIGHUP means the file, unless it says that the terminal has been closed."""
+        if number == signal.SIGHUP and self._plant.file is not None and not _has_lost_terminal():
+            task = asyncio.create_task(_reload(self._plant), name="reload")
+            self._reloads.add(task)
+            task.add_done_callback(self._reloads.discard)
+        else:
+            self._tell(number)
 
     def _tell(self, number: int) -> None:
         """End because of a signal; after a second one nobody is waited for."""
@@ -111,6 +133,36 @@ class _End:
         else:
             log.info("%s: shutting down; nothing begins to move any more", name)
             self._told.set()
+
+
+async def _reload(plant: Plant) -> None:
+    """Read the configuration again; one that cannot be served leaves everything as it is."""
+    notify("RELOADING=1", f"MONOTONIC_USEC={time.monotonic_ns() // 1000}")
+    try:
+        with asking(EVERYBODY):
+            found = await configuration.reload(plant, Origin("SIGHUP"), dry_run=False)
+        log.info("SIGHUP: %s", found.model_dump_json())
+    except GatewayError as error:
+        log.error("SIGHUP: the configuration stays as it was: %s", error.detail)  # noqa: TRY400  # it says all
+        plant.events.publish("gateway.reload_failed", SUBJECT, {"reason": error.detail})
+    finally:
+        notify("READY=1")
+
+
+def _has_lost_terminal() -> bool:
+    """Whether the process was started at a terminal that is closed now."""
+    return _AT_TERMINAL and not _has_terminal()
+
+
+def _has_terminal() -> bool:
+    try:
+        os.close(os.open("/dev/tty", os.O_RDWR | os.O_NOCTTY))
+    except OSError:
+        return False
+    return True
+
+
+_AT_TERMINAL = _has_terminal()
 
 
 def _signals() -> list[signal.Signals]:

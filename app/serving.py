@@ -4,7 +4,7 @@ What it takes is loaded when it is asked for: no other command waits for that, a
 """
 
 import asyncio
-import logging
+import sys
 from contextlib import AsyncExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,8 +19,7 @@ from app.exits import fail
 
 if TYPE_CHECKING:
     from gateway.config import Config
-
-DEMO_BODIES = (0x00, 0x01, 0x3F)
+    from gateway.config_file import ConfigFile
 
 
 def serve(
@@ -29,18 +28,21 @@ def serve(
     port: Annotated[int | None, typer.Option(min=0, max=65535, help="Listen on this port instead.")] = None,
     data: Data = None,
 ) -> None:
-    """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM)."""
+    """Start the gateway and keep it running until it is told to end (SIGINT or SIGTERM).
+
+    SIGHUP reads the configuration file again.
+    """
     if (config is None) == (not demo):
         fail("Say either --config FILE or --demo.", exits.USAGE)
     from app.server import CannotListen
-    from gateway.config import ConfigError, load
+    from gateway.config import ConfigError
+    from gateway.config_file import ConfigFile
     from gateway.core.journal.disk import InUse
     from gateway.core.journal.schema import TooNew
 
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
         given = data or data_directory()
-        serving = _serve(_on_port(load(config), port), given) if config else _serve_demo(port, data)
+        serving = _serve_file(ConfigFile(config, port), given) if config else _serve_demo(port, data)
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
     except ConfigError as error:
@@ -53,39 +55,26 @@ def serve(
         fail(f"The journal is of a later version: {error}. No line was opened.", exits.NOT_SENT)
 
 
-async def _serve(config: "Config", data: Path) -> None:
+async def _serve_file(file: "ConfigFile", data: Path) -> None:
+    await _serve(file.load(), data, file)
+
+
+async def _serve(config: "Config", data: Path, file: "ConfigFile | None" = None) -> None:
+    from app.logs import logging_to
     from app.server import serve as run_server
 
-    await run_server(config, data)
+    with logging_to(sys.stderr, config.server.log_level, config.server.log_format):
+        await run_server(config, data, file)
 
 
 async def _serve_demo(port: int | None, data: Path | None) -> None:
     """Serve a simulated line and a simulated robot that run in this very process."""
+    from app.demo import BODIES, demo_config
     from simulator.cli import start_demo_line, start_demo_robot
 
     with TemporaryDirectory(prefix="motion-gateway-") as folder:
         line_path, robot_path = Path(folder) / "line1", Path(folder) / "cell1"
         async with AsyncExitStack() as stack:
-            stack.push_async_callback(start_demo_line(DEMO_BODIES, line_path).aclose)
+            stack.push_async_callback(start_demo_line(BODIES, line_path).aclose)
             stack.push_async_callback(start_demo_robot(robot_path).aclose)
-            await _serve(_on_port(_demo_config(line_path, robot_path), port), data or Path(folder) / "data")
-
-
-def _demo_config(line_path: Path, robot_path: Path) -> "Config":
-    from gateway.config import Config
-
-    bodies = [{"id": f"{body:02X}"} for body in DEMO_BODIES]
-    line = {"id": "line1", "address": f"serial://{line_path}?baud=9600", "bodies": bodies}
-    units = [
-        {"number": 1, "axes": ["X", "Y", "Z"], "motor_axes": ["A", "B", "Z"]},
-        {"number": 2, "axes": ["X", "Y", "Z"]},
-    ]
-    robot = {"id": "r1", "units": units}
-    cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
-    return Config.model_validate({"access": {"mode": "open"}, "lines": [line, cell]})
-
-
-def _on_port(config: "Config", port: int | None) -> "Config":
-    if port is None:
-        return config
-    return config.model_copy(update={"server": config.server.model_copy(update={"port": port})})
+            await _serve(demo_config(line_path, robot_path, port), data or Path(folder) / "data")

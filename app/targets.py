@@ -10,7 +10,7 @@ from app.exits import Failure
 from gateway.core.addresses import numbered_address
 from protocols.rorze.row import FIRST_GROUP
 
-Kind = Literal["bodies", "groups", "robots"]
+Kind = Literal["bodies", "groups", "scaras", "robots"]
 
 _NUMBERED = re.compile("(?:[a-z][a-z0-9-]*[.])?[0-9][0-9a-f]", re.ASCII | re.IGNORECASE)
 _UNIT = re.compile("(.+?)(?:/units)?/([1-9])", re.IGNORECASE)
@@ -70,8 +70,12 @@ def find(client: Client, word: str) -> Target:
     for robot in robots:
         if robot["robot_id"] == name.lower():
             return _robot(robot, number)
+    scaras = client.request("GET", "/scaras")["scaras"]
+    if any(scara["scara_id"] == word.lower() for scara in scaras):
+        return Target("scaras", word.lower())
     found = [_robot(robot, number) for robot in robots if robot["name"] == name]
     if number is None:
+        found += [Target("scaras", it["scara_id"]) for it in scaras if it["name"] == name]
         found += _named(client, "bodies", "body_id", name) + _named(client, "groups", "group_id", name)
     if len(found) == 1:
         return found[0]

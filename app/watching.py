@@ -22,24 +22,27 @@ SCAN_S = 60.0
 SILENT_S = 45.0
 """A stream says that it is still here every 15 s; one that does not is begun anew."""
 TRY_AGAIN_S = 1.0
-SHOWN = ("status", "state", "command", "position", "end_cause", "reason", "detail", "seconds")
+SHOWN = (
+    *("status", "state", "command", "position", "end_cause", "reason", "detail", "seconds"),
+    *("pulses", "value", "sensor", "number", "name", "on", "text"),
+)
 """What of an event's data stands in its line."""
 
 
 def status(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = False) -> None:
-    """Show the lines, bodies and robots of a running gateway; no controller is asked."""
+    """Show the lines, bodies, SCARA robots and robots of a running gateway; no controller is asked."""
     client = Client.at(url, key_file)
-    lines, bodies, robots = (client.get(f"/{kind}")[kind] for kind in ("lines", "bodies", "robots"))
+    everything = {kind: client.get(f"/{kind}")[kind] for kind in ("lines", "bodies", "scaras", "robots")}
     if as_json:
-        everything = {"lines": lines, "bodies": bodies, "robots": robots}
         typer.echo(json.dumps(everything, ensure_ascii=False, indent=2))
         return
     tables = [
-        _table(("LINE", "STATE", "ADDRESS", "TROUBLE"), map(_line_row, lines)),
-        _table(("BODY", "NAME", "STATE", "POSITION", "NOTE"), map(_body_row, bodies)) if bodies else "",
-        _table(("ROBOT", "NAME", "STATE", "UNITS", "NOTE"), map(_robot_row, robots)) if robots else "",
+        _table(("LINE", "STATE", "ADDRESS", "TROUBLE"), map(_line_row, everything["lines"])),
+        _table(("BODY", "NAME", "STATE", "POSITION", "NOTE"), map(_body_row, everything["bodies"])),
+        _table(("SCARA", "NAME", "STATE", "AXES", "NOTE"), map(_scara_row, everything["scaras"])),
+        _table(("ROBOT", "NAME", "STATE", "UNITS", "NOTE"), map(_robot_row, everything["robots"])),
     ]
-    typer.echo("\n\n".join(filter(None, tables)))
+    typer.echo("\n\n".join(table for table in tables if "\n" in table))
 
 
 def _line_row(line: dict[str, Any]) -> Row:
@@ -49,6 +52,11 @@ def _line_row(line: dict[str, Any]) -> Row:
 def _body_row(body: dict[str, Any]) -> Row:
     position = "" if body["position"] is None else str(body["position"])
     return body["body_id"], body["name"], _state(body), position, _lost_power(body)
+
+
+def _scara_row(scara: dict[str, Any]) -> Row:
+    axes = ", ".join(axis["body_id"] for axis in scara["axes"])
+    return scara["scara_id"], scara["name"], _state(scara), axes, _lost_power(scara)
 
 
 def _robot_row(robot: dict[str, Any]) -> Row:
@@ -105,6 +113,9 @@ def watch(
         str | None, typer.Option(help="Only these: addresses or names joined by commas, 3F,lift,r1.")
     ] = None,
     types: Annotated[str | None, typer.Option(help="Only these types: body.move.*,line.down.")] = None,
+    sample: Annotated[
+        float | None, typer.Option(min=0.1, max=50, help="Live values too, so many times a second at most.")
+    ] = None,
     after: Annotated[str | None, typer.Option(help="Begin after this cursor; left out, now.")] = None,
     count: Annotated[int | None, typer.Option(min=1, help="End after so many events.")] = None,
     url: Url = LOCAL,
@@ -115,6 +126,7 @@ def watch(
     client = Client.at(url, key_file)
     try:
         query = {"types": types, "bodies": bodies and _addresses(client, bodies)}
+        query["sample"] = None if sample is None else f"{sample:g}"
         events = _events(client, {name: it for name, it in query.items() if it}, after)
         for event in islice(events, count):
             typer.echo(json.dumps(event, ensure_ascii=False) if as_json else _line(event))

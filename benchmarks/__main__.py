@@ -13,9 +13,12 @@ from benchmarks import (
     fan_out,
     first_byte,
     http_read,
+    key_cost,
     line_use,
+    live_values,
     move_cost,
     stop_latency,
+    tls_crowd,
 )
 from benchmarks.figures import Figure, table
 
@@ -31,6 +34,9 @@ class Benchmark(StrEnum):
     CROWD = "crowd"
     FAN_OUT = "fan-out"
     MOVE_COST = "move-cost"
+    LIVE_VALUES = "live-values"
+    KEY_COST = "key-cost"
+    TLS_CROWD = "tls-crowd"
 
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
@@ -42,6 +48,9 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.CROWD: crowd.run,
     Benchmark.FAN_OUT: fan_out.run,
     Benchmark.MOVE_COST: move_cost.run,
+    Benchmark.LIVE_VALUES: live_values.run,
+    Benchmark.KEY_COST: key_cost.run,
+    Benchmark.TLS_CROWD: tls_crowd.run,
 }
 
 

@@ -6,6 +6,7 @@ The yardstick is the same gateway before they come.
 import asyncio
 
 from benchmarks.figures import Figure, Target
+from benchmarks.http_client import Door
 from benchmarks.processes import announced, resident_mib
 from benchmarks.stop_latency import full_gateway, quantile, stops_ms
 
@@ -21,10 +22,10 @@ LEAVE_S = 5.0
 async def run(seconds: float) -> list[Figure]:
     """Stop moving bodies again and again, first alone and then among the crowd."""
     async with full_gateway(CONNECTIONS) as (line, port, process):
-        quiet = await stops_ms(line, port, QUIET_SHARE * seconds)
+        quiet = await stops_ms(line, Door(port), QUIET_SHARE * seconds)
         before_mib = resident_mib(process)
         async with announced("-m", "benchmarks.subscribers", str(port), str(READING), str(SILENT)):
-            loud = await stops_ms(line, port, (1 - QUIET_SHARE) * seconds)
+            loud = await stops_ms(line, Door(port), (1 - QUIET_SHARE) * seconds)
             crowded_mib = resident_mib(process)
         await asyncio.sleep(LEAVE_S)
         after_mib = resident_mib(process)

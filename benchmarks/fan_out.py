@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.figures import Figure, Target
-from benchmarks.http_client import is_complete, post
+from benchmarks.http_client import Door, is_complete, post
 from benchmarks.http_read import write_config
 from benchmarks.processes import announced, free_port, gateway, module, set_apart, simulated_line
 from benchmarks.stop_latency import teach_speeds
@@ -95,5 +95,5 @@ async def moved_line() -> AsyncIterator[tuple[int, Process]]:
         await stack.enter_async_context(simulated_line(BODIES, "--listen", f"tcp://127.0.0.1:{line}"))
         config = write_config(folder, web, line, BODIES)
         process = await stack.enter_async_context(gateway(config, web, apart))
-        await asyncio.to_thread(teach_speeds, web, BODIES)
+        await asyncio.to_thread(teach_speeds, Door(web), BODIES)
         yield web, process

@@ -4,7 +4,9 @@ import asyncio
 import json
 import re
 import socket
+import ssl
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import partial
 from itertools import cycle
 from time import perf_counter
@@ -49,6 +51,26 @@ def connect(port: int) -> socket.socket:
     return sock
 
 
+@dataclass(frozen=True)
+class Door:
+    """Where a gateway is asked, and what it wants to see."""
+
+    port: int
+    token: str = ""
+    trusting: ssl.SSLContext | None = None
+    """Makes it TLS."""
+
+    def connect(self) -> socket.socket:
+        """Connect to it."""
+        sock = connect(self.port)
+        return self.trusting.wrap_socket(sock, server_hostname="127.0.0.1") if self.trusting else sock
+
+    def signed(self, request: bytes) -> bytes:
+        """Let a request show the key."""
+        key = f"\r\nAuthorization: Bearer {self.token}\r\n\r\n".encode()
+        return request.replace(_HEAD_END, key, 1) if self.token else request
+
+
 def ask(sock: socket.socket, request: bytes) -> bytes:
     """Send one request and wait for its response."""
     sock.sendall(request)
@@ -73,7 +95,7 @@ def latencies(port: int, requests: list[bytes], seconds: float) -> list[float]:
     return taken
 
 
-class _Client(asyncio.Protocol):
+class Client(asyncio.Protocol):
     """One of many connections, each asking again as soon as it is answered."""
 
     def __init__(self, requests: Iterator[bytes]) -> None:
@@ -110,14 +132,14 @@ class _Client(asyncio.Protocol):
             raise self.failure
 
 
-def _answered(clients: list[_Client]) -> int:
+def _answered(clients: list[Client]) -> int:
     return sum(client.answered for client in clients)
 
 
 async def requests_per_s(port: int, clients: int, requests: list[bytes], seconds: float) -> float:
     """Ask on many connections at once, with the requests spread over them, until somebody is answered."""
     loop = asyncio.get_running_loop()
-    asking = [_Client(_from(requests, first)) for first in range(clients)]
+    asking = [Client(_from(requests, first)) for first in range(clients)]
     for client in asking:
         await loop.create_connection(partial(_itself, client), "127.0.0.1", port)
     before, begun_at, answered = _answered(asking), loop.time(), 0
@@ -130,7 +152,7 @@ async def requests_per_s(port: int, clients: int, requests: list[bytes], seconds
     return rate
 
 
-def _itself(client: _Client) -> _Client:
+def _itself(client: Client) -> Client:
     return client
 
 

@@ -16,7 +16,7 @@ from time import monotonic, sleep
 
 from benchmarks.figures import Figure, Target
 from benchmarks.first_byte import Overheard
-from benchmarks.http_client import ask, connect, get, post
+from benchmarks.http_client import Door, ask, connect, get, post
 from benchmarks.http_read import write_config
 from benchmarks.processes import announced, free_port, module, set_apart
 from gateway.core.events import RETAINED_EVENTS
@@ -66,9 +66,9 @@ class Line(Overheard):
 async def run(seconds: float) -> list[Figure]:
     """Stop moving bodies again and again, first among friends and then among others."""
     async with full_gateway() as (line, port, _), _clients(port, "reads"):
-        quiet = await stops_ms(line, port, QUIET_SHARE * seconds)
+        quiet = await stops_ms(line, Door(port), QUIET_SHARE * seconds)
         async with _clients(port, *HOSTILE):
-            loud = await stops_ms(line, port, (1 - QUIET_SHARE) * seconds)
+            loud = await stops_ms(line, Door(port), (1 - QUIET_SHARE) * seconds)
     name, unit = "stop among hostile clients", f"ms of {len(loud)}"
     return [
         Figure(f"{name}: p99.9", unit, [quantile(loud, 0.999)], [quantile(quiet, 0.999)], P999),
@@ -94,7 +94,7 @@ async def full_gateway(connections: int = 1000) -> AsyncIterator[tuple[Line, int
         apart = stack.enter_context(set_apart())
         full_ring = module("benchmarks.full_ring", web, str(config), processors=apart)
         process = await stack.enter_async_context(full_ring)
-        await asyncio.to_thread(teach_speeds, web, MOVERS)
+        await asyncio.to_thread(teach_speeds, Door(web), MOVERS)
         await asyncio.to_thread(_wait_until_full, web)
         yield line, web, process
 
@@ -105,12 +105,12 @@ async def _clients(port: int, *kinds: str) -> AsyncIterator[None]:
         yield
 
 
-def teach_speeds(port: int, bodies: list[int]) -> None:
+def teach_speeds(door: Door, bodies: list[int]) -> None:
     """Let bodies know how fast they move."""
-    with connect(port) as sock:
+    with door.connect() as sock:
         for body in bodies:
             for name, value in SPEEDS.items():
-                ask(sock, post(f"/bodies/{body:02X}/commands/{name}", value))
+                ask(sock, door.signed(post(f"/bodies/{body:02X}/commands/{name}", value)))
 
 
 def _wait_until_full(port: int) -> None:
@@ -124,18 +124,19 @@ def _wait_until_full(port: int) -> None:
     raise RuntimeError(f"not measured, because the event ring was not full after {FILL_S:g} s")
 
 
-async def stops_ms(line: Line, port: int, seconds: float) -> list[float]:
+async def stops_ms(line: Line, door: Door, seconds: float) -> list[float]:
     """Move and stop all movers for some seconds; the milliseconds until each stop began to arrive."""
     ends_at = monotonic() + seconds
-    taken = await asyncio.gather(*(_stop_one(line, port, body, ends_at) for body in MOVERS))
+    taken = await asyncio.gather(*(_stop_one(line, door, body, ends_at) for body in MOVERS))
     return [milliseconds for some in taken for milliseconds in some]
 
 
-async def _stop_one(line: Line, port: int, body: int, ends_at: float) -> list[float]:
+async def _stop_one(line: Line, door: Door, body: int, ends_at: float) -> list[float]:
     taken: list[float] = []
     frame = b"&%02X" % body + STOP_CODE
-    move, stop = post(f"/bodies/{body:02X}/moves", FAR), post(f"/bodies/{body:02X}/stop", STOP)
-    with connect(port) as sock:
+    place = f"/bodies/{body:02X}"
+    move, stop = (door.signed(it) for it in (post(f"{place}/moves", FAR), post(f"{place}/stop", STOP)))
+    with door.connect() as sock:
         while monotonic() < ends_at or len(taken) < LEAST_STOPS:
             with suppress(RuntimeError):  # it still has the last one: a stop is measured all the same
                 await asyncio.to_thread(ask, sock, move)

@@ -9,26 +9,29 @@ from typing import cast
 import uvloop
 
 HANDSHAKE = (
-    b"GET /events HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+    b"GET %b HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
     b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
 )
 PONG = b"\x8a\x84\x00\x00\x00\x00"
 """With a mask that changes nothing; the four bytes of the ping follow."""
 PING = b"\x89\x04"
+VALUE = b'"pulses":'
 
 
 class Subscriber(asyncio.Protocol):
     """A client that reads all, or nothing at all."""
 
-    def __init__(self, *, reads: bool = True) -> None:
+    def __init__(self, target: str = "/events", handshake: bytes = HANDSHAKE, *, reads: bool = True) -> None:
+        self.values = 0
+        self._target = target.encode()
         self.open = asyncio.Event()
         self.received = 0
-        self._reads = reads
+        self._handshake, self._reads = handshake, reads
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Ask for the events."""
         self._transport = cast("asyncio.Transport", transport)
-        self._transport.write(HANDSHAKE)
+        self._transport.write(self._handshake % self._target)
 
     def data_received(self, data: bytes) -> None:
         """Count what comes, and answer pings."""
@@ -39,6 +42,7 @@ class Subscriber(asyncio.Protocol):
         elif data.startswith(PING):
             self._transport.write(PONG + data[2:6])
         self.received += len(data)
+        self.values += data.count(VALUE)
 
     def leave(self) -> None:
         """End the connection."""

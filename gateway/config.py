@@ -14,6 +14,8 @@ from gateway.access.roles import Role
 from gateway.core.tables import Array, Fault, Line, Table, refuse_repeats
 from gateway.core.toml_lines import KeyPath, LineIndex
 from gateway.families import FAMILIES
+from gateway.rorze.config import Line as RorzeLine
+from gateway.rorze.scaras.config import Scara
 from protocols.wording import sentence
 from transports.addresses import Address
 
@@ -86,8 +88,15 @@ class Server(Table):
     """Connections at once, event streams included; beyond them only stops are served."""
     raw_commands: bool = False
     """Whether commands may be sent as plain text."""
+    latch: bool = False
+    """Whether an alarm keeps what it is about from moving until it is reset; those of the gateway itself keep
+    everything."""
     allow_endless_moves: bool = False
     """Whether moves without an end may be started."""
+    log_level: Literal["debug", "info", "warning", "error"] = "info"
+    """The least that is logged."""
+    log_format: Literal["text", "json"] = "text"
+    """`json`: one object a line; text has priorities where the journal of systemd reads it."""
     on_exit: Literal["leave", "stop"] = "leave"
     """Whether motors that move when the gateway ends go on to the ends of their moves, or are stopped; moves
     without an end and JOGs are always stopped."""
@@ -144,6 +153,8 @@ class Access(Table):
     subscribers_per_key: int = Field(50, ge=1, le=50_000)
     requests_per_key: int = Field(200, ge=1, le=50_000)
     moves_per_key_and_s: int = Field(20, ge=1, le=10_000)
+    lease_mode: Literal["off", "optional", "required"] = "optional"
+    """Whether motions and settings take a lease: never, where somebody has one, or always."""
     oidc: Oidc | None = None
 
 
@@ -170,6 +181,7 @@ class Config(Table):
     server: Server = Server()
     access: Access = Access()
     lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
+    scaras: Array[Scara] = ()
 
     @model_validator(mode="after")
     def _be_guarded(self) -> Self:
@@ -198,6 +210,28 @@ class Config(Table):
                 taken.add((path, its_id))
             if line.trace_file and line.trace_file in [other.trace_file for other in self.lines[:index]]:
                 raise Fault("two lines cannot write to one file", "lines", index, "trace_file")
+        return self
+
+    @model_validator(mode="after")
+    def _place_scaras(self) -> Self:
+        """A SCARA robot is found by its id alone, and has its bodies and its group for itself."""
+        lines = {line.id: line for line in self.lines if isinstance(line, RorzeLine)}
+        taken = {line.id for line in self.lines} | {
+            it for line in self.lines for it in line.unique_ids().values()
+        }
+        busy: set[tuple[str, str]] = set()
+        for index, scara in enumerate(self.scaras):
+            if scara.id in taken:
+                raise Fault("is the id of something else", "scaras", index, "id")
+            taken.add(scara.id)
+            try:
+                scara.require_place_on(lines.get(scara.line))
+            except Fault as fault:
+                raise Fault(str(fault), "scaras", index, *fault.path) from None
+            wanted = {(scara.line, number) for number in (scara.group, *scara.members)}
+            if not busy.isdisjoint(wanted):
+                raise Fault("has a body or the group of another one", "scaras", index, "members")
+            busy |= wanted
         return self
 
 

@@ -2,13 +2,28 @@
 
 from collections.abc import Mapping
 
-from gateway.core.event_types import CORE, EventType, table_of
+from gateway import snapshot
+from gateway.config_file import Changes
+from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, table_of
 from gateway.families import FAMILIES
+
+
+class ReloadFailed(EventData):
+    """Why the configuration is served as before."""
+
+    reason: str
+
+
+OF_THE_CONFIGURATION = (
+    EventType("gateway.reloaded", GATEWAY, Changes, "the lines are served as the file has them now"),
+    EventType("gateway.reload_failed", GATEWAY, ReloadFailed, "the file was not taken; nothing has changed"),
+)
 
 
 def event_types() -> Mapping[str, EventType]:
     """The types of the core and of every family, by their names."""
-    return table_of(CORE, *(family.event_types for family in FAMILIES.values()))
+    families = (family.event_types for family in FAMILIES.values())
+    return table_of(CORE, OF_THE_CONFIGURATION, snapshot.TYPES, *families)
 
 
 EVENT_TYPES = event_types()

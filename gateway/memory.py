@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic_core import from_json
 
+from gateway.core.alarms import Alarm, Alarms
 from gateway.core.events import Event, EventHub
 from gateway.core.family import AnyLine, Family
 from gateway.core.journal import writes
@@ -22,13 +23,15 @@ log = logging.getLogger(__name__)
 class Memory:
     """The journal of a plant, and what writes into it."""
 
-    def __init__(self, opened: Opened, events: EventHub, families: Collection[Family]) -> None:
+    def __init__(
+        self, opened: Opened, events: EventHub, alarms: Alarms, families: Collection[Family]
+    ) -> None:
         self.journal, self._past, self._set_aside = opened
-        self._events, self._families = events, families
+        self._events, self._alarms, self._families = events, alarms, families
         self.journal.on_trouble = self._tell_of_trouble
         past = self._past
         events.resume(past.epoch, past.earlier, past.last_event, past.events)
-        events.on_published = self._keep_event
+        events.listeners.append(self._keep_event)
 
     def keep(self, line: AnyLine) -> None:
         """Write down what a line does with an effect."""
@@ -37,6 +40,8 @@ class Memory:
     def start(self) -> None:
         """Begin to write, tell how the last life ended, and take its moves over; the lines are built."""
         self.journal.start()
+        self._alarms.resume(map(Alarm.model_validate_json, self._past.alarms))
+        self._alarms.on_change = self._keep_alarm
         records = [from_json(record) for record in self._past.moves]
         self._tell_of_the_past(records)
         for intent in self._past.open_intents:
@@ -58,10 +63,25 @@ class Memory:
         at, final = move.created_at.timestamp(), move.status.final
         self.journal.note(writes.move(move.id, at, move.body_id, move.model_dump_json(), final=final))
 
+    def _keep_alarm(self, alarm: Alarm) -> None:
+        self.journal.note(
+            writes.alarm(
+                alarm.id,
+                alarm.raised_at.timestamp(),
+                alarm.subject,
+                alarm.cause,
+                alarm.model_dump_json(),
+                reset_at=None if alarm.reset_at is None else alarm.reset_at.timestamp(),
+                reset_by=alarm.reset_by,
+            )
+        )
+
     # what is told
 
     def _tell_of_trouble(self, why: str | None) -> None:
         if why is None:
+            for alarm in self._alarms.standing():  # what was raised meanwhile was not written
+                self._keep_alarm(alarm)
             self._events.publish("gateway.journal.recovered", SUBJECT, {})
         else:
             self._events.publish("gateway.journal.trouble", SUBJECT, {"reason": why})

@@ -3,29 +3,44 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
+from gateway import logbook
+from gateway.access.territory import Territory
+from gateway.causes import LINE_DOWN, UNUSABLE, causes_of
 from gateway.config import Config
+from gateway.config_file import ConfigFile, changes
 from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
-from gateway.core.errors import HeldUp, NotFound
+from gateway.core.alarms import Alarms
+from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.opening import Opened
+from gateway.core.lease_tokens import LeaseTokens
+from gateway.core.leases import End, Lease, Leases, Tokens
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
-from gateway.core.origin import POLL, acting
+from gateway.core.names import Names
+from gateway.core.origin import POLL, Origin, acting
+from gateway.core.parts import Part
 from gateway.core.targets import Target
 from gateway.families import FAMILIES
+from gateway.fics.family import Fics
+from gateway.figures import Figures
 from gateway.memory import Memory
+from gateway.rorze.family import Rorze
+from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
 from transports import Transport, create
 from transports.recorder import Recorded, Recorder
 from transports.trace_file import TraceFile
 
 log = logging.getLogger(__name__)
+
+ALARMS_LOOK_S = 5.0
 
 F = TypeVar("F", bound=Family)
 
@@ -39,10 +54,15 @@ class Plant:
         *,
         open_transport: Callable[[str], Transport] = create,
         rng: random.Random | None = None,
+        lease_tokens: Tokens | None = None,
+        file: ConfigFile | None = None,
         journal: Opened | None = None,
     ) -> None:
         self.config = config
+        self.file = file
+        """Where the configuration comes from, if from a file."""
         self.events = EventHub()
+        self.names = Names()
         self.recorders: dict[str, Recorder] = {}
         self.watch = LoopWatch()
         self.watch.on_held = self._was_held
@@ -50,30 +70,53 @@ class Plant:
         site = Site(self.events, allow_endless_moves=config.server.allow_endless_moves, rng=rng)
         self.families = {name: family(site) for name, family in FAMILIES.items()}
         self._ports: dict[str, AnyLine] = {}
-        self._memory = None if journal is None else Memory(journal, self.events, self.families.values())
-        self._watches: list[asyncio.Task[None]] = []
+        self.leases = Leases(config.access.lease_mode, lease_tokens or LeaseTokens())
+        self.leases.on_taken = self._lease_taken
+        self.leases.on_end = self._lease_ended
+        self.events.take_snapshot = taking(self.families.values(), self._ports)
+        causes = causes_of(self.families.values(), self._ports, self._journal_trouble)
+        self.alarms = Alarms(self.events, causes)
+        self._memory = (
+            None if journal is None else Memory(journal, self.events, self.alarms, self.families.values())
+        )
+        self.figures = Figures(self._line_of)
+        self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
+        self.on_lines: Callable[[], None] = lambda: None
+        """Told that there are other lines."""
+        self._open_transport = open_transport
+        self._reloading = asyncio.Lock()
+        self._watch_of_alarms: asyncio.Task[None] | None = None
+        self._watches: dict[str, list[asyncio.Task[None]]] = {}
         self._end = WindDown(
             site, self.admission, self.families.values(), self._ports.values(), config.server.on_exit
         )
         for line in config.lines:
-            port = self._open_port(line, open_transport)
-            self._ports[line.id] = built = self.families[line.protocol].add(line, port)
-            built.admission = self.admission
-            built.recorder = self.recorders[built.id]
-            if self._memory is not None:
-                self._memory.keep(built)
+            self._build(line)
+        self.territory = Territory(self._ports, self.family(Rorze), self.family(Fics))
+
+    def _build(self, line: tables.Line) -> None:
+        port = self._open_port(line)
+        self._ports[line.id] = built = self.families[line.protocol].add(line, port)
+        built.admission = self.admission
+        built.recorder = self.recorders[built.id]
+        built.gate.add(self.leases.guard(built.id))
+        if self._memory is not None:
+            self._memory.keep(built)
+        for scara in self.config.scaras:
+            if scara.line == line.id:
+                self.family(Rorze).add_scara(scara)
 
     @property
     def journal(self) -> Journal | None:
         """Where what has an effect is written down, if anywhere."""
         return None if self._memory is None else self._memory.journal
 
-    def _open_port(self, line: tables.Line, open_transport: Callable[[str], Transport]) -> Transport:
+    def _open_port(self, line: tables.Line) -> Transport:
         file = (
             TraceFile(line.trace_file, line.trace_file_bytes, line.trace_files) if line.trace_file else None
         )
         self.recorders[line.id] = recorder = Recorder(line.trace_entries, file)
-        port = open_transport(line.address)
+        port = self._open_transport(line.address)
         return Recorded(port, recorder) if line.trace_entries or line.trace_file else port
 
     # life
@@ -82,14 +125,80 @@ class Plant:
         """Open the lines; ports that are missing are tried again and again."""
         if self._memory is not None:
             self._memory.start()
-        for port in self._ports.values():
-            port.start()
+        for line_id in self._ports:
+            self._start(line_id)
         with acting(POLL):
-            self._watches = [
-                asyncio.create_task(watch, name=f"watch of {name}")
-                for name, family in self.families.items()
-                for watch in family.watches()
+            self._watch_of_alarms = asyncio.create_task(self._watch_alarms(), name="watch of alarms")
+
+    def _start(self, line_id: str) -> None:
+        line = self._ports[line_id]
+        line.start()
+        with acting(POLL):
+            self._watches[line_id] = [
+                asyncio.create_task(watch, name=f"watch of line {line_id}")
+                for watch in self._family_of(line_id).watches(line)
             ]
+
+    async def _unwatch(self, line_id: str) -> None:
+        watches = self._watches.pop(line_id, [])
+        for watch in watches:
+            watch.cancel()
+        await asyncio.gather(*watches, return_exceptions=True)
+
+    async def reload(self, config: Config) -> None:
+        """Serve the lines of another configuration; those that are in it as they were go on undisturbed.
+
+        Errors as of `require_rest`.
+
+        :raises ShuttingDown, HeldUp: nothing begins now.
+        """
+        async with self._reloading:
+            self.admission.require()
+            gone = self.require_rest(config)
+            wanted = {line.id: line for line in config.lines}
+            found = changes(self.config, config)
+            for line_id in gone:
+                self._ports[line_id].retire("it is configured anew")
+            for line_id in gone:
+                await self._remove(line_id)
+            self.config = self.config.model_copy(update={"lines": config.lines})
+            for line_id in wanted.keys() - self._ports.keys():
+                self._build(wanted[line_id])
+                self._start(line_id)
+            for line_id in wanted:  # in the order of the configuration
+                self._ports[line_id] = self._ports.pop(line_id)
+            self.territory.learn()
+            self.on_lines()
+            self.events.publish("gateway.reloaded", SUBJECT, found)
+
+    def require_rest(self, config: Config) -> Sequence[str]:
+        """Make sure that nothing moves on the lines that another configuration would close; gives their ids.
+
+        :raises BodyBusy: something does, or is at work; nothing was changed.
+        """
+        wanted = {line.id: line for line in config.lines}
+        gone = [line.id for line in self.config.lines if wanted.get(line.id) != line]
+        for line_id in gone:
+            family = self._family_of(line_id)
+            moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
+            there = {part.address for part in map(self._part, moving) if part.line_id == line_id}
+            busy = sorted({*there, *family.at_work(self._ports[line_id])})
+            if busy:
+                raise BodyBusy(
+                    f"Line {line_id} would be closed, and {', '.join(busy)} moves or is at work; "
+                    "nothing was changed.",
+                    "Stop it, or wait for its end; then reload again.",
+                )
+        return gone
+
+    def _part(self, address: str) -> Part:
+        return next(iter(self.territory.parts(address)), Part(address, address))
+
+    async def _remove(self, line_id: str) -> None:
+        await self._unwatch(line_id)
+        await self._family_of(line_id).remove(self._ports[line_id])
+        del self._ports[line_id]
+        await asyncio.to_thread(self.recorders.pop(line_id).close)
 
     async def wind_down(self) -> None:
         """Let nothing begin any more, stop what would never end, and name what still moves, within seconds.
@@ -105,16 +214,32 @@ class Plant:
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         await self.wind_down()
+        self.alarms.closed = True
         self.watch.close()
-        for watch in self._watches:
-            watch.cancel()
-        await asyncio.gather(*self._watches, return_exceptions=True)
+        self.leases.close()
+        if self._watch_of_alarms is not None:
+            self._watch_of_alarms.cancel()
+            await asyncio.gather(self._watch_of_alarms, return_exceptions=True)
+        for line_id in list(self._watches):
+            await self._unwatch(line_id)
         for family in self.families.values():
             await family.close()
         for recorder in self.recorders.values():
             await asyncio.to_thread(recorder.close)
         if self._memory is not None:
             await self._memory.close()
+
+    def _journal_trouble(self) -> str | None:
+        return None if self.journal is None else self.journal.trouble
+
+    async def _watch_alarms(self) -> None:
+        """Note which causes are over, and raise what no event tells: a line that never was up."""
+        while True:
+            await asyncio.sleep(ALARMS_LOOK_S)
+            self.alarms.look()
+            for port in self._ports.values():
+                if port.state in UNUSABLE and port.trouble is not None:
+                    self.alarms.find(LINE_DOWN, f"/lines/{port.id}", reason=port.trouble)
 
     def _was_held(self, seconds: float) -> None:
         """What has waited while the loop was held for long is not sent any more, and nothing is believed."""
@@ -129,11 +254,22 @@ class Plant:
         )
         if not suspended:
             return
+        self.leases.look()
         for port in self._ports.values():
             port.revoke(HeldUp)
             port.fence()
         for family in self.families.values():
             family.was_left_alone()
+
+    def _lease_taken(self, subject: str, lease: Lease) -> None:
+        self.events.publish(f"{_what(subject)}.lease.taken", subject, lease)
+
+    def _lease_ended(self, subject: str, lease: Lease, why: End, parts: Sequence[Part]) -> None:
+        """Tell it, and stop what would never end without its holder; moves go on to their ends."""
+        self.events.publish(f"{_what(subject)}.lease.{why}", subject, lease)
+        with acting(Origin(f"gateway: end of {lease.lease}")):
+            for family in self.families.values():
+                family.end_motion(everything=False, within=parts)
 
     # finding
 
@@ -158,6 +294,13 @@ class Plant:
         """Tell the state of a line; errors as of `port`."""
         return self._family_of(line_id).info(self.port(line_id))
 
+    def _line_of(self, subject: str) -> str:
+        """The line of a body, a group or a robot, by the subject of its events."""
+        _, kind, address, *_ = subject.split("/")
+        if kind == "robots":
+            return self.family(Fics).robot(address).line.id
+        return address.partition(".")[0]
+
     def _family_of(self, line_id: str) -> Family:
         self.port(line_id)
         return next(self.families[line.protocol] for line in self.config.lines if line.id == line_id)
@@ -175,6 +318,20 @@ class Plant:
                 return family.target(collection, names)
         raise NotFound(f"There is no {path}; nothing was sent.")
 
+    def require_unlatched(self, subjects: Iterable[str]) -> None:
+        """Refuse to move what alarms keep from moving, where the configuration lets them.
+
+        :raises Latched: an alarm of one of these stands, or one of the gateway itself.
+        """
+        if self.config.server.latch:
+            self.alarms.require_none([SUBJECT, *subjects])
+
     def addresses(self) -> set[str]:
         """All addresses by which events can be wanted."""
         return {address for family in self.families.values() for address in family.addresses()}
+
+
+def _what(subject: str) -> str:
+    """What a path is of: `body` for `/bodies/line1.3F`."""
+    kind = subject.split("/")[1]
+    return {"bodies": "body"}.get(kind, kind.removesuffix("s"))

@@ -5,7 +5,7 @@ import gc
 import re
 import signal
 import socket
-from collections.abc import AsyncIterator, Callable, Iterable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +20,7 @@ from fastapi import FastAPI
 
 from protocols.fics.link import Terminator
 from protocols.rorze.row import LAST_BODY
+from simulator.demo import teach
 from simulator.fics.control import create_control as create_fics_control
 from simulator.fics.dpram_port import SimulatedDpram, serve_dpram
 from simulator.fics.layout import Layout
@@ -33,13 +34,6 @@ from simulator.truth import TruthLog
 
 KEPT_FACTS = 100_000
 """Facts of the truth log that stay in memory; a file keeps them all."""
-
-DEMO_SETTINGS = (
-    *("OLSS[12],5000", "OHSS[12],50000", "OSSS[12],70000", "OASS[12],30", "OBSS[12],30"),
-    *("OLSS[0],50", "OHSS[0],50000", "OSSS[0],95000", "OASS[0],50", "OBSS[0],20"),
-    *("SPSA[12],A:S[12],D:S[0]", "OLS1000", "FIS"),
-)
-"""What a demo learns: the speeds of RC-420 manual 13.3.4 as pattern 12, and a brisk homing; kept in flash."""
 
 SLOWEST, FASTEST = 300, 4_000_000
 
@@ -277,16 +271,14 @@ async def _control(control: FastAPI, host: str, number: int) -> AsyncIterator[No
         await serving
 
 
-def start_demo_line(bodies: Iterable[int], path: Path) -> PtyPort:
+def start_demo_line(bodies: Sequence[int], path: Path) -> PtyPort:
     """Run an RC-400 line in this event loop, unpaced, behind a pseudo-terminal that `path` will link to.
 
     :raises OSError: the pseudo-terminal or the link cannot be made.
     """
     now = monotonic()
     line = build_line(bodies, now, TruthLog(KEPT_FACTS))
-    for axis in line.axes.values():
-        for setting in DEMO_SETTINGS:
-            axis.execute(setting, now)
+    teach(line, now)
     return serve_pty(line, path)
 
 

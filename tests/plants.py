@@ -156,6 +156,7 @@ def configuration(
     options: str = "",
     body_options: str = "",
     server: str = "allow_endless_moves = true",
+    more: str = "",
 ) -> str:
     """The TOML of a plant whose lines are all alike."""
     body_tables = ", ".join(f'{{id = "{body:02X}"{body_options and ", "}{body_options}}}' for body in bodies)
@@ -167,7 +168,7 @@ def configuration(
         f"bodies = [{body_tables}]\ngroups = [{group_tables}]\n{options}\n"
         for number, line in enumerate(lines)
     )
-    return f"[server]\n{server}\n{tables}{OPEN}"
+    return f"[server]\n{server}\n{tables}{OPEN}{more}"
 
 
 @asynccontextmanager
@@ -182,6 +183,7 @@ async def rig(
     options: str = "",
     body_options: str = "",
     server: str = "allow_endless_moves = true",
+    more: str = "",
     seed: int = 0,
     beginning: bool = False,
 ) -> AsyncIterator[Rig]:
@@ -189,7 +191,7 @@ async def rig(
 
     `beginning` gives it as it is at its start, when nothing is known of it yet.
     """
-    config = parse(configuration(lines, bodies, groups, options, body_options, server), "test.toml")
+    config = parse(configuration(lines, bodies, groups, options, body_options, server, more), "test.toml")
     there = bodies if present is None else present
     wires = {
         line.address: Wire(build_line(there, 0.0, settings=settings, seed=seed), baud)

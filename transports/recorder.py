@@ -21,6 +21,8 @@ class Recorder:
         self._file = file
         self.sender: Sender = NOBODY
         """Who writes, and because of which request; set right before each write."""
+        self.recorded = 0
+        """How many records there were, with those that are forgotten: the number of the newest."""
 
     @property
     def dropped(self) -> int:
@@ -36,8 +38,20 @@ class Recorder:
         sender = self.sender if kind == "tx" else NOBODY
         record = (time.time_ns(), time.monotonic_ns(), kind, data, *sender)
         self._records.append(record)
+        self.recorded += 1
         if self._file is not None:
             self._file.put(record)
+
+    def records(self, since: datetime | None = None) -> list[Record]:
+        """What memory holds, oldest first: of that what is not before `since` (an aware time)."""
+        earliest = 0 if since is None else wall_ns(since)
+        return [record for record in self._records if record[0] >= earliest]
+
+    def after(self, number: int) -> tuple[int, list[Record]]:
+        """What memory holds of the records after a number, and the number of the first of them."""
+        first = max(number, self.recorded - len(self._records)) + 1
+        skipped = len(self._records) - (self.recorded - first + 1)
+        return first, list(islice(self._records, skipped, None))
 
     def entries(self, last: int | None = None, since: datetime | None = None) -> list[TraceEntry]:
         """What memory holds, oldest first: of the `last` entries those not before `since` (an aware time).

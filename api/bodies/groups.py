@@ -5,9 +5,7 @@ from typing import Annotated
 from fastapi import Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.access import Access
 from api.common.requests import GroupId, is_seen, json_response, new_router, origin_of, plant_of
-from gateway.core.addresses import numbered_address
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
@@ -62,10 +60,6 @@ async def define_group(request: Request, group_id: GroupId, definition: GroupDef
 
     It lasts until the gateway ends; groups of the configuration are defined at every start.
     """
-    address, members = numbered_address(group_id), definition.members
-    home = address.rpartition(".")[0]
-    access: Access = request.app.state.access
-    access.require_also(Right.SETUP, *(f"{home}.{it}" if home and "." not in it else it for it in members))
     group = await bodies.define_group(
         plant_of(request), origin_of(request), group_id, definition.members, definition.name
     )

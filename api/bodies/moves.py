@@ -5,6 +5,7 @@ from typing import Annotated, Any
 from fastapi import Query, Request, Response
 from pydantic import BaseModel
 
+from api.bodies.info import SpeedRequest
 from api.common.requests import (
     BodyId,
     GroupId,
@@ -63,6 +64,17 @@ async def get_move(request: Request, body_id: BodyId, move_id: str, wait: Wait =
     waited_s = wait_s(request, wait)
     move = await moves.get(plant_of(request), f"/bodies/{body_id}", move_id, waited_s)
     return json_response(move, headers=wait_headers(waited_s))
+
+
+@router.post("/bodies/{body_id}/moves/{move_id}/speed", Right.OPERATE, response_model=Move)
+async def change_speed_of_one_move(
+    request: Request, body_id: BodyId, move_id: str, speed: SpeedRequest
+) -> Response:
+    """Change the speed of this move on its way (5AS, 5CS, 5DS); 409 when it is over, or homes."""
+    plant, target = plant_of(request), f"/bodies/{body_id}"
+    return json_response(
+        await moves.change_speed(plant, origin_of(request), target, move_id, speed.command())
+    )
 
 
 @router.post(

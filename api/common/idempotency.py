@@ -4,10 +4,14 @@ from typing import Final
 
 from starlette.requests import HTTPConnection
 
+from api.front.stop_paths import is_stop
 from gateway.core.errors import InvalidRequest
 
 WITH_EFFECT: Final = frozenset({"POST", "PUT", "PATCH", "DELETE"})
 """Methods whose requests do something. Reads may carry the header."""
+LONGEST_KEY: Final = 255
+AS_TEXT: Final = "/raw"
+"""A command as text may be a stop, which waits for no disk: its route refuses keys."""
 HONOURED: Final = "motion-gateway.key-honoured"
 """Stands in the scope of a request whose key is seen to."""
 
@@ -23,3 +27,8 @@ def require_no_key(request: HTTPConnection) -> None:
             "as text: a repeated request would be carried out again; nothing was sent.",
             "Leave the header out, and look at what the first request did before you repeat it.",
         )
+
+
+def takes_key(method: str, path: str) -> bool:
+    """Whether a request may rely on being carried out once: it does something, and stops nothing."""
+    return method in WITH_EFFECT and not is_stop(method, path) and not path.endswith(AS_TEXT)

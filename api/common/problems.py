@@ -4,7 +4,9 @@ Clients repeat 408, 425, 429, 500, 502, 503 and 504 by themselves: so 503 is sen
 written to the line and nothing will be. What may have reached a controller is 409, and `moved` says more.
 """
 
-from collections.abc import Mapping
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from http import HTTPStatus
 from typing import Any, Final
 from urllib.parse import quote, urlencode
@@ -31,7 +33,10 @@ from gateway.core.errors import (
     NotSent,
     Outdated,
 )
+from gateway.core.next_calls import NextCall
 from gateway.core.origin import current
+
+log = logging.getLogger(__name__)
 
 TYPE_PREFIX = "urn:motion-gateway:problem:"
 MEDIA_TYPE = "application/problem+json"
@@ -77,6 +82,9 @@ class Problem(BaseModel):
         description="The header X-Request-Id of this answer, which the line's trace has too.",
     )
     code: str | None = Field(default=None, description="The controller's error code, such as 0x51 or E05.")
+    next: list[NextCall] | None = Field(
+        default=None, description="The calls that help, in the order in which they do."
+    )
     errors: list[InvalidField] | None = Field(default=None, description="Every part that is not valid.")
 
 
@@ -92,8 +100,10 @@ DECLARED: Final[dict[int | str, dict[str, Any]]] = {
 """The problems of every route, for its OpenAPI entry."""
 
 
-def problem_of(error: GatewayError, instance: str, *, japanese: bool = False) -> Problem:
-    """Describe an error; a controller's own in Japanese, if that is wanted."""
+def problem_of(
+    error: GatewayError, instance: str, calls: Sequence[NextCall] = (), *, japanese: bool = False
+) -> Problem:
+    """Describe an error, with the calls that help; in Japanese, if that is wanted and it has the words."""
     problem = Problem(
         type=TYPE_PREFIX + error.kind,
         title=error.title,
@@ -104,18 +114,19 @@ def problem_of(error: GatewayError, instance: str, *, japanese: bool = False) ->
         remedy=error.remedy,
         retryable=error.retryable,
         code=error.error_code if isinstance(error, ControllerError) else None,
+        next=list(calls or error.next) or None,
     )
     if isinstance(error, InvalidText):
         problem.errors = [
             InvalidField(field="source", message=fault.reason, line=fault.line, column=fault.column)
             for fault in error.faults
         ]
-    if japanese and isinstance(error, ControllerError):
+    if japanese and error.detail_ja:
         _translate(problem, error)
     return problem
 
 
-def _translate(problem: Problem, error: ControllerError) -> None:
+def _translate(problem: Problem, error: GatewayError) -> None:
     problem.title, problem.detail, problem.remedy = error.title_ja, error.detail_ja, error.remedy_ja
 
 
@@ -135,6 +146,21 @@ def response_to(problem: Problem, headers: Mapping[str, str] | None = None) -> R
     )
 
 
+def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
+    """Log a refusal, and send it; of who is not let in there may be crowds, and that is logged elsewhere."""
+    if problem.status not in (401, 403):
+        log.info(
+            "%s %s refused with %d %s: %s",
+            request.scope.get("method"),
+            problem.instance,
+            problem.status,
+            problem.type.removeprefix(TYPE_PREFIX),
+            problem.detail,
+            extra={"facts": {"caller": current().caller, "request_id": problem.request_id}},
+        )
+    return response_to(problem, headers)
+
+
 def wants_japanese(request: Request) -> bool:
     """Whether Japanese is what Accept-Language asks for first."""
     first = request.headers.get("accept-language", "").partition(",")[0]
@@ -152,27 +178,32 @@ def instance_of(request: Request) -> str:
     return quote(request.scope["path"])
 
 
-def install(app: FastAPI) -> None:
+Remedies = Callable[[str, GatewayError], Sequence[NextCall]]
+"""Gives the calls that help where a request for a path has failed."""
+
+
+def install(app: FastAPI, remedies: Remedies = lambda _path, error: error.next) -> None:
     """Let every error of the app be told as a problem."""
-    app.exception_handler(GatewayError)(_tell_gateway_error)
+    app.exception_handler(GatewayError)(partial(_tell_gateway_error, remedies))
     app.exception_handler(RequestValidationError)(_tell_invalid)
     app.exception_handler(HTTPException)(_tell_http_error)
     app.exception_handler(Exception)(_tell_fault)
 
 
-async def _tell_gateway_error(request: Request, error: GatewayError) -> Response:
+async def _tell_gateway_error(remedies: Remedies, request: Request, error: GatewayError) -> Response:
     if isinstance(error, NotAuthenticated) and _shows_pages(request):
         return RedirectResponse(f"{SIGN_IN}?{urlencode({'next': path_of(request.scope)})}", 303)
     japanese = wants_japanese(request)
-    problem = problem_of(error, instance_of(request), japanese=japanese)
+    calls = remedies(path_of(request.scope), error)
+    problem = problem_of(error, instance_of(request), calls, japanese=japanese)
     headers = {"Vary": "Accept-Language"}
-    if japanese and isinstance(error, ControllerError):
+    if japanese and error.detail_ja:
         headers["Content-Language"] = "ja"
     if problem.status == 503:
         headers["Retry-After"] = str(RETRY_AFTER_S)
     if problem.status == 401:
         headers["WWW-Authenticate"] = 'Bearer realm="motion-gateway"'
-    return response_to(problem, headers)
+    return _refusal(request, problem, headers)
 
 
 def _shows_pages(request: Request) -> bool:
@@ -188,7 +219,7 @@ async def _tell_invalid(request: Request, error: RequestValidationError) -> Resp
     place, said = next(iter(faults.items()))
     problem = _plain(request, 422, f"{place or 'The request body'}: {said}; nothing was sent.")
     problem.errors = [InvalidField(field=place, message=said) for place, said in faults.items()]
-    return response_to(problem)
+    return _refusal(request, problem)
 
 
 async def _tell_http_error(request: Request, error: HTTPException) -> Response:
@@ -197,7 +228,7 @@ async def _tell_http_error(request: Request, error: HTTPException) -> Response:
         405: f"{request.scope.get('method')} is not possible at {instance_of(request)}; nothing was sent.",
     }
     detail = details.get(error.status_code, error.detail)
-    return response_to(_plain(request, error.status_code, detail), error.headers)
+    return _refusal(request, _plain(request, error.status_code, detail), error.headers)
 
 
 async def _tell_fault(request: Request, _error: Exception) -> Response:

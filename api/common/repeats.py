@@ -12,23 +12,20 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.common.access import Access
-from api.common.idempotency import HONOURED, WITH_EFFECT
+from api.common.idempotency import HONOURED, LONGEST_KEY, takes_key
 from api.common.problems import plain_problem, problem_of, response_to
 from api.common.results import render
 from api.common.strict_json import read_body
-from api.front.stop_paths import is_stop
 from gateway.core.errors import GatewayError, InvalidRequest, NoReply
 from gateway.core.move_record import Move, MoveRecord
 from gateway.core.origin import acting, current
 from gateway.core.targets import Begun
 from gateway.operations.keys import Answered, Key, Keys, LeftOpen
+from gateway.rorze.scaras.record import ScaraMove
 
 REPLAYED: Final = "Idempotency-Replayed"
-LONGEST_KEY: Final = 255
 MOST_BYTES: Final = 262_144
 """No route takes a longer body."""
-AS_TEXT: Final = "/raw"
-"""A command as text may be a stop, which waits for no disk: its route refuses keys."""
 
 
 @dataclass(eq=False)
@@ -146,9 +143,7 @@ class Repeats:
 
 def _key_of(scope: Scope) -> str | None:
     """The key of a request that does something, and stops nothing."""
-    if scope["type"] != "http" or scope["method"] not in WITH_EFFECT:
-        return None
-    if is_stop(scope["method"], scope["path"]) or scope["path"].endswith(AS_TEXT):
+    if scope["type"] != "http" or not takes_key(scope["method"], scope["path"]):
         return None
     values = [value for name, value in scope["headers"] if name == b"idempotency-key"]
     return b",".join(values).decode("latin-1") if values else None
@@ -190,6 +185,8 @@ def _found(left: LeftOpen, request: Request) -> _Answer:
 
 
 def _begun(first: MoveRecord, left: LeftOpen) -> Begun:
+    if isinstance(first, ScaraMove):
+        return Begun(f"/scaras/{first.scara_id}", [first])
     if isinstance(first, Move):
         return Begun(f"/bodies/{first.body_id}", left.moves, first.group_id)
     return Begun(f"/robots/{first.body_id}", left.moves)

@@ -2,11 +2,13 @@
 
 import re
 from collections.abc import Iterable
+from time import perf_counter
 from typing import Final
 from uuid import uuid4
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from api.common.traffic import Traffic, kind_of
 from gateway.core.origin import Origin, acting
 
 HEADER: Final = "X-Request-Id"
@@ -16,7 +18,8 @@ _GOOD: Final = re.compile(rb"[!-~]{1,128}")
 _TRACE: Final = re.compile(
     rb"(?!ff|00.{53}.)[0-9a-f]{2}-(?!0{32})([0-9a-f]{32})-(?!0{16})[0-9a-f]{16}-[0-9a-f]{2}(?:-.*)?"
 )
-_STARTS: Final = frozenset({"http.response.start", "websocket.accept", "websocket.http.response.start"})
+_START: Final = "http.response.start"
+_STARTS: Final = frozenset({_START, "websocket.accept", "websocket.http.response.start"})
 
 Headers = Iterable[tuple[bytes, bytes]]
 
@@ -43,8 +46,8 @@ def header_of(request_id: str) -> tuple[bytes, bytes]:
 class RequestIds:
     """Gives every request and every WebSocket its id, and lets what is done for it be done in its name."""
 
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
+    def __init__(self, app: ASGIApp, traffic: Traffic | None = None) -> None:
+        self._app, self._traffic = app, traffic or Traffic()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, and add the id to the head of its answer."""
@@ -52,13 +55,21 @@ class RequestIds:
             await self._app(scope, receive, send)
             return
         request_id = request_id_of(scope["headers"])
+        began_at, traffic = perf_counter(), self._traffic
 
         async def answer(message: Message) -> None:
             if message["type"] in _STARTS:
                 message["headers"] = [*message.get("headers", ()), header_of(request_id)]
+                if message["type"] == _START:
+                    traffic.note(scope["method"], message["status"], perf_counter() - began_at)
             await send(message)
 
         client = scope.get("client")
         caller = f"{scope['type']} {client[0]}" if client else scope["type"]
-        with acting(Origin(caller, request_id)):
-            await self._app(scope, receive, answer)
+        kind = kind_of(scope)
+        traffic.clients[kind] += 1
+        try:
+            with acting(Origin(caller, request_id)):
+                await self._app(scope, receive, answer)
+        finally:
+            traffic.clients[kind] -= 1

@@ -1,7 +1,9 @@
 """What generators of clients need of the OpenAPI document, and FastAPI does not write by itself."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, Final
+
+from api.common.idempotency import LONGEST_KEY, takes_key
 
 Schema = dict[str, Any]
 
@@ -11,12 +13,26 @@ COMMAND = "/commands/"
 """What only paths of single rows of the command tables have."""
 
 
+_KEY: Final[Schema] = {
+    "name": "Idempotency-Key",
+    "in": "header",
+    "required": False,
+    "description": "With it the request is carried out once, however often it is sent; a repetition has the "
+    "first answer.",
+    "schema": {"type": "string", "minLength": 1, "maxLength": LONGEST_KEY, "pattern": "^[!-~]+$"},
+}
+
+
 def complete(document: Schema) -> None:
-    """Show examples at the request bodies, and leave the defaults of requests to their descriptions.
+    """Name the Idempotency-Key, show examples, and leave the defaults of requests to their descriptions.
 
     Strict TypeScript demands a member that has a default, for whoever reads it always finds it; but here
     somebody writes it.
     """
+    for path, item in document["paths"].items():
+        for method, operation in item.items():
+            if takes_key(method.upper(), path):
+                operation.setdefault("parameters", []).append(_KEY)
     for operation in _operations(document):
         for content in _contents(operation.get("requestBody", {})):
             content.setdefault("examples", _examples(document, content["schema"]))

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Callable, Coroutine
 from typing import Any, ClassVar
 
@@ -16,6 +17,8 @@ from gateway.core.rights import Right
 
 MAX_BODY_BYTES = 65_536
 """A longer request body is refused with 413."""
+
+_SURROGATE = re.compile("[\ud800-\udfff]")
 
 MAX_DEPTH = 16
 """No request has more levels of arrays and objects; the deepest command has three."""
@@ -68,7 +71,7 @@ def _check(value: object, levels: int, place: str) -> None:
         if not math.isfinite(value):
             raise NotStrict(f"{place[-100:] or 'it'} is not a number, or too large a number")
     elif isinstance(value, str):
-        if not value.isascii() and any("\ud800" <= character <= "\udfff" for character in value):
+        if not value.isascii() and _SURROGATE.search(value):
             raise NotStrict("text holds half of a surrogate pair")
     elif isinstance(value, dict | list):
         if levels == 0:
@@ -106,10 +109,12 @@ def _where(error: ValueError) -> str:
 class StrictRequest(Request):
     """A request whose body is short and read by `parse`."""
 
+    most: ClassVar[int] = MAX_BODY_BYTES
+
     async def body(self) -> bytes:
         """Read the body's bytes; errors as of `read_body`."""
         if not hasattr(self, "_body"):
-            self._body = await read_body(self, MAX_BODY_BYTES)
+            self._body = await read_body(self, self.most)
         return self._body
 
     async def json(self) -> Any:
@@ -135,6 +140,7 @@ class StrictRoute(HttpRoute):
 
     refuses_keys: ClassVar[bool] = True
     """Whether it refuses an Idempotency-Key before its body is read."""
+    request_class: ClassVar[type[StrictRequest]] = StrictRequest
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Put the checks before the route's own handler."""
@@ -152,7 +158,7 @@ class StrictRoute(HttpRoute):
             if not takes_body:
                 return await handle(request)
             scope = _as_json(request.scope) if stops else request.scope
-            strict_request = StrictRequest(scope, request.receive)
+            strict_request = self.request_class(scope, request.receive)
             if await strict_request.body():
                 _require_json(strict_request)
             return await handle(strict_request)

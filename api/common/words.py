@@ -30,6 +30,9 @@ WORDS: Final[Mapping[str, Words]] = {
         over="All moves are over; `status` says how each ended.",
         begun="The moves are under way.",
     ),
+    "/scaras/{scara_id}": Words(
+        "scara moves", begun="The controllers have accepted the move; ask again at Location."
+    ),
     "/robots/{robot_id}": _OF_ROBOTS,
     "/robots/{robot_id}/units/{unit}": _OF_ROBOTS,
 }

@@ -10,6 +10,7 @@ import logging
 import re
 from collections import deque
 from dataclasses import dataclass
+from functools import partial
 from http import HTTPStatus
 from itertools import takewhile
 from typing import Any, ClassVar, Final
@@ -25,6 +26,7 @@ from api.common.request_ids import Headers, header_of, request_id_of
 from api.front.admission import Admission, Admitted
 from api.front.drain import Drain
 from api.front.stop_paths import is_stop
+from api.front.turnstile import Turnstile
 
 log = logging.getLogger(__name__)
 
@@ -166,6 +168,7 @@ class HttpProtocol(HttpToolsProtocol):
 
     limits: ClassVar[Limits] = Limits()
     admission: ClassVar[Admission]
+    turnstile: ClassVar[Turnstile]
 
     flow: _Flow
 
@@ -386,8 +389,13 @@ class HttpProtocol(HttpToolsProtocol):
             self._begin(request)
 
     def _begin(self, request: InTurn) -> None:
+        """Begin what has its turn: a stop at once, the rest as the turnstile lets it."""
         request.started = True
-        super()._start_asgi_task(request.cycle, request)  # type: ignore[arg-type]  # an ASGI application
+        begin = partial(super()._start_asgi_task, request.cycle, request)  # type: ignore[arg-type]  # an ASGI application
+        if request.is_stop:
+            begin()
+        else:
+            self.turnstile.enter(begin)
 
     def on_response_complete(self) -> None:
         """Let the next request have its turn."""

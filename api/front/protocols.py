@@ -2,6 +2,7 @@
 
 from api.front.admission import Admission
 from api.front.http_protocol import HttpProtocol, Limits
+from api.front.turnstile import Turnstile
 from api.front.websocket_protocol import WebSocketProtocol
 
 DEFAULT = Limits()
@@ -15,6 +16,7 @@ def protocols(
     class Http(HttpProtocol):
         limits = bounds
         admission = Admission(max_connections)
+        turnstile = Turnstile()
 
     class WebSocket(WebSocketProtocol):
         limits = bounds

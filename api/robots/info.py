@@ -28,7 +28,7 @@ from gateway.fics.system_errors import RobotErrorRecord
 from gateway.fics.units import RobotUnit, UnknownReason
 from gateway.operations import robots
 from gateway.operations.commands import do
-from protocols.fics.alarms import ResetErrors, TakeCurrentError
+from protocols.fics.alarms import TakeCurrentError
 from protocols.fics.notation import Quantity
 from protocols.fics.status import AxisSensors, AxisStatus, MotionMode
 
@@ -232,7 +232,7 @@ async def list_robot_errors(request: Request, robot_id: RobotId, fresh: Fresh = 
 @router.post("/robots/{robot_id}/errors/reset", Right.OPERATE, response_model=RobotErrors)
 async def reset_robot_errors(request: Request, robot_id: RobotId) -> Response:
     """Reset the errors and the state EMERGENCY (DRT), and tell what still stands. Nothing moves."""
-    await do(plant_of(request), origin_of(request), f"/robots/{robot_id}", ResetErrors())
+    await robots.reset_errors(plant_of(request), origin_of(request), robot_id)
     return json_response(_errors(robot_of(request, robot_id)))
 
 

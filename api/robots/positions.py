@@ -1,16 +1,15 @@
 """A unit's table of stored positions over HTTP: as JSON in parts, as CSV in whole."""
 
-import csv
 import re
-from io import StringIO
+from collections.abc import Sequence
 from typing import Annotated
 
-from fastapi import HTTPException, Query, Request, Response
+from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
+from api.common.csv_tables import CSV, Row, csv_of, read_table
 from api.common.problems import DECLARED
 from api.common.requests import json_response, new_router, origin_of, plant_of
-from api.common.strict_json import read_body
 from api.robots.paths import RobotId, UnitNumber, unit_of
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
@@ -18,13 +17,12 @@ from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, AxisValue
 from gateway.fics.units import RobotUnit
 from gateway.operations import positions
-from gateway.operations.positions import Numbered
+from gateway.operations.positions import Numbered, Wanted
 from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity
 from protocols.fics.positions import LAST_POSITION
 
 router = new_router("robot positions")
 
-CSV = "text/csv"
 MAX_CSV_BYTES = 262_144
 """A whole table of 1999 positions with eight long coordinates each."""
 NUMBER = "number"
@@ -39,7 +37,10 @@ class PositionEntry(RequestModel):
     """A position to be stored."""
 
     number: PositionNumber
-    axes: Amounts = Field(min_length=1, description="By name; an axis that is not named is left out.")
+    axes: Annotated[Amounts, Field(min_length=1)] | None = Field(
+        default=None,
+        description="By name; an axis that is not named is left out. Without axes, where the unit stands.",
+    )
 
 
 class PositionUpload(
@@ -104,10 +105,18 @@ async def list_positions(
 async def store_positions(
     request: Request, robot_id: RobotId, unit: UnitNumber, upload: PositionUpload
 ) -> Response:
-    """Store positions undivided (POF, POS); a stop in the middle ends the upload first."""
+    """Store positions undivided (POF, POS); a stop in the middle ends the upload first.
+
+    A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
+    """
     plant = plant_of(request)
-    stored = [
-        (entry.number, positions.in_order(plant, robot_id, unit, f"positions.{index}.axes", entry.axes))
+    stored: list[Wanted] = [
+        (
+            entry.number,
+            None
+            if entry.axes is None
+            else positions.in_order(plant, robot_id, unit, f"positions.{index}.axes", entry.axes),
+        )
         for index, entry in enumerate(upload.positions)
     ]
     return await _store(request, robot_id, unit, stored)
@@ -127,32 +136,27 @@ async def download_positions(
     The robot ends at the first number that is not set; the header `Ended-At` names it.
     """
     axes = unit_of(request, robot_id, unit)
-    text = StringIO()
-    writer = csv.writer(text)
-    writer.writerow(_header(axes))
     stored, ended_at = await positions.read(
         plant_of(request), origin_of(request), robot_id, unit, first, last
     )
-    for number, values in stored:
-        writer.writerow([number, *("" if value is None else f"{value:.15g}" for value in values)])
+    rows = [
+        [number, *("" if value is None else f"{value:.15g}" for value in values)] for number, values in stored
+    ]
     headers = {} if ended_at is None else {"Ended-At": str(ended_at)}
-    return Response(text.getvalue(), media_type=CSV, headers=headers)
+    return Response(csv_of(_header(axes), rows), media_type=CSV, headers=headers)
 
 
 # Generated clients cannot send text/csv: it stays out of the OpenAPI document, whose way is JSON in parts.
 @router.put("/robots/{robot_id}/units/{unit}/positions.csv", Right.SETUP, include_in_schema=False)
 async def upload_positions(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
-    """Store positions from CSV as it is downloaded, undivided; positions it does not name stay."""
+    """Store positions from CSV as it is downloaded, or as Excel writes it; others stay as they are."""
     axes = unit_of(request, robot_id, unit)
-    content_type = request.headers.get("content-type", "")
-    if content_type.partition(";")[0].strip().lower() != CSV:
-        raise HTTPException(
-            415, f"The request body is {content_type or 'of no type'}, not {CSV}; nothing was sent."
-        )
-    return await _store(request, robot_id, unit, _parse(axes, await read_body(request, MAX_CSV_BYTES)))
+    header = _header(axes)
+    rows = await read_table(request, header, MAX_CSV_BYTES)
+    return await _store(request, robot_id, unit, _parse(header, rows))
 
 
-async def _store(request: Request, robot_id: str, unit: int, stored: list[Numbered]) -> Response:
+async def _store(request: Request, robot_id: str, unit: int, stored: Sequence[Wanted]) -> Response:
     await positions.store(plant_of(request), origin_of(request), robot_id, unit, stored)
     return json_response(Uploaded(robot_id=robot_id, unit=unit, count=len(stored)))
 
@@ -170,31 +174,15 @@ def _header(unit: RobotUnit) -> list[str]:
     return [NUMBER, *(f"{name} {unit.systems[name].unit(Quantity.POSITION)}" for name in unit.axes)]
 
 
-def _parse(unit: RobotUnit, content: bytes) -> list[Numbered]:
-    """Read a table with exactly the columns of a download.
+def _parse(header: list[str], rows: list[Row]) -> list[Numbered]:
+    """Read positions; errors name the line and the column.
 
-    :raises InvalidRequest: it is another table; the message names the line and the column.
+    :raises InvalidRequest: a cell has another form.
     """
-    header = _header(unit)
-    try:
-        lines = list(csv.reader(StringIO(content.decode("utf-8-sig"), newline=""), strict=True))
-    except UnicodeDecodeError:
-        raise InvalidRequest("The request body is no CSV: it is not UTF-8 text; nothing was sent.") from None
-    except csv.Error:
-        raise InvalidRequest("The request body is no CSV: a line cannot be read; nothing was sent.") from None
-    if not lines or lines[0] != header:
-        raise InvalidRequest(f"line 1: the columns are {','.join(header)}; nothing was sent.")
-    found = [_position(header, place, cells) for place, cells in enumerate(lines[1:], 2) if cells]
-    if not found:
-        raise InvalidRequest("The table has no positions; nothing was sent.")
-    return found
+    return [_position(header, line, cells) for line, cells in rows]
 
 
 def _position(header: list[str], line: int, cells: list[str]) -> Numbered:
-    if len(cells) != len(header):
-        raise InvalidRequest(
-            f"line {line}: it has {len(cells)} columns, not {len(header)}; nothing was sent."
-        )
     number, *coordinates = cells
     if not _NUMBER.fullmatch(number) or not 1 <= int(number) <= LAST_POSITION:
         raise InvalidRequest(

@@ -8,6 +8,7 @@ class NotAuthenticated(GatewayError):
 
     kind = "not-authenticated"
     title = "A valid key is needed"
+    title_ja = "有効なキーが必要です"
 
 
 class NotPermitted(GatewayError):
@@ -15,6 +16,7 @@ class NotPermitted(GatewayError):
 
     kind = "not-permitted"
     title = "The key does not allow it"
+    title_ja = "このキーでは許可されていません"
 
 
 class LimitReached(NotSent):
@@ -22,3 +24,4 @@ class LimitReached(NotSent):
 
     kind = "limit-reached"
     title = "The key is at its limit"
+    title_ja = "キーの上限に達しています"

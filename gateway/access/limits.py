@@ -2,10 +2,9 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum, auto
 from time import monotonic
-from typing import Final
 
 from gateway.access.errors import LimitReached
 
@@ -17,9 +16,6 @@ class Use(Enum):
     REQUEST = auto()
     MOVE = auto()
     SUBSCRIBER = auto()
-
-
-_COUNTED_AS: Final = {Use.REQUEST: Use.REQUEST, Use.MOVE: Use.REQUEST, Use.SUBSCRIBER: Use.SUBSCRIBER}
 
 
 @dataclass(frozen=True)
@@ -38,7 +34,15 @@ class Limits:
 class _Usage:
     room: float
     at: float
-    under_way: dict[Use, int] = field(default_factory=lambda: dict.fromkeys(Use, 0))
+    requests: int = 0
+    subscribers: int = 0
+
+    def add(self, use: Use, number: int) -> None:
+        """Count one more, or one less."""
+        if use is Use.SUBSCRIBER:
+            self.subscribers += number
+        else:
+            self.requests += number
 
 
 class Usages:
@@ -60,12 +64,12 @@ class Usages:
         if usage is None:
             usage = self._of[key] = _Usage(self._limits.moves_per_s, self._clock())
         self._require_room(usage, use)
-        usage.under_way[_COUNTED_AS[use]] += 1
+        usage.add(use, 1)
 
     def end(self, key: str, use: Use) -> None:
         """A request that was begun is over."""
         if use is not Use.STOP:
-            self._of[key].under_way[_COUNTED_AS[use]] -= 1
+            self._of[key].add(use, -1)
 
     @contextmanager
     def using(self, key: str, use: Use) -> Iterator[None]:
@@ -79,10 +83,10 @@ class Usages:
     def _require_room(self, usage: _Usage, use: Use) -> None:
         limits = self._limits
         if use is Use.SUBSCRIBER:
-            if usage.under_way[use] >= limits.subscribers:
+            if usage.subscribers >= limits.subscribers:
                 raise _reached(f"{limits.subscribers} event streams")
             return
-        if usage.under_way[Use.REQUEST] >= limits.requests:
+        if usage.requests >= limits.requests:
             raise _reached(f"{limits.requests} requests under way")
         if use is Use.MOVE:
             now = self._clock()
@@ -94,4 +98,7 @@ class Usages:
 
 
 def _reached(what: str) -> LimitReached:
-    return LimitReached(f"The key has {what}, and may have no more; nothing was sent.", "Try again later.")
+    said = LimitReached(f"The key has {what}, and may have no more; nothing was sent.", "Try again later.")
+    return said.in_japanese(
+        "このキーの使用量は上限に達しています。何も送信していません。", "しばらくしてから再試行してください。"
+    )

@@ -19,6 +19,12 @@ def weakened(config: Config) -> list[Weakened]:
     server, access = config.server, config.access
     found: list[tuple[object, str, object, str]] = [
         (access.mode == "open", "access.mode", access.mode, "Everybody on this machine may do everything."),
+        (
+            access.lease_mode == "off",
+            "access.lease_mode",
+            access.lease_mode,
+            "Nobody can keep others from moving what he moves.",
+        ),
         (not server.is_local, "server.host", server.host, "Other machines reach the gateway."),
         (
             not server.is_local and not server.tls_certificate,

@@ -25,7 +25,7 @@ class Principal:
 EVERYBODY: Final = Principal("everybody", Role.ADMIN)
 """All who ask a gateway without access control."""
 
-_current: ContextVar[Principal | None] = ContextVar("principal", default=None)
+PRINCIPAL: ContextVar[Principal | None] = ContextVar("principal", default=None)
 
 
 def current() -> Principal:
@@ -33,7 +33,7 @@ def current() -> Principal:
 
     :raises NotAuthenticated: nobody did.
     """
-    principal = _current.get()
+    principal = PRINCIPAL.get()
     if principal is None:
         raise NotAuthenticated("Nobody is named who asks for this; nothing was sent.")
     return principal
@@ -42,8 +42,8 @@ def current() -> Principal:
 @contextmanager
 def asking(principal: Principal) -> Iterator[None]:
     """Act because somebody asked."""
-    token = _current.set(principal)
+    token = PRINCIPAL.set(principal)
     try:
         yield
     finally:
-        _current.reset(token)
+        PRINCIPAL.reset(token)

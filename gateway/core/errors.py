@@ -1,8 +1,9 @@
 """What can go wrong between a request and a controller, said in one sentence each."""
 
-from collections.abc import Sequence
-from typing import Any, ClassVar, Literal, NamedTuple, Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol, Self
 
+from gateway.core.next_calls import NextCall, filled_in
 from protocols.table import Command, Effect
 
 Moved = Literal["no", "yes", "unknown"]
@@ -12,18 +13,29 @@ class GatewayError(Exception):
     """A request was not carried out, or its outcome is not known.
 
     `kind` is the stable name of the error, `moved` says whether the motor did anything because of the
-    request, `remedy` what to do next, `retryable` whether the same request may succeed later by itself.
+    request, `remedy` what to do next, `next` the calls that do it, `retryable` whether the same request may
+    succeed later by itself.
     """
 
     kind: ClassVar[str] = "gateway-error"
     title: ClassVar[str] = "The request was not carried out"
+    title_ja: ClassVar[str] = ""
     moved: Moved = "no"
     retryable: bool = False
+    detail_ja: str = ""
+    """Empty where it is told in English only."""
+    remedy_ja: str = ""
 
-    def __init__(self, detail: str, remedy: str = "") -> None:
+    def __init__(self, detail: str, remedy: str = "", next_calls: Sequence[NextCall] = ()) -> None:
         super().__init__(detail)
         self.detail = detail
         self.remedy = remedy
+        self.next = tuple(next_calls)
+
+    def in_japanese(self, detail: str, remedy: str = "") -> Self:
+        """Say it in Japanese, too."""
+        self.detail_ja, self.remedy_ja = detail, remedy
+        return self
 
 
 class NotFound(GatewayError):
@@ -235,7 +247,14 @@ class MoveFailed(GatewayError):
 
     kind = "move-failed"
     title = "The move failed"
-    moved = "yes"
+    moved: Moved = "yes"
+
+
+class MoveOver(GatewayError):
+    """A move was to be changed on its way, and has ended."""
+
+    kind = "move-over"
+    title = "The move is over"
 
 
 class ErrorText(Protocol):
@@ -316,3 +335,15 @@ class CommandGarbled(ControllerRefused):
             f"{text.en} The line has damaged it, or the controller is not the one that is configured. "
             "Nothing moved because of it."
         )
+
+
+def calls_for(
+    error: GatewayError, table: Mapping[str, Sequence[NextCall]], **names: object
+) -> Sequence[NextCall]:
+    """The calls that help: those the error names itself, else those of a table by its code or its kind."""
+    if error.next:
+        return error.next
+    code = error.error_code if isinstance(error, ControllerError) else None
+    kinds = [it.kind for it in type(error).__mro__ if issubclass(it, GatewayError)]
+    found = next((table[key] for key in (code or "", *kinds) if key in table), ())
+    return filled_in(found, names)

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from gateway.core.alarms import Alarm
+from gateway.core.leases import Lease
+
 
 class EventData(BaseModel):
     """What an event tells."""
@@ -33,12 +36,14 @@ class EventType:
     name: str
     """Such as `line.down`; words joined by dots, the subject's kind first."""
     subject: str
-    """The path of what it is about, with its parts in braces."""
+    """The path of what it is about, with its parts in braces; several, where it may be about several."""
     data: type[BaseModel]
     when: str
     """One sentence, without its full stop."""
     since: str = "0.1.0"
     """The version of the gateway that brought it."""
+    live: bool = False
+    """Whether it is a value that is told while somebody watches it, and is not kept."""
 
 
 def table_of(*types: Iterable[EventType]) -> Mapping[str, EventType]:
@@ -71,6 +76,36 @@ MOVE_NEWS: Mapping[str, str] = {
 def move_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
     """The types of the moves of `what`; the data is the move's record as it is then."""
     return [EventType(f"{what}.move.{news}", subject, data, when) for news, when in MOVE_NEWS.items()]
+
+
+RESTORE_NEWS: Mapping[str, str] = {
+    "started": "a backup is being restored",
+    "progress": "a restore has come further; once a second at most",
+    "verified": "all of the backup was read back",
+    "differs": "it was read back, and `differences` is what is not as in the backup",
+    "failed": "nobody could read it back, or what flash memory holds is not known",
+    "cancelled": "a request, a stop or the end of the gateway has ended it",
+}
+"""What is told of a restore, in the order of its life."""
+
+
+def restore_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
+    """The types of the restores of `what`; the data is the restore's record as it is then."""
+    return [EventType(f"{what}.restore.{news}", subject, data, when) for news, when in RESTORE_NEWS.items()]
+
+
+LEASE_NEWS: Mapping[str, str] = {
+    "taken": "somebody has leased it: nobody else moves or sets it",
+    "released": "its holder has given a lease back",
+    "expired": "a lease was not renewed in time",
+    "taken_over": "an admin has leased it instead",
+    "broken": "somebody else has ended a lease",
+}
+
+
+def lease_types(what: str, subject: str) -> list[EventType]:
+    """The types of the leases of `what`."""
+    return [EventType(f"{what}.lease.{news}", subject, Lease, when) for news, when in LEASE_NEWS.items()]
 
 
 # lines
@@ -168,4 +203,40 @@ OF_THE_GATEWAY = (
     EventType("stream.gap", EVENTS, Gap, "events are missing at this place of the stream"),
 )
 
-CORE = (*LINES, *OF_THE_GATEWAY)
+# live values
+
+IO = "io"
+
+
+class Signal(EventData):
+    """One input or output."""
+
+    channel: int | None = Field(None, description="Of a robot: eight inputs or outputs, from 1.")
+    number: int = Field(description="From 0; of a robot, within its channel.")
+    name: str | None = Field(None, description="As the configuration has it.")
+    on: bool
+
+
+class Signals(EventData):
+    """The inputs and outputs of a body, or of a robot's first channel."""
+
+    inputs: list[Signal]
+    outputs: list[Signal]
+
+
+SIGNALS = EventType(
+    IO,
+    "/{bodies or robots}/{id}",
+    Signals,
+    "somebody watches it (`sample`); twice a second at most",
+    live=True,
+)
+
+ALARMED = "/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}"
+
+ALARMS = (
+    EventType("alarm.raised", ALARMED, Alarm, "something has gone wrong"),
+    EventType("alarm.reset", ALARMED, Alarm, "somebody has seen to it, or a newer alarm stands in its place"),
+)
+
+CORE = (*LINES, *OF_THE_GATEWAY, *lease_types("line", LINE), *ALARMS, SIGNALS)

@@ -4,6 +4,7 @@ import asyncio
 import re
 import secrets
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import lru_cache, partial
@@ -15,7 +16,9 @@ from pydantic_core import from_json, to_json
 from gateway.core.addresses import canonical_address
 from gateway.core.errors import InvalidRequest
 from gateway.core.event_ring import EventRing, Kept
+from gateway.core.live import Live, Watch
 from gateway.core.turns import Turn, Turns
+from gateway.core.waiting import happens
 
 RETAINED_EVENTS = 100_000
 """How many of the newest events can be read again."""
@@ -32,12 +35,23 @@ SHARED_BATCHES = 16
 MAX_PAGE = 1000
 """Events in one page of the list."""
 
+SLOWEST_HZ, FASTEST_HZ = 0.1, 50.0
+"""How often a second somebody may ask for live values."""
+
+VALUES_WITHIN_S = 1.0
+"""The list waits for live values no longer."""
+
 GAP = "stream.gap"
 """Type of the event, made for one client only, that stands for events it can no longer get."""
 
+SNAPSHOT = "stream.snapshot"
+"""Type of the event that follows a gap, made for the same client."""
+
 _SOURCE = "/motion-gateway"
+_MADE_FOR_ONE = {GAP: "-gap", SNAPSHOT: "-snapshot"}
+"""What the ids of events end with that have no number of their own."""
 _CURSOR = re.compile("([0-9a-f]{8})-([0-9]{12})")
-_ADDRESSED = frozenset({"bodies", "groups", "robots"})
+_ADDRESSED = frozenset({"bodies", "groups", "robots", "scaras"})
 """What has an address that a filter can name."""
 _TYPE = re.compile(r"[a-z0-9_]+(?:\.[a-z0-9_]+)*(?P<any>\.\*)?")
 
@@ -52,8 +66,8 @@ class CloudEvent(BaseModel):
     source: str = _SOURCE
     type: str
     subject: str
-    """`/lines/LINE`, `/bodies/LINE.3F`, `/groups/LINE.80`, `/robots/ROBOT`, `/robots/ROBOT/units/1`, or
-    `/events` for the stream itself."""
+    """`/lines/LINE`, `/bodies/LINE.3F`, `/groups/LINE.80`, `/robots/ROBOT`, `/robots/ROBOT/units/1`,
+    `/scaras/SCARA`, or `/events` for the stream itself."""
     time: AwareDatetime
     datacontenttype: Literal["application/json"] = "application/json"
     sequence: str = Field(pattern="^[0-9]{12}$")
@@ -63,6 +77,25 @@ class CloudEvent(BaseModel):
     correlationid: str | None = Field(None, exclude_if=lambda value: value is None)
     """Id of the move, scan or request it belongs to."""
     data: dict[str, Any]
+
+
+class Telemetry(BaseModel):
+    """A value as it was read: a CloudEvent 1.0 that is not kept, and so has no sequence."""
+
+    model_config = ConfigDict(frozen=True)
+
+    specversion: Literal["1.0"] = "1.0"
+    id: str
+    source: str = _SOURCE
+    type: str
+    subject: str
+    """`/bodies/LINE.3F` or `/robots/ROBOT/units/1`."""
+    time: AwareDatetime
+    """When the controller's answer came."""
+    datacontenttype: Literal["application/json"] = "application/json"
+    data: dict[str, Any]
+    cursor: str
+    """Where reading of events can go on: that of the last event before it."""
 
 
 class Event(NamedTuple):
@@ -128,18 +161,20 @@ class Filter(NamedTuple):
 
     def wants(self, event: Event) -> bool:
         """Whether the event passes."""
-        if (self.types or self.prefixes) and not (
-            event.type in self.types or event.type.startswith(self.prefixes)
-        ):
+        return self.passes(event.type, event.subject)
+
+    def passes(self, type_: str, subject: str) -> bool:
+        """Whether events of a type, about a subject, do."""
+        if (self.types or self.prefixes) and not (type_ in self.types or type_.startswith(self.prefixes)):
             return False
-        if not self.bodies:
-            return True
-        kind, _, address = event.subject.removeprefix("/").partition("/")
-        if kind not in _ADDRESSED:
-            return False
+        kind, _, address = subject.removeprefix("/").partition("/")
+        return not self.bodies or (kind in _ADDRESSED and self.wants_address(address))
+
+    def wants_address(self, address: str) -> bool:
+        """Whether something of this whole address is wanted."""
         # With its line, without it, and the robot that a unit belongs to.
         names = (address, address.rpartition(".")[2], address.partition("/")[0])
-        return not self.bodies.isdisjoint(names)
+        return not self.bodies or not self.bodies.isdisjoint(names)
 
 
 class Batch:
@@ -182,16 +217,31 @@ class Subscription(AsyncIterator[Event]):
     It is a place in the hub's ring and keeps no events of its own, so that the change from old to new can
     neither leave out nor repeat one, and a client that does not read costs nothing. It ends when the hub is
     closed, or by `SlowConsumer`.
+
+    With a `sample` it gets live values, too, so many times a second at most, once it has read all events: the
+    newest of each, without those that it was too slow for. They are read while it is `watching`.
     """
 
-    def __init__(self, hub: "EventHub", position: int, wanted: Filter, missed_after: str | None) -> None:
+    def __init__(
+        self,
+        hub: "EventHub",
+        position: int,
+        wanted: Filter,
+        missed_after: str | None,
+        sample: float | None = None,
+    ) -> None:
         self._hub = hub
         self._position = position
         self._wanted = wanted
         self._missed_after = missed_after
+        self._watch = (
+            None if sample is None else Watch(hub.live, wanted, sample, partial(hub.turns.wake, self))
+        )
         self._in_time: int | None = None
         """The newest event when news last found it waiting; None while it reads what it has missed."""
         self._waits = False
+        self._snapshot: Event | None = None
+        """What follows a gap, which has no number to go on from."""
 
     @property
     def cursor(self) -> str:
@@ -203,12 +253,20 @@ class Subscription(AsyncIterator[Event]):
 
         :raises SlowConsumer: as `next_batch` does.
         """
+        if self._snapshot is not None:
+            event, self._snapshot = self._snapshot, None
+            return event
         batch = await self.next_batch()
         if batch is None:
             raise StopAsyncIteration
-        event = batch.events[0]
+        event, *rest = batch.events
         self._position = event.number
+        self._snapshot = next((it for it in rest if it.type == SNAPSHOT), None)
         return event
+
+    def watching(self) -> AbstractContextManager[object]:
+        """Have live values read within the context, where it was asked for them."""
+        return nullcontext() if self._watch is None else self._watch
 
     async def next_batch(self) -> Batch | None:
         """Wait for the next events; None when the hub is closed, and there are no more.
@@ -237,7 +295,8 @@ class Subscription(AsyncIterator[Event]):
         outlet.on_room = partial(self._in_turn, turn)
         self._in_turn(turn)
         try:
-            slow = await end
+            with self.watching():
+                slow = await end
         finally:
             outlet.on_room = _nothing
             self._hub.turns.forget(self)
@@ -267,8 +326,8 @@ class Subscription(AsyncIterator[Event]):
 
     def _in_turn(self, turn: Turn) -> None:
         """Have a turn: at news, or soon where there is something to be read, or nothing more to come."""
-        hub = self._hub
-        if self._position == hub.last and self._missed_after is None and not hub.closed:
+        hub, due = self._hub, self._watch is not None and self._watch.due
+        if self._has_read_all and not hub.closed and not due:
             self._waits = True
             hub.turns.at_news(self, turn)
         else:
@@ -280,9 +339,12 @@ class Subscription(AsyncIterator[Event]):
         if self._waits:
             self._in_time, self._waits = hub.last, False
         elif self._in_time is not None and hub.last - max(self._in_time, after) > MAX_BACKLOG:
+            hub.slow_consumers += 1
             raise SlowConsumer(self.cursor)
         if self._missed_after is not None or after < hub.first - 1:
-            return Batch([self._skip_to_first()])
+            return Batch(self._skip_to_first())
+        if after == hub.last and self._watch is not None and self._watch.due:
+            return hub.readings(self._watch.take(), hub.live.last, after, self._wanted)
         self._position = min(after + BATCH, hub.last)
         return hub.batch(after, self._position, self._wanted)
 
@@ -292,15 +354,17 @@ class Subscription(AsyncIterator[Event]):
         while len(events) < limit and not self._has_read_all:
             events += self._take().events
             await asyncio.sleep(0)
+        if events and events[0].type == GAP:
+            limit = max(limit, 2)  # the snapshot cannot be had later
         if len(events) <= limit:
             return Page(events, self.cursor)
         return Page(events[:limit], events[limit - 1].cursor)
 
-    def _skip_to_first(self) -> Event:
+    def _skip_to_first(self) -> list[Event]:
         requested = self._missed_after or self.cursor
         self._missed_after = None
         self._position = self._hub.first - 1
-        return self._hub.gap_before(self._position + 1, requested)
+        return self._hub.gap_before(self._position + 1, requested, self._wanted)
 
 
 def _wake(turn: "asyncio.Future[None]") -> None:
@@ -337,6 +401,8 @@ class EventHub:
         self.last = 0
         """Number of the newest event; 0 before the first."""
         self.closed = False
+        self.slow_consumers = self.gaps = 0
+        """How many subscriptions have ended so, and how many gaps were told."""
         self._clock = clock
         self._capacity = capacity
         self._ring = EventRing(capacity)
@@ -345,7 +411,13 @@ class EventHub:
         self.turns = Turns()
         """The order in which subscriptions read."""
         self.batch = lru_cache(SHARED_BATCHES)(self._batch)
-        self.on_published: Callable[[Event], object] = lambda _: None
+        self.live = Live(self.epoch, _SOURCE, clock)
+        """The newest values, which are no events."""
+        self.readings = lru_cache(SHARED_BATCHES)(self._readings)
+        self.take_snapshot: Callable[[Filter, str], Data] | None = None
+        """Tells of what is wanted how it is now, with the cursor of the newest event."""
+        self.listeners: list[Callable[[Event], object]] = []
+        """Called with each event, in this order, before anybody reads it."""
 
     def resume(
         self, epoch: str, earlier: Mapping[str, int], last: int, events: Sequence[tuple[str, str, str]]
@@ -371,7 +443,8 @@ class EventHub:
         event = self._event(self.last + 1, type_, subject, data, correlation)
         self._ring.append(Kept(type_, subject, event.json))
         self.last = event.number
-        self.on_published(event)
+        for hear in self.listeners:
+            hear(event)
         self.turns.news()
         return event
 
@@ -385,12 +458,15 @@ class EventHub:
         after: str | None = None,
         bodies: Iterable[str] | None = None,
         types: Iterable[str] | None = None,
+        sample: float | None = None,
     ) -> Subscription:
         """Begin after a cursor, or now; a cursor that cannot be continued is answered with a `GAP` first.
 
+        With a `sample` there are live values, too, at most so many times a second of each.
+
         :raises InvalidRequest: the cursor or a filter is malformed.
         """
-        return self._read(self.cursor if after is None else after, Filter.of(bodies, types))
+        return self._read(self.cursor if after is None else after, Filter.of(bodies, types), sample)
 
     async def since(
         self,
@@ -408,15 +484,30 @@ class EventHub:
         )
         return await reader.page(min(limit, MAX_PAGE))
 
+    async def values(
+        self, bodies: Iterable[str] | None, types: Iterable[str] | None, sample: float
+    ) -> Sequence[Event]:
+        """Read live values for somebody who does not stay: those that come first, within a second.
+
+        :raises InvalidRequest: a filter is malformed.
+        """
+        wanted, read = Filter.of(bodies, types), asyncio.Event()
+        with Watch(self.live, wanted, sample, read.set) as watch:
+            await happens(read, VALUES_WITHIN_S)
+            return self.readings(watch.take(), self.live.last, self.last, wanted).events
+
     def event(self, number: int) -> Event:
         """Give a retained event, from `first` to `last`."""
         return Event(self.epoch, number, *self._ring[number])
 
-    def gap_before(self, number: int, requested: str) -> Event:
-        """Make the event that stands for those between a requested cursor and an event number."""
-        first_available = _cursor(self.epoch, number)
-        data = {"requested": requested, "first_available": first_available}
-        return self._event(number - 1, GAP, "/events", data)
+    def gap_before(self, number: int, requested: str, wanted: Filter) -> list[Event]:
+        """Make the events that stand for those between a requested cursor and an event number."""
+        self.gaps += 1
+        data = {"requested": requested, "first_available": _cursor(self.epoch, number)}
+        gap = self._event(number - 1, GAP, "/events", data)
+        if self.take_snapshot is None:
+            return [gap]
+        return [gap, self._event(number - 1, SNAPSHOT, "/events", self.take_snapshot(wanted, self.cursor))]
 
     def _event(
         self, number: int, type_: str, subject: str, data: Data, correlation: str | None = None
@@ -425,7 +516,7 @@ class EventHub:
         cursor = _cursor(self.epoch, number)
         told = {
             "specversion": "1.0",
-            "id": f"{cursor}-gap" if type_ == GAP else cursor,
+            "id": cursor + _MADE_FOR_ONE.get(type_, ""),
             "source": _SOURCE,
             "type": type_,
             "subject": subject,
@@ -443,7 +534,18 @@ class EventHub:
         events = map(self.event, range(after + 1, last + 1))
         return Batch([event for event in events if wanted.wants(event)])
 
-    def _read(self, after: str, wanted: Filter) -> Subscription:
+    def _readings(self, has: int, last: int, position: int, wanted: Filter) -> Batch:
+        """Give the readings from after `has` to `last`, to all who have read the events to a position."""
+        del last  # the newest of each, whatever its number: it tells the batches apart
+        cursor = _cursor(self.epoch, position)
+        return Batch(
+            [
+                Event(self.epoch, position, it.type, it.subject, f'{it.json},"cursor":"{cursor}"}}')
+                for it in self.live.newer(has, wanted)
+            ]
+        )
+
+    def _read(self, after: str, wanted: Filter, sample: float | None = None) -> Subscription:
         match = _CURSOR.fullmatch(after)
         if match is None:
             raise InvalidRequest(
@@ -451,10 +553,10 @@ class EventHub:
             )
         epoch, number = match[1], int(match[2])
         if epoch == self.epoch and number <= self.last:
-            return Subscription(self, number, wanted, None)
+            return Subscription(self, number, wanted, None, sample)
         if epoch in self._earlier:  # it may have seen more of it than the journal has
-            return Subscription(self, min(number, self._earlier[epoch]), wanted, None)
-        return Subscription(self, self.first - 1, wanted, after)
+            return Subscription(self, min(number, self._earlier[epoch]), wanted, None, sample)
+        return Subscription(self, self.first - 1, wanted, after, sample)
 
 
 def _cursor(epoch: str, number: int) -> str:

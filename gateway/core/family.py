@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 from pydantic import BaseModel, Field
 
 from gateway.core import tables
+from gateway.core.alarms import Cause
 from gateway.core.errors import NotFound
 from gateway.core.event_types import EventType
 from gateway.core.events import EventHub
@@ -17,6 +18,7 @@ from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import MoveRecord
+from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import UNCONFIRMED, StopMode
 from gateway.core.targets import Stopped, Target
@@ -63,6 +65,11 @@ class LeftMoving(NamedTuple):
     move_id: str | None
 
 
+def is_within(line_id: str, address: str, parts: Sequence[Part] | None) -> bool:
+    """Whether something is among some parts of the plant; all is, where none are named."""
+    return parts is None or any(part.contains(Part(line_id, address)) for part in parts)
+
+
 def why_it_moves(*, stopped: bool, moving: bool | None, under_way: bool) -> str | None:
     """Why something may still move; None where it stands still, as far as is known."""
     if stopped:
@@ -84,7 +91,8 @@ class PortInfo(BaseModel):
     waiting: dict[str, int] = Field(description="Requests waiting in each lane.")
     load: dict[str, float] = Field(
         description="Percent of the last ten seconds that the line was taken up by clients, followers (they "
-        "see moves to their ends), health, probes (of the silent), fences, stops and set_up."
+        "see moves to their ends), health, live (values that somebody watches), probes (of the silent), "
+        "fences, stops and set_up."
     )
     counters: dict[str, int] = Field(description="What has happened on the line since the start.")
 
@@ -113,6 +121,10 @@ class Family(ABC):
     @abstractmethod
     def add(self, table: Any, port: Transport) -> AnyLine:
         """Build a line, and everything on it, as `table` of `line_table` says."""
+
+    @abstractmethod
+    async def remove(self, line: Any) -> None:
+        """Close one of its lines, and forget everything on it but the records of its moves."""
 
     @abstractmethod
     def target(self, collection: str, names: Sequence[str]) -> Target:
@@ -151,6 +163,10 @@ class Family(ABC):
         """Whether the age of its answer means something."""
         return bool(row.reply_type().model_fields)
 
+    def causes(self) -> Iterable[Cause]:
+        """What can go wrong with its targets."""
+        return ()
+
     # over restarts
 
     def move_logs(self) -> Iterable[MoveLog[Any]]:
@@ -168,8 +184,12 @@ class Family(ABC):
 
     # life
 
-    def watches(self) -> Iterable[Coroutine[Any, Any, None]]:
-        """What looks after the controllers for as long as the plant lives."""
+    def watches(self, _line: Any) -> Iterable[Coroutine[Any, Any, None]]:
+        """What looks after the controllers of one of its lines for as long as that is there."""
+        return ()
+
+    def at_work(self, _line: Any) -> Iterable[str]:
+        """Addresses on a line in the middle of something beside moves that must not be broken off."""
         return ()
 
     @abstractmethod
@@ -183,8 +203,13 @@ class Family(ABC):
     # the end
 
     @abstractmethod
-    def end_motion(self, *, everything: bool) -> Sequence["asyncio.Task[Any]"]:
-        """Stop what would never end, or `everything` that moves; the stops are queued at once."""
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> Sequence["asyncio.Task[Any]"]:
+        """Stop what would never end, or `everything` that moves; the stops are queued at once.
+
+        `within` names the only parts that are meant, if not all are.
+        """
 
     @abstractmethod
     async def at_rest(self) -> None:

@@ -21,6 +21,7 @@ from gateway.core.load import Load
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
+from gateway.core.trace_filter import Talk
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
 from transports.recorder import Recorder
 
@@ -67,6 +68,7 @@ class PortLoop(ABC):
         self.on_change: Callable[[str, dict[str, object]], None] = lambda _what, _facts: None
         self.on_work: Callable[[], None] = lambda: None
         """Told often, as long as the line's own work goes on, whatever is at its far end."""
+        self._ends_because = "the gateway is shutting down"
         self._open = False
         self._ready = False
         self._silence: str | None = None
@@ -128,12 +130,17 @@ class PortLoop(ABC):
     def _begun(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
         return asyncio.create_task(work, name=f"line {self.id}")
 
+    def retire(self, why: str) -> None:
+        """Let nothing more be written; `close` is to follow at once."""
+        self._ends_because = why
+        self._went_down(why)
+
     async def close(self) -> None:
         """Cancel what waits, close the port and end all tasks. What was written stays written."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        self._went_down("the gateway is shutting down")
+        self._went_down(self._ends_because, level=logging.INFO)
         await self.transport.close()
 
     @property
@@ -185,7 +192,7 @@ class PortLoop(ABC):
                 await self._attention.wait()
         return was_ready
 
-    def _went_down(self, why: str, fault: Exception | None = None) -> None:
+    def _went_down(self, why: str, fault: Exception | None = None, *, level: int = logging.WARNING) -> None:
         reason = why.removesuffix("Nothing was sent.").rstrip(" .")  # sentences say so themselves
         was_open, self._open, self._ready = self._open, False, False
         self._heard_out = False
@@ -194,7 +201,7 @@ class PortLoop(ABC):
         self._stuck_since = self._silence = None
         self._break_off(reason)
         if changed:
-            log.warning("line %s is down: %s", self.id, reason, exc_info=fault)
+            log.log(level, "line %s is down: %s", self.id, reason, exc_info=fault)
         self._tell_down(reason)
         self._attention.set()
 
@@ -363,6 +370,10 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         async with all_held(map(self.lock_of, numbers), expires_at) as series:
             series.epochs = {number: self.gate.epoch(number) for number in numbers}
             yield series
+
+    def talk_of(self, _: bytes) -> Talk:
+        """What a frame on it is about; where no address stands in frames, all are about the same."""
+        return Talk(b"")
 
     @abstractmethod
     def _take(self, frame: W) -> None:

@@ -1,9 +1,13 @@
 """Who takes up a line's time, and how much of it."""
 
 from collections import defaultdict, deque
+from typing import Final
+
+from gateway.core.histogram import Histogram
 
 WINDOW_S = 10.0
 """The load is that of so many seconds."""
+TOOK_BOUNDS_S: Final = (0.001, 0.0025, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5)
 
 
 class Load:
@@ -12,6 +16,8 @@ class Load:
     def __init__(self) -> None:
         self.busy_s: defaultdict[str, float] = defaultdict(float)
         """Seconds since the start, by what they were taken for."""
+        self.took = Histogram(TOOK_BOUNDS_S)
+        """How long each frame has taken the line."""
         self._spans: deque[tuple[float, str, float]] = deque()
         self._work: str | None = None
         self._since = 0.0
@@ -27,6 +33,7 @@ class Load:
             return
         took_s = now - self._since
         self.busy_s[self._work] += took_s
+        self.took.observe(took_s)
         self._spans.append((now, self._work, took_s))
         self._work = None
         self._forget(now)

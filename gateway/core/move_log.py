@@ -66,6 +66,10 @@ class MoveLog(Generic[M]):
             )
         return move
 
+    def under_way(self) -> list[M]:
+        """The moves that are not over."""
+        return [move for move in self._moves.values() if not move.status.final]
+
     def of(self, address: str) -> list[M]:
         """The moves of a body or a unit, newest first."""
         return [move for move in reversed(self._moves.values()) if move.body_id == address]

@@ -1,5 +1,6 @@
 """What is told of every move, of a body or of a robot's unit: its life from the request to the end."""
 
+from collections.abc import Sequence
 from datetime import datetime
 from enum import StrEnum
 from typing import Literal, Self
@@ -7,13 +8,17 @@ from typing import Literal, Self
 from pydantic import Field
 
 from gateway.core.errors import ControllerError, GatewayError, Moved
+from gateway.core.next_calls import NextCall
 from gateway.core.origin import current
 from gateway.core.records import Record
 
 LOST_AFTER_S = 30.0
 """What has not answered this long in the middle of a move has lost it."""
 
-MoveKind = Literal["relative", "absolute", "home", "continuous", "interpolated"]
+START_WITHIN_S = 5.0
+"""A move is written so soon after it was asked for, or never, where nobody says otherwise."""
+
+MoveKind = Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
 
 
 class MoveStatus(StrEnum):
@@ -47,9 +52,10 @@ class MoveError(Record):
     controller_error: str | None = Field(
         default=None, description="The controller's error code, such as 0x51."
     )
+    next: list[NextCall] = Field(default_factory=list, description="The calls that help.")
 
     @classmethod
-    def of(cls, error: GatewayError) -> Self:
+    def of(cls, error: GatewayError, calls: Sequence[NextCall] = ()) -> Self:
         """An error as it stands in a move."""
         return cls(
             type=error.kind,
@@ -58,6 +64,7 @@ class MoveError(Record):
             moved=error.moved,
             remedy=error.remedy,
             controller_error=error.error_code if isinstance(error, ControllerError) else None,
+            next=list(calls),
         )
 
 

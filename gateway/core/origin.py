@@ -6,8 +6,21 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-Work = Literal["clients", "followers", "health", "probes", "fences", "stops", "set_up"]
+from gateway.core.parts import Part
+
+Work = Literal["clients", "followers", "health", "probes", "fences", "stops", "set_up", "live"]
 """What a line's time is taken for: `followers` see moves to their ends, `stops` are seen to standstill."""
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """The leases a request shows, and what it was admitted to move or set."""
+
+    tokens: tuple[int, ...] = ()
+    parts: tuple[Part, ...] = ()
+
+
+NO_CLAIM = Claim()
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +32,8 @@ class Origin:
     key: str | None = None
     """The Idempotency-Key that the request came with, within its scope."""
     work: Work = field(default="clients", compare=False)
+    claim: Claim = field(default=NO_CLAIM, compare=False)
+    """What the write gate looks at again."""
 
 
 GATEWAY = Origin("gateway", work="health")
@@ -26,6 +41,7 @@ FENCE = Origin("gateway: fence", work="fences")
 PROBE = Origin("gateway: probe", work="probes")
 POLL = Origin("gateway: poll", work="health")
 SET_UP = Origin("gateway: set-up", work="set_up")
+LIVE = Origin("gateway: live", work="live")
 
 ORIGIN: ContextVar[Origin] = ContextVar("origin", default=GATEWAY)
 

@@ -7,9 +7,10 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict
 
-from gateway.core.errors import GatewayError, InvalidRequest, NotAllowed
+from gateway.core.errors import GatewayError, InvalidRequest, NotAllowed, NotFound
 from gateway.core.move_log import MoveLog
-from gateway.core.move_record import MoveRecord
+from gateway.core.move_record import START_WITHIN_S, MoveRecord
+from gateway.core.next_calls import NextCall
 from gateway.core.records import Record
 from gateway.core.stops import Report, StopMode
 from protocols.table import Command, Reply
@@ -102,8 +103,12 @@ class Target(ABC):
         :raises GatewayError: it was refused, not sent, or not answered; the error says which.
         """
 
-    async def start(self, command: AnyCommand) -> Begun | Opened:
-        """Send a command that starts a move, once the move has its record.
+    async def start(
+        self,
+        command: AnyCommand,
+        start_within_s: float = START_WITHIN_S,  # noqa: ARG002
+    ) -> Begun | Opened:
+        """Send a command that starts a move, once the move has its record; it is sent in time, or never.
 
         :raises GatewayError: it was refused, or not sent.
         """
@@ -123,6 +128,13 @@ class Target(ABC):
         """
         raise InvalidRequest(f"{self.address} plans no moves by {command.name()}; nothing was sent.")
 
+    async def samples(self, move_id: str) -> BaseModel:
+        """Give where it was seen during one of its moves.
+
+        :raises NotFound: nothing is kept of it.
+        """
+        raise NotFound(f"{self.address} keeps no samples of a move {move_id}.")
+
     async def stop(self, mode: StopMode) -> Stopped:
         """Stop it; every stop frame is queued before anything is awaited."""
         raise InvalidRequest(f"{self.address} has no motor to be stopped ({mode}); nothing was sent.")
@@ -130,6 +142,15 @@ class Target(ABC):
     async def stop_by(self, command: AnyCommand) -> Answer | MemberAnswers | Stopped:
         """Stop as a command of the table says."""
         return await self.stop(self.stop_modes[type(command)])
+
+    @property
+    def moved(self) -> Sequence[str]:
+        """The subjects of all that moves with it."""
+        return (self.path,)
+
+    def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
+        """The calls that help where a request about it has failed."""
+        return error.next
 
     def read(self, text: str) -> AnyCommand:
         """Read a command as it stands on the line, without frame.

@@ -19,13 +19,19 @@ class LineIndex:
         self._lines: dict[KeyPath, int] = {}
         self._tables_in: dict[KeyPath, int] = {}
         self._table: KeyPath = ()
+        self._headers: list[tuple[KeyPath, int]] = []
+        self._text = text.split("\n")
         in_long_string = False
-        for number, line in enumerate(text.split("\n"), 1):
+        for number, line in enumerate(self._text, 1):
             if not in_long_string:
                 if line.lstrip().startswith("#"):
                     continue
                 self._read(line, number)
             in_long_string ^= len(_LONG_QUOTE.findall(line)) % 2 == 1
+
+    def __contains__(self, path: KeyPath) -> bool:
+        """Whether a table or a key has a line of its own."""
+        return path in self._lines
 
     def line_of(self, path: KeyPath) -> int:
         """Find the line, from 1, of a key or else of the nearest table around it."""
@@ -33,10 +39,20 @@ class LineIndex:
             path = path[:-1]
         return self._lines.get(path, 1)
 
+    def end_of_table(self, path: KeyPath) -> int:
+        """The line, from 0, after a table and all that is in it; comments above the next belong to that."""
+        begun = self._headers.index((path, self._lines[path]))
+        after = (line for other, line in self._headers[begun + 1 :] if other[: len(path)] != path)
+        end = next(after, len(self._text) + 1) - 1
+        while end and (not self._text[end - 1].strip() or self._text[end - 1].lstrip().startswith("#")):
+            end -= 1
+        return end
+
     def _read(self, line: str, number: int) -> None:
         if header := _HEADER.match(line):
             self._enter(_parts(header[2]), is_array=header[1] == "[[")
             self._lines.setdefault(self._table, number)
+            self._headers.append((self._table, number))
         elif assignment := _ASSIGNMENT.match(line):
             path = self._table
             for part in _parts(assignment[1]):
@@ -53,6 +69,25 @@ class LineIndex:
             if path in self._tables_in:
                 path = (*path, self._tables_in[path] - 1)
         self._table = path
+
+
+_TOKEN = re.compile(
+    r"""\"{3}(?:\\.|[^\\])*?\"{3}|'{3}.*?'{3}|"(?:\\.|[^"\\\n])*"|'[^'\n]*'|\#[^\n]*|\s+|.""", re.DOTALL
+)
+
+
+def end_of_array(text: str, begin: int) -> tuple[int, str]:
+    """Where the array that begins at a `[` can take more: after its last sign, which is given too."""
+    depth, end = 0, begin
+    for token in _TOKEN.finditer(text, begin):
+        sign = token[0]
+        if sign.isspace() or sign.startswith("#"):
+            continue
+        depth += (sign in "[{") - (sign in "]}")
+        if depth == 0:
+            break
+        end = token.end()
+    return end, text[end - 1]
 
 
 def _parts(dotted: str) -> list[str]:

@@ -43,6 +43,11 @@ class Turns:
         self._due[whose] = turn
         self._go_on()
 
+    def wake(self, whose: object) -> None:
+        """Give somebody who waits a turn: there is news for it alone."""
+        if turn := self._waiting.pop(whose, None):
+            self.soon(whose, turn)
+
     def forget(self, whose: object) -> None:
         """Give somebody no turn."""
         self._waiting.pop(whose, None)

@@ -1,16 +1,21 @@
 """Robots and their units as the operations see them."""
 
 import asyncio
+from collections.abc import Sequence
 from typing import Any, Final
 
-from gateway.core.errors import InvalidRequest
+from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
+from gateway.core.move_record import START_WITHIN_S
+from gateway.core.next_calls import NextCall
 from gateway.core.stops import StopMode
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
+from gateway.fics.calls import calls_for_robot
 from gateway.fics.fit import require_fit
 from gateway.fics.move_requests import RobotMoveRequest
 from gateway.fics.moves import RobotMoves
 from gateway.fics.plans import PlannedRobotMove, plan_of
 from gateway.fics.robot import Robot
+from gateway.fics.samples import RobotSamples, samples_of
 from gateway.fics.soft_limits import uncrossed
 from gateway.fics.units import RobotUnit
 from protocols.fics import commands
@@ -49,9 +54,9 @@ class RobotTarget(Target):
         told = replies if replies or listed else (command.reply_type()(),)
         return Answer(told, at if command.is_query() else None, listed=listed)
 
-    async def start(self, command: Any) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         """Start a move on the only unit; errors as of `RobotMoves.start`."""
-        return await self._only_unit().start(command)
+        return await self._only_unit().start(command, start_within_s)
 
     async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
         """Stop all axes, or one of the only unit."""
@@ -65,6 +70,12 @@ class RobotTarget(Target):
                 f"unit: {self.robot.id} has several units; nothing was sent.", "Say on which."
             )
         return UnitTarget(self.robot, self.robot.units[0], self._moves)
+
+    def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
+        """The calls that help where a request about it has failed."""
+        units = self.robot.units
+        only = units[0].number if len(units) == 1 else None
+        return calls_for_robot(error, self.robot.id, self.robot.line.id, only)
 
     def read(self, text: str) -> FicsCommand[Any]:
         """Read a command as it stands on the line, without its terminator.
@@ -96,12 +107,21 @@ class UnitTarget(RobotTarget):
         (settled,) = await uncrossed(self.unit, {"coordinates": command})
         return await self._ask(settled, self.unit.number)
 
-    async def start(self, command: Any) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         """Start a move, or open a JOG session; errors as of `RobotMoves.start` and `Jogs.start`."""
         if isinstance(command, StartJog):
             return await self.jog(command)
-        move = await self._moves.start(self.robot, self.unit.number, command)
+        try:
+            move = await self._moves.start(self.robot, self.unit.number, command, start_within_s)
+        except ControllerRefused as refusal:
+            self.robot.macros.note(command, refusal)
+            raise
+        self.robot.macros.note(command, None)
         return Begun(self.path, [move])
+
+    async def samples(self, move_id: str) -> RobotSamples:
+        """Give where it was seen during a move; errors as of `Ways.of`."""
+        return samples_of(self._moves.log.get(move_id), self._moves.ways.of(move_id))
 
     async def jog(self, command: StartJog) -> Opened:
         """Jog an axis, only as long as heartbeats come; errors as of `Jogs.start`."""
@@ -115,6 +135,10 @@ class UnitTarget(RobotTarget):
         require_fit(self.unit, command)
         await self.robot.jogs.stop(self.unit.number, command.axis)
         return Answer((command.reply_type()(),))
+
+    def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
+        """The calls that help where a request about the unit has failed."""
+        return calls_for_robot(error, self.robot.id, self.robot.line.id, self.unit.number)
 
     def command_for(self, request: RobotMoveRequest) -> FicsCommand[Any]:
         """Put a wish for a move into a command; errors as of `amounts.numbers`."""

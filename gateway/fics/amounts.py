@@ -1,9 +1,10 @@
 """Numbers of axes: by name and with their units for clients, in a row for the robot."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, Field, ValidationError
+from pydantic_core import PydanticCustomError
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel
@@ -39,8 +40,18 @@ class AxisSpeed(Measured):
     unit: Literal["mm/s", "kpps", "rpm"]
 
 
-Amounts = dict[AxisName, Amount]
-AxisSpeeds = dict[AxisName, AxisSpeed]
+def _each_axis_once(given: object) -> object:
+    """Refuse an axis named in lower and in upper case."""
+    names = [name.upper() for name in given if isinstance(name, str)] if isinstance(given, dict) else []
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise PydanticCustomError("axis_twice", "must name axis {axis} once only", {"axis": twice})
+    return given
+
+
+ByAxis = Annotated[dict[AxisName, V], BeforeValidator(_each_axis_once)]
+Amounts = ByAxis[Amount]
+AxisSpeeds = ByAxis[AxisSpeed]
 
 
 class AxisValue(BaseModel):

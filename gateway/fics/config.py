@@ -1,5 +1,6 @@
 """What the configuration file may say of a line with a Fics: the robot, its units and their axes."""
 
+import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
@@ -9,6 +10,7 @@ from gateway.core import tables
 from gateway.core.tables import Array, Fault, Name, Slug, Table, refuse_repeats
 from gateway.core.toml_lines import KeyPath
 from protocols.fics.link import Terminator
+from protocols.fics.macros import RESERVED
 from protocols.fics.notation import LAST_UNIT, MOST_AXES, AxisName, AxisSystem
 from protocols.fics.status import SENSOR_BITS, STATUS_BITS
 
@@ -105,6 +107,8 @@ class Robot(Table):
     id: Slug
     name: Name | None = None
     units: Array[RobotUnit]
+    macros: dict[str, Name] | None = None
+    """What its macros do, by their names."""
     status_bits: Array[str] = STATUS_BITS
     """What bits 0 to 3 of the second digit of ACD mean: an assumption, for the figure is lost (2-10)."""
     sensor_bits: Array[str] = SENSOR_BITS
@@ -118,6 +122,15 @@ class Robot(Table):
         ):
             if sorted(given) != sorted(known):
                 raise Fault(f"must name {', '.join(known)}, each of them once", key)
+        return self
+
+    @model_validator(mode="after")
+    def _name_macros(self) -> Self:
+        for name in self.macros or ():
+            if not re.fullmatch("[A-Z0-9]{3}", name) or name in RESERVED:
+                raise Fault(
+                    f"must be three capital letters or digits, and no command, not {name!r}", "macros", name
+                )
         return self
 
     @model_validator(mode="after")
@@ -136,6 +149,8 @@ class Line(tables.Line):
     """The robot's communication mode; in 2 most commands are silent (C-HOST manual 1-1-1)."""
     terminator: Terminator = "cr"
     """What ends a command to the robot."""
+    move_samples_per_s: float = Field(5, ge=0, le=50)
+    """Positions that are read of a unit while it moves, and kept with the move; 0: only those at its ends."""
 
     @model_validator(mode="before")
     @classmethod

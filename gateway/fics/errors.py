@@ -216,23 +216,6 @@ class PartlyChanged(GatewayError):
         )
 
 
-class JogOutOfReach(GatewayError):
-    """A heartbeat came while the robot was out of reach: the axis may move, and nobody can stop it."""
-
-    kind = "jog-out-of-reach"
-    title = "The JOG is out of reach"
-    moved = "unknown"
-    retryable = True
-
-
-class JogOver(GatewayError):
-    """The JOG session goes on no more: its axis is being stopped, or stands still."""
-
-    kind = "jog-over"
-    title = "The JOG is over"
-    moved = "yes"
-
-
 def _what_came_first(cause: GatewayError) -> str:
     if isinstance(cause, StoppedFirst):
         return "a stop came"

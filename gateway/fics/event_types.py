@@ -2,7 +2,17 @@
 
 from pydantic import Field
 
-from gateway.core.event_types import EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
+from gateway.core.event_types import (
+    EventData,
+    EventType,
+    LeftMoving,
+    Nothing,
+    Unreadable,
+    lease_types,
+    move_types,
+    restore_types,
+)
+from gateway.core.restore_record import Restore
 from gateway.fics.axes import Coordinates
 from gateway.fics.jogs import JogSession
 from gateway.fics.move_record import RobotMove
@@ -45,6 +55,21 @@ class RobotPowerLoss(SpeedsKnown):
     certain: bool
 
 
+class LiveAxis(EventData):
+    """Where an axis stands."""
+
+    value: float | None = Field(description="Null while the robot does not know it.")
+    unit: str = Field(description="mm, pulse or degree.")
+
+
+class RobotPosition(EventData):
+    """Where the axes of a unit stand (APS)."""
+
+    unit: int
+    coordinates: Coordinates
+    axes: dict[str, LiveAxis]
+
+
 class BitMismatch(EventData):
     """What a unit shows at rest that the configured order of bits does not explain."""
 
@@ -61,6 +86,7 @@ class UnitChange(EventData):
 
 TYPES = (
     *move_types("robot", UNIT, RobotMove),
+    *lease_types("robot", ROBOT),
     EventType("robot.move.overdue", UNIT, Overdue, "a move takes longer than its way and speeds explain"),
     *(
         EventType(f"robot.stop.{news}", ROBOT, data, when)
@@ -101,6 +127,14 @@ TYPES = (
             "stopped": "a stop or the end of the gateway has ended it, and the axis stands still",
             "not_stopped": "the axis did not stand still within a second: the whole robot is being stopped",
         }.items()
+    ),
+    *restore_types("robot", ROBOT, Restore),
+    EventType(
+        "robot.position",
+        UNIT,
+        RobotPosition,
+        "somebody watches it (`sample`), and the robot acts on that unit",
+        live=True,
     ),
     EventType("robot.left_moving", ROBOT, LeftMoving, "the gateway ends, and it moves as far as is known"),
 )

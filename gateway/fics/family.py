@@ -2,25 +2,36 @@
 
 import asyncio
 from collections.abc import Awaitable, Collection, Coroutine, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
 from gateway.core.addresses import there_are
+from gateway.core.alarms import Cause
 from gateway.core.errors import InvalidRequest, NotFound
-from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
+from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, is_within, why_it_moves
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
+from gateway.core.parts import Part
+from gateway.core.restore_record import Restore
+from gateway.core.restores import Restores
+from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
 from gateway.core.targets import Replies, Stopped, Target, stopped
 from gateway.fics import config
 from gateway.fics.addressed import STOP_MODES, RobotTarget, UnitTarget
+from gateway.fics.alarms import causes
 from gateway.fics.axes import UnitAxes
+from gateway.fics.backup_restore import RobotRestore
 from gateway.fics.bits import Bits
 from gateway.fics.event_types import TYPES
-from gateway.fics.guards import motion_without_proof
+from gateway.fics.exchange import FicsExchange
+from gateway.fics.guards import amid_a_restore, motion_without_proof
 from gateway.fics.jogs import JogSession
 from gateway.fics.line import FicsLine
+from gateway.fics.live import ChannelSource, UnitSource
+from gateway.fics.macros import Macros
 from gateway.fics.move_record import RobotMove
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
@@ -61,7 +72,9 @@ class Fics(Family):
     def __init__(self, site: Site) -> None:
         super().__init__(site)
         self._robots: dict[str, Robot] = {}
-        self.moves = RobotMoves()
+        self._tables: dict[str, config.Line] = {}
+        self.moves = RobotMoves(site.events.live.demand_changes)
+        self.restores: Restores[RobotRestore] = Restores(self._publish_restore)
 
     def add(self, table: config.Line, port: Transport) -> FicsLine:
         """Build a line with its robot and its units."""
@@ -81,6 +94,8 @@ class Fics(Family):
             for unit in it.units
         ]
         line.gate.add(motion_without_proof)
+        line.gate.add(amid_a_restore(partial(self._amid_a_restore, it.id)))
+        self._tables[it.id] = table
         self._robots[it.id] = Robot(
             it.id,
             it.name or "",
@@ -89,11 +104,25 @@ class Fics(Family):
             self._publish,
             poll_interval_s=table.poll_interval_s,
             bits=Bits(it.status_bits, it.sensor_bits),
+            macros=Macros(it.macros or {}),
         )
         return line
 
+    async def remove(self, line: FicsLine) -> None:
+        """Close a line, and forget its robot."""
+        (robot,) = (robot for robot in self.robots() if robot.line is line)
+        await robot.close()
+        del self._robots[robot.id], self._tables[robot.id]
+
     def _publish(self, kind: str, subject: str, data: dict[str, Any], correlation: str | None) -> str:
         return self.site.events.publish(kind, subject, data, correlation).cursor
+
+    def _publish_restore(self, what: str, restore: Restore) -> None:
+        self.site.events.publish(f"robot.restore.{what}", restore.target, restore, correlation=restore.id)
+
+    def _amid_a_restore(self, robot_id: str, exchange: FicsExchange) -> bool:
+        restored = self.restores.amid(robot_id)
+        return restored is not None and not restored.lets_pass(exchange)
 
     # finding
 
@@ -161,6 +190,10 @@ class Fics(Family):
         """Only queries tell something."""
         return row.is_query()
 
+    def causes(self) -> Iterator[Cause]:
+        """What can go wrong with robots."""
+        return causes(self._robots.get)
+
     # over restarts
 
     def move_logs(self) -> Iterator[MoveLog[RobotMove]]:
@@ -178,9 +211,23 @@ class Fics(Family):
 
     # life
 
-    def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
-        """Look after each robot."""
-        return map(watch, self.robots())
+    def watches(self, line: FicsLine) -> Iterator[Coroutine[Any, Any, None]]:
+        """Look after the robot on a line."""
+        live = self.site.events.live
+        for robot in self.robots():
+            if robot.line is line:
+                yield watch(robot)
+                table = self._tables[robot.id]
+                units = (UnitSource(robot, unit, live, table.move_samples_per_s) for unit in robot.units)
+                yield Sampler(line, live, [*units, ChannelSource(robot, live)], table.live_share).run()
+
+    def at_work(self, line: FicsLine) -> Iterator[str]:
+        """The robot, while positions are written into it, or a backup restored."""
+        return (
+            robot.id
+            for robot in self.robots()
+            if robot.line is line and (line.uploading or self.restores.is_under_way(robot.id))
+        )
 
     def was_left_alone(self) -> None:
         """Stop what jogs, and look at every robot."""
@@ -193,11 +240,14 @@ class Fics(Family):
 
     # the end
 
-    def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> list["asyncio.Task[Any]"]:
         """Stop what jogs, or everything that moves."""
-        for robot in self.robots():
+        robots = [robot for robot in self.robots() if is_within(robot.line.id, robot.id, within)]
+        for robot in robots:
             robot.jogs.end_all("stopped")
-        return [robot.stop("decelerate") for robot in self.robots() if everything and robot.moving]
+        return [robot.stop("decelerate") for robot in robots if everything and robot.moving]
 
     async def at_rest(self) -> None:
         """Wait for stops, for those who are told that nothing was sent, and for the ends of uploads."""
@@ -221,6 +271,7 @@ class Fics(Family):
 
     async def let_go(self) -> None:
         """Give those who wait for moves what is known now."""
+        await self.restores.close()
         self.moves.let_go()
 
     async def close(self) -> None:

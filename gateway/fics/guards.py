@@ -1,8 +1,23 @@
 """Rules that every frame to a robot but a question passes in the instant in which it is written."""
 
+from collections.abc import Callable
+from typing import Any, Final
+
 from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.fics.errors import RobotBusy
 from gateway.fics.exchange import FicsExchange
+from gateway.fics.settings import SETTINGS
+from protocols.fics.positions import BeginPositionUpload, ClearPositions
+from protocols.fics.row import FicsCommand
+from protocols.fics.speeds import SetSmoothAcceleration
+from protocols.fics.variables import SetVariable
 from protocols.table import Effect
+
+RESTORED: Final[tuple[type[FicsCommand[Any]], ...]] = (
+    *(SetSmoothAcceleration, BeginPositionUpload, ClearPositions, SetVariable),
+    *(setting.write for setting in SETTINGS.values()),
+)
+"""What changes something that a backup has."""
 
 
 def motion_without_proof(exchange: FicsExchange, _: float) -> GatewayError | None:
@@ -13,3 +28,21 @@ def motion_without_proof(exchange: FicsExchange, _: float) -> GatewayError | Non
     return InvalidRequest(
         f"{name} starts a move, and has no record of it; nothing was sent.", "Start a move."
     )
+
+
+def amid_a_restore(
+    restored: Callable[[FicsExchange], bool],
+) -> Callable[[FicsExchange, float], GatewayError | None]:
+    """Make the guard by which nothing moves a robot or changes it while a backup is `restored` to it."""
+
+    def guard(exchange: FicsExchange, _: float) -> GatewayError | None:
+        command = exchange.command
+        changes = command.effect is Effect.MOTION or isinstance(command, RESTORED)
+        if not changes or not restored(exchange):
+            return None
+        return RobotBusy(
+            f"A backup is being restored to the robot; {command.wire_name()} was not sent.",
+            "Wait for its end or cancel it.",
+        )
+
+    return guard

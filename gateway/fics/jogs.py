@@ -1,19 +1,25 @@
 """JOG with a dead-man: an axis moves only while a heartbeat comes twice a second."""
 
 import asyncio
-import secrets
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from pydantic import Field
-
-from gateway.core.errors import ControllerRefused, GatewayError, NotFound
+from gateway.core.errors import ControllerRefused, GatewayError
+from gateway.core.jogs import (
+    HEARTBEAT_S,
+    KEPT,
+    START_WITHIN_S,
+    Jog,
+    JogEnd,
+    JogOutOfReach,
+    JogOver,
+    no_such_jog,
+)
 from gateway.core.lanes import Lane
-from gateway.core.origin import Origin, acting
-from gateway.core.records import Record
+from gateway.core.origin import Origin, acting, working
 from gateway.fics.axes import Places, at_rest, unit_of
-from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected, preparing
+from gateway.fics.errors import RobotBusy, UnitNotSelected, preparing
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions
 from gateway.fics.units import RobotUnit
@@ -21,40 +27,24 @@ from protocols.fics.jog import StartJog, StopJog
 from protocols.fics.status import AxisStatus
 from protocols.fics.system import HostMode
 
-HEARTBEAT_S = 0.5
-"""The longest time between two heartbeats; after it the axis is stopped."""
 STILL_WITHIN_S = 1.0
 """An axis that still moves after this time since the end of its JOG makes the whole robot stop."""
 LOOK_AGAIN_S = 0.1
 STILL_LOOKS = 2
 """An axis seen to stand still so often in turn jogs no more; a single look may come before it begins."""
-START_WITHIN_S = 2.0
-KEPT = 100
-"""Ended sessions that are remembered, to tell why they have ended."""
 
 
-JogEnd = Literal["ended", "lost", "stopped"]
-
-
-class JogSession(Record):
+class JogSession(Jog):
     """An axis that jogs, or has jogged."""
 
-    id: str
     unit: int
     axis: str
     direction: Literal["+", "-"]
-    state: Literal["jogging", "stopping", JogEnd] = Field(
-        "jogging",
-        description="stopping: the axis is told to stop, and may still move. The others mean that it was "
-        "seen to stand still: ended by request or because it stood still, as at its limit; lost for want of "
-        "a heartbeat; stopped with the robot or at the end of the gateway.",
-    )
-    ends_as: JogEnd | None = Field(
-        default=None, description="The state that follows when the axis stands still; null while it jogs."
-    )
-    heartbeat_within_ms: int = Field(
-        default=int(HEARTBEAT_S * 1000), description="The next heartbeat has to come within this."
-    )
+
+    @property
+    def what(self) -> str:
+        """The axis in words."""
+        return f"axis {self.axis} of unit {self.unit}"
 
 
 @dataclass(eq=False)
@@ -107,7 +97,7 @@ class Jogs:
         self._require_settled(unit, axis)
         loop = asyncio.get_running_loop()
         command = StartJog(axis=axis, direction=direction)
-        session = JogSession(id=secrets.token_hex(8), unit=unit, axis=axis, direction=direction)
+        session = JogSession(unit=unit, axis=axis, direction=direction)
         self._unsettled[session.id] = session
         try:
             with preparing(self._robot_id, command):
@@ -136,7 +126,8 @@ class Jogs:
     def _begun(self, session: JogSession) -> None:
         """The axis may move from now on, answered or not."""
         until, alarm = self._await_heartbeat(session)
-        rest = asyncio.create_task(self._rests(session), name=f"JOG of {self._robot_id}")
+        with working("followers"):
+            rest = asyncio.create_task(self._rests(session), name=f"JOG of {self._robot_id}")
         rest.add_done_callback(lambda task: None if task.cancelled() else self._rested(session))
         self._running[session.id] = _Running(session, until, alarm, rest)
         self._tell("robot.jog.started", session.model_dump())
@@ -171,12 +162,7 @@ class Jogs:
         self._end_overdue(session_id)
         running = self._find(session_id)
         if not self._line.online:
-            session = running.session
-            raise JogOutOfReach(
-                f"Robot {self._robot_id} is out of reach: axis {session.axis} of unit {session.unit} may go "
-                "on moving, and no software can stop it until the robot answers again.",
-                "Use the hardware stop.",
-            )
+            raise JogOutOfReach(f"Robot {self._robot_id}", running.session.what)
         running.alarm.cancel()
         running.until, running.alarm = self._await_heartbeat(running.session)
         return running.session
@@ -295,17 +281,8 @@ class Jogs:
             return self._running[session_id]
         if session_id in self._over:
             session = self._over[session_id]
-            if session.state == "stopping":
-                raise JogOver(
-                    f"The JOG of axis {session.axis} is being stopped ({session.ends_as}); the axis may "
-                    "still move.",
-                    "Wait until it stands still; start a new JOG then if it is still wanted.",
-                )
-            raise JogOver(
-                f"The JOG of axis {session.axis} is over ({session.state}); the axis stands still.",
-                "Start a new JOG if it is still wanted.",
-            )
-        raise NotFound(f"There is no JOG session {session_id}.")
+            raise JogOver(session.what, session)
+        raise no_such_jog(session_id)
 
     @acting(Origin("gateway: missing heartbeat"))
     def _missed(self, session: JogSession) -> None:
@@ -351,7 +328,8 @@ class Jogs:
         if session.id in self._stopping:
             return self._stopping[session.id]
         self._send_stop(session)
-        task = asyncio.create_task(self._see_still(session), name=f"end of a JOG of {self._robot_id}")
+        with working("stops"):
+            task = asyncio.create_task(self._see_still(session), name=f"end of a JOG of {self._robot_id}")
         self._stopping[session.id] = task
         task.add_done_callback(lambda _: self._stopping.pop(session.id))
         return task

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
+from gateway.core.move_record import START_WITHIN_S
 from gateway.core.records import RequestModel, example
 from gateway.fics.amounts import Amounts, build, numbers
 from gateway.fics.axes import Coordinates, UnitAxes
@@ -27,6 +28,12 @@ _RELATIVE: Final[dict[Coordinates, MotionRow]] = {
 class _RobotMoveRequest(RequestModel):
     validate_only: bool = Field(
         default=False, description="Only say what would be sent and how long it would take; nothing moves."
+    )
+    start_within_s: float = Field(
+        default=START_WITHIN_S,
+        gt=0,
+        le=60,
+        description="Seconds the move may wait for its turn; if it is not sent by then, it never is.",
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from gateway.core.errors import (
     ControllerRefused,
+    Expired,
     GatewayError,
     MoveFailed,
     NoReply,
@@ -18,6 +19,7 @@ from gateway.core.errors import (
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
+from gateway.core.origin import working
 from gateway.core.silence import Silence
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.commander import in_time
@@ -87,7 +89,7 @@ class MoveRun:
         try:
             with preparing(self._move.robot_id, self._command):
                 async with in_time(expires_at):
-                    await self._know_the_way()
+                    await self._wait_to_know_the_way()
                 accepted = await self._motions.begin(
                     self._command,
                     self._unit.number,
@@ -101,7 +103,8 @@ class MoveRun:
             self._tell(error)
             return
         try:
-            await self._follow(accepted)
+            with working("followers"):
+                await self._follow(accepted)
         finally:
             self._motions.end(accepted)
             self._tell(None)
@@ -128,6 +131,14 @@ class MoveRun:
         self._advance(MoveStatus.SENT)
 
     # before
+
+    async def _wait_to_know_the_way(self) -> None:
+        """Know it, however long others have the robot: who limits that is whoever wants the move."""
+        while True:
+            try:
+                return await self._know_the_way()
+            except Expired:
+                continue
 
     async def _know_the_way(self) -> None:
         """Know where the axes stand and should come to: what the move needs, and what proves its end."""
@@ -338,7 +349,10 @@ class MoveRun:
             self._move.end_cause = f"error_{code}"
             stands = self._motions.errors.latched
             text = stands if stands is not None and stands.code == code else None
-            self._advance(MoveStatus.FAILED, RobotFailed(self._move.robot_id, self._move.command, code, text))
+            failure = RobotFailed(self._move.robot_id, self._move.command, code, text)
+            if self._finding().untouched():
+                failure.moved = "no"
+            self._advance(MoveStatus.FAILED, failure)
 
     async def _resolve(self, error: NoReply) -> None:
         """The line was lost in the middle: let the axes tell, where they can prove it."""

@@ -1,14 +1,17 @@
 """The moves of robots: started at most once each, remembered when they are over."""
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
 from gateway.core.errors import GatewayError, RestartedFirst
 from gateway.core.move_log import MoveLog, new_id
-from gateway.core.move_record import MoveError, MoveStatus
+from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
+from gateway.core.ways import Way, Ways
+from gateway.fics.axes import Places
+from gateway.fics.calls import calls_for_robot
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.move_runs import MoveRun
@@ -21,8 +24,11 @@ from protocols.fics.row import FicsCommand
 class RobotMoves:
     """All moves of all robots: starts them, follows them, remembers them."""
 
-    def __init__(self) -> None:
+    def __init__(self, on_way: Callable[[], None] = lambda: None) -> None:
+        self._on_way = on_way
+        """Called when the way of a move begins, or has ended."""
         self.log = MoveLog[RobotMove]()
+        self.ways = Ways[Way[Places]]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
         """With what is known when the robot has taken the command, or why it has not."""
 
@@ -45,7 +51,7 @@ class RobotMoves:
         return await self.log.wait(move_id, timeout_s)
 
     async def start(
-        self, robot: Robot, unit: int, command: FicsCommand[Any], start_within_s: float = 5.0
+        self, robot: Robot, unit: int, command: FicsCommand[Any], start_within_s: float = START_WITHIN_S
     ) -> RobotMove:
         """Send a motion command, and give its move when the robot has not refused it.
 
@@ -136,15 +142,25 @@ class RobotMoves:
         """The only place where a move changes its status."""
         move.status = status
         if error is not None:
-            move.error = MoveError.of(error)
+            calls = calls_for_robot(error, robot.id, robot.line.id, move.unit)
+            move.error = MoveError.of(error, calls)
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
+            self._begin_way(robot.unit(move.unit), move, move.sent_at)
         if status.final:
             move.ended_at = datetime.now(UTC)
+            robot.unit(move.unit).way = None
+            self._on_way()
             robot.motion.end_move(move.unit)
             self.log.end(move)
         _publish("started" if status is MoveStatus.MOVING else status, robot, move)
         self.log.on_change(move)
+
+    def _begin_way(self, unit: RobotUnit, move: RobotMove, sent_at: datetime) -> None:
+        start = move.start_position or dict.fromkeys(move.units)
+        unit.way = Way(sent_at, asyncio.get_running_loop().time(), start)
+        self.ways.begin(move.id, unit.way)
+        self._on_way()
 
 
 def _command_of(move: RobotMove) -> FicsCommand[Any]:

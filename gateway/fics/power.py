@@ -46,6 +46,8 @@ class Power:
     _tell: Tell
     cycled: bool = False
     """Whether the robot has lost its power, and nobody has acknowledged that yet."""
+    losses: int = 0
+    """Counts the losses of power that were noticed."""
     _speeds: dict[int, dict[Coordinates, Speeds]] = field(default_factory=dict)
     """By unit, in user and in motor coordinates, which have a value each (C-HOST manual 2-15, 4-5).
 
@@ -59,6 +61,7 @@ class Power:
 
     def lost(self, *, certain: bool) -> None:
         """It was switched off and on, or seems to: keep it from moving until a person acknowledges that."""
+        self.losses += 1
         self._due = set(self._speeds)
         self.forget_origins()  # those of all units are gone, and that is told once
         if not self.cycled:

@@ -17,6 +17,7 @@ from gateway.fics.durations import Durations
 from gateway.fics.errors import NotDone
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
+from gateway.fics.macros import Macros
 from gateway.fics.motion_state import MotionState
 from gateway.fics.motions import Motions
 from gateway.fics.power import Power
@@ -71,10 +72,12 @@ class Robot:
         *,
         poll_interval_s: float = 0.2,
         bits: Bits | None = None,
+        macros: Macros | None = None,
     ) -> None:
         self.id = robot_id
         self.name = name
         self.line = line
+        self.macros = macros or Macros()
         self._publish = publish
         commander = Commander(robot_id, line, bits)
         self.bits = commander.bits

@@ -7,14 +7,14 @@ from pydantic import BaseModel, Field
 
 from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
 from gateway.core.records import RequestModel, example
-from gateway.fics.amounts import Amounts, AxisSpeeds, AxisValue, build, in_order, numbers
+from gateway.fics.amounts import Amounts, AxisSpeeds, AxisValue, ByAxis, build, in_order, numbers
 from gateway.fics.axes import Coordinates
 from gateway.fics.errors import NotReadBack, PartlyChanged, RobotFailed
 from gateway.fics.soft_limits import uncrossed
 from gateway.fics.units import RobotUnit
 from protocols.fics import homing, motor_axes, soft_limits, speeds
 from protocols.fics.homing import TYPES, TypeNumber
-from protocols.fics.notation import AxisName, FourDigits, Milliseconds, PercentNumber, Quantity
+from protocols.fics.notation import FourDigits, Milliseconds, PercentNumber, Quantity
 from protocols.fics.row import FicsCommand
 
 Row = type[FicsCommand[Any]]
@@ -74,8 +74,8 @@ SETTINGS: Final[dict[str, Setting]] = {
 PERCENT = "Percent of the maximum speed, 0.1-100."
 TIME = "In milliseconds, 1-9999."
 START_SPEED = "In pulses per second, 0-9999."
-Percents = Annotated[dict[AxisName, PercentNumber] | None, Field(description=PERCENT)]
-Times = Annotated[dict[AxisName, Milliseconds] | None, Field(description=TIME)]
+Percents = Annotated[ByAxis[PercentNumber] | None, Field(description=PERCENT)]
+Times = Annotated[ByAxis[Milliseconds] | None, Field(description=TIME)]
 
 
 class SettingsChange(RequestModel, json_schema_extra=example(speed_percent={"X": 50})):
@@ -88,8 +88,8 @@ class SettingsChange(RequestModel, json_schema_extra=example(speed_percent={"X":
     deceleration_time_ms: Times = None
     upper_soft_limit: Amounts | None = None
     lower_soft_limit: Amounts | None = None
-    start_speed_pps: Annotated[dict[AxisName, FourDigits] | None, Field(description=START_SPEED)] = None
-    homing_type: Annotated[dict[AxisName, TypeNumber] | None, Field(description=TYPES)] = None
+    start_speed_pps: Annotated[ByAxis[FourDigits] | None, Field(description=START_SPEED)] = None
+    homing_type: Annotated[ByAxis[TypeNumber] | None, Field(description=TYPES)] = None
     homing_offset: Amounts | None = None
     homing_speed: AxisSpeeds | None = None
     index_search_speed: AxisSpeeds | None = None
@@ -148,14 +148,23 @@ async def change(unit: RobotUnit, wanted: SettingsChange) -> UnitSettings:
     :raises NotReadBack: all were changed, and the robot has not told what they are now.
     :raises GatewayError: nothing was changed.
     """
-    commands = {name: _command(unit, name, value) for name, value in wanted if value is not None}
-    if not commands:
-        raise InvalidRequest("No setting is named; nothing was sent.")
-    await _send_all(unit, await uncrossed(unit, commands))
+    await _send_all(unit, await commands(unit, wanted))
     try:
-        return await read(unit, commands)
+        return await read(unit, wanted.model_dump(exclude_none=True))
     except GatewayError as error:
         raise NotReadBack(f"The settings of {unit.address} were changed", error) from error
+
+
+async def commands(unit: RobotUnit, wanted: SettingsChange) -> list[FicsCommand[Any]]:
+    """The commands that change settings, in an order in which no soft limits cross.
+
+    :raises InvalidRequest: none is named, or one cannot be.
+    :raises GatewayError: the present soft limits could not be read.
+    """
+    changes = {name: _command(unit, name, value) for name, value in wanted if value is not None}
+    if not changes:
+        raise InvalidRequest("No setting is named; nothing was sent.")
+    return await uncrossed(unit, changes)
 
 
 async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]]) -> None:

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.lanes import Lane
 from gateway.fics.asking import Asking, Told, deadline_of, told_now
-from gateway.fics.axes import DISPLAYED
+from gateway.fics.axes import DISPLAYED, at_rest
 from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
-from gateway.fics.errors import NotDone, NotReadBack, PositionsDiffer
+from gateway.fics.errors import NotDone, NotReadBack, PositionsDiffer, RobotBusy
 from gateway.fics.motion_state import MotionState
 from gateway.fics.read_back import same_number
 from gateway.fics.selection import Selection
+from gateway.fics.targets import require_places
 from gateway.fics.units import RobotUnit
 from gateway.fics.uploads import UPLOAD, Run, runs_of, upload
 from protocols.fics.positions import (
@@ -38,6 +39,22 @@ class Tables:
     _motion: MotionState
     _selection: Selection
     _asking: Asking
+
+    async def here(self, unit: RobotUnit) -> list[float | None]:
+        """Where a unit stands, as it can be stored.
+
+        :raises RobotBusy: it moves.
+        :raises NotHomed, PositionUnknown: the robot does not tell where an axis stands.
+        :raises GatewayError: it was not read.
+        """
+        self._motion.require_free(UPLOAD)
+        if not at_rest((await unit.status()).values()):
+            raise RobotBusy(
+                f"{unit.address} moves: {UPLOAD.wire_name()} was not sent.", "Wait for its end or stop it."
+            )
+        places = await unit.position()
+        await require_places(unit, places, UPLOAD.wire_name())
+        return list(places.values())
 
     async def store(self, unit: RobotUnit, positions: Positions) -> None:
         """Store positions undivided, and see that the robot holds them (C-HOST manual 2-17 to 2-19).

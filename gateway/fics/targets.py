@@ -49,14 +49,24 @@ async def require_known(
     :raises NotHomed: an axis is not homed.
     :raises PositionUnknown: it is not known for another reason.
     """
-    missing = {name: None for name in axes_it_needs(unit, command, target) if start[name] is None}
+    needed = {name: start[name] for name in axes_it_needs(unit, command, target)}
+    await require_places(unit, needed, command.wire_name())
+
+
+async def require_places(unit: RobotUnit, places: Places, code: str) -> None:
+    """Refuse what needs to know where axes stand.
+
+    :raises NotHomed: an axis is not homed.
+    :raises PositionUnknown: it is not known for another reason.
+    """
+    missing: Places = {name: None for name, place in places.items() if place is None}
     if not missing:
         return
     reasons = await unit.why_unknown(missing)
     axis, reason = next(iter(reasons.items()))
     detail = (
         f"The position of axis {axis} of {unit.address} is not known, for {_WHY[reason]}; "
-        f"{command.wire_name()} was not sent."
+        f"{code} was not sent."
     )
     if reason == "not_homed":
         raise NotHomed(detail, "Home the robot first.")

@@ -5,6 +5,7 @@ from typing import Any, Literal
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
+from gateway.core.ways import Way
 from gateway.fics.asking import Asking
 from gateway.fics.axes import Coordinates, Places, UnitAxes, at_rest
 from gateway.fics.downloads import download
@@ -27,6 +28,8 @@ class RobotUnit(UnitAxes):
         super().__init__(axes.robot_id, axes.number, axes.axes, axes.motor_axes, axes.systems)
         self._asking = asking
         self._motion = motion
+        self.way: Way[Places] | None = None
+        """Where it is seen during the move that is not over yet."""
 
     @property
     def move(self) -> RobotMove | None:
@@ -68,7 +71,10 @@ class RobotUnit(UnitAxes):
         names = self.names(coordinates)
         if len(values) == 1 and values[0] is None:
             values = [None] * len(names)
-        return self.by_axis(names, values), at
+        places = self.by_axis(names, values)
+        if self.way is not None and self.move is not None and self.move.coordinates == coordinates:
+            self.way.add(at, places)
+        return places, at
 
     async def status(self, lane: Lane = Lane.READ) -> dict[str, AxisStatus]:
         """Read the status of its motor axes (C-HOST manual 2-10).

@@ -3,8 +3,11 @@
 import asyncio
 from collections.abc import Mapping
 
+from gateway.access import principal
+from gateway.core.addresses import numbered_address
 from gateway.core.errors import GatewayError, NotFound
-from gateway.operations.caller import for_caller
+from gateway.core.rights import Right
+from gateway.operations.caller import for_caller, needs, require
 from gateway.plant import Plant
 from gateway.rorze.bodies import Body, Group, R
 from gateway.rorze.family import Rorze
@@ -17,7 +20,7 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import GetControllerStatus
 
 
-@for_caller
+@needs(Right.SETUP)
 async def set_position(plant: Plant, body_id: str, position: Length) -> tuple[int, float]:
     """Call the present position by another number; gives the pulses, and when that was answered.
 
@@ -29,13 +32,13 @@ async def set_position(plant: Plant, body_id: str, position: Length) -> tuple[in
     return pulses, answered.at
 
 
-@for_caller
+@needs(Right.VIEW)
 async def know_mode(plant: Plant, body_id: str) -> None:
     """Ask a body for its operating mode where that is not known; errors as of `Body.ask`."""
     await plant.family(Rorze).body(body_id).know_mode()
 
 
-@for_caller
+@needs(Right.OPERATE)
 async def acknowledge_power_cycle(plant: Plant, body_id: str) -> None:
     """Allow motions to places again; errors as of `Body.acknowledge_power_cycle`."""
     await plant.family(Rorze).body(body_id).acknowledge_power_cycle()
@@ -43,11 +46,18 @@ async def acknowledge_power_cycle(plant: Plant, body_id: str) -> None:
 
 @for_caller
 async def define_group(plant: Plant, group_id: str, members: list[str], name: str) -> Group:
-    """Define a group at the link master; errors as of `Rorze.define_group`."""
+    """Define a group at the link master, whose caller needs the right on all it will reach.
+
+    :raises GatewayError: as of `Rorze.define_group`.
+    """
+    address = numbered_address(group_id)
+    home = address.rpartition(".")[0]
+    reached = (f"{home}.{it}" if home and "." not in it else it for it in members)
+    require(plant, Right.SETUP, address, *reached)
     return await plant.family(Rorze).define_group(group_id, members, name)
 
 
-@for_caller
+@needs(Right.VIEW)
 async def sweep(plant: Plant, line_id: str, command: RorzeCommand[R]) -> Mapping[Body, Told | GatewayError]:
     """Ask all bodies of a line the same, in the fewest frames: what each told, or why it did not."""
     rorze = plant.family(Rorze)
@@ -57,7 +67,8 @@ async def sweep(plant: Plant, line_id: str, command: RorzeCommand[R]) -> Mapping
 
 @for_caller
 async def look_at_all(plant: Plant) -> None:
-    """Ask every body for its status and position; who does not answer keeps what was known."""
+    """Ask every body for status and position, those out of scope too; the silent keep what was known."""
+    plant.territory.require_right(principal.current(), Right.VIEW)
     rorze = plant.family(Rorze)
     await asyncio.gather(*(_look_along(rorze, line) for line in rorze.lines.values()))
 
@@ -67,7 +78,7 @@ async def _look_along(rorze: Rorze, line: Line) -> None:
         await rorze.sweeps[line.id].ask(rorze.bodies_of(line), command)
 
 
-@for_caller
+@needs(Right.SETUP, leased=False)
 async def start_scan(plant: Plant, line_id: str) -> Scan:
     """Begin to ask who is on a line; errors as of `Scans.start`."""
     return plant.family(Rorze).scans.start(_line(plant, line_id))
@@ -78,6 +89,7 @@ async def get_scan(plant: Plant, line_id: str, scan_id: str, wait_s: float) -> S
 
     :raises NotFound: the line has no such scan.
     """
+    require(plant, Right.VIEW, line_id)
     line, scans = _line(plant, line_id), plant.family(Rorze).scans
     if scans.get(scan_id).line_id != line.id:
         raise NotFound(f"Line {line.id} has no scan {scan_id}.")

@@ -5,7 +5,8 @@ from typing import Final, Literal
 
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel
-from gateway.operations.caller import for_caller
+from gateway.core.rights import Right
+from gateway.operations.caller import needs
 from gateway.plant import Plant
 from gateway.rorze import curves, encoders, homing, patterns, settings, speed_sets
 from gateway.rorze.bodies import Body
@@ -28,19 +29,19 @@ DOCUMENTS: Final[Mapping[type[RequestModel], Document]] = {
 """What was read before it is changed so."""
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_speed_sets(plant: Plant, body_id: str, first: int, last: int) -> list[SpeedSet]:
     """Read speed parameter sets; errors as of `speed_sets.read_set`."""
     return await speed_sets.read_sets(_body(plant, body_id), _range(first, last))
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_speed_set(plant: Plant, body_id: str, number: int) -> SpeedSet:
     """Read a speed parameter set; errors as of `speed_sets.read_set`."""
     return await speed_sets.read_set(_body(plant, body_id), number)
 
 
-@for_caller
+@needs(Right.SETUP)
 async def change_speed_set(
     plant: Plant,
     body_id: str,
@@ -54,19 +55,19 @@ async def change_speed_set(
     return await speed_sets.change_set(_body(plant, body_id), number, wanted, expects, flash=flash)
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_patterns(plant: Plant, body_id: str, first: int, last: int) -> list[Pattern]:
     """Read acceleration patterns; errors as of `patterns.read_pattern`."""
     return await patterns.read_patterns(_body(plant, body_id), _range(first, last))
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_pattern(plant: Plant, body_id: str, number: int) -> Pattern:
     """Read an acceleration pattern; errors as of `patterns.read_pattern`."""
     return await patterns.read_pattern(_body(plant, body_id), number)
 
 
-@for_caller
+@needs(Right.SETUP)
 async def change_pattern(
     plant: Plant,
     body_id: str,
@@ -80,7 +81,7 @@ async def change_pattern(
     return await patterns.change_pattern(_body(plant, body_id), number, wanted, expects, flash=flash)
 
 
-@for_caller
+@needs(Right.VIEW)
 async def curve(
     plant: Plant,
     body_id: str,
@@ -95,19 +96,19 @@ async def curve(
     return await curves.curve_of(body, number, to_pulses(distance, unit, body.scale), speed, points)
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_settings(plant: Plant, body_id: str) -> BodySettings:
     """Read all settings; errors as of `settings.read_settings`."""
     return await settings.read_settings(_body(plant, body_id))
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_encoder(plant: Plant, body_id: str) -> Encoder:
     """Read the encoder and its set-up; errors as of `encoders.read_encoder`."""
     return await encoders.read_encoder(_body(plant, body_id))
 
 
-@for_caller
+@needs(Right.SETUP)
 async def set_resolution(
     plant: Plant, body_id: str, wanted: ResolutionRequest, expects: Expectation | None, *, flash: bool
 ) -> Resolution:
@@ -115,13 +116,13 @@ async def set_resolution(
     return await encoders.set_resolution(_body(plant, body_id), wanted, expects, flash=flash)
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_homing(plant: Plant, body_id: str) -> Homing:
     """Read the set-up of homing; errors as of `homing.read_homing`."""
     return await homing.read_homing(_body(plant, body_id))
 
 
-@for_caller
+@needs(Right.SETUP)
 async def change_settings(
     plant: Plant,
     body_id: str,

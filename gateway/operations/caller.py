@@ -1,20 +1,28 @@
-"""For whom an operation is carried out."""
+"""For whom an operation is carried out, and whether it may be: asked here of every front end alike."""
 
 from collections.abc import Callable, Coroutine
+from dataclasses import replace
 from functools import wraps
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, Final, ParamSpec, TypeVar
 
-from gateway.core.origin import Origin, acting
+from gateway.access import principal
+from gateway.core.leases import Holder
+from gateway.core.origin import ORIGIN, Claim, Origin, acting
+from gateway.core.rights import Right
 from gateway.plant import Plant
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
+LEASED: Final = frozenset({Right.OPERATE, Right.SETUP})
+"""The rights that, where somebody has a lease, only the holder can use."""
 
-def for_caller(
-    operation: Callable[Concatenate[Plant, P], Coroutine[Any, Any, R]],
-) -> Callable[Concatenate[Plant, Origin, P], Coroutine[Any, Any, R]]:
-    """Let an operation take its caller behind the plant, and act for it."""
+Operation = Callable[Concatenate[Plant, P], Coroutine[Any, Any, R]]
+OfCaller = Callable[Concatenate[Plant, Origin, P], Coroutine[Any, Any, R]]
+
+
+def for_caller(operation: Operation[P, R]) -> OfCaller[P, R]:
+    """Let an operation take its caller behind the plant, and act for it; it asks for rights on its own."""
 
     @wraps(operation)
     async def carried_out(plant: Plant, caller: Origin, /, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -22,3 +30,47 @@ def for_caller(
             return await operation(plant, *args, **kwargs)
 
     return carried_out
+
+
+def needs(
+    right: Right, *, whole_plant: bool = False, leased: bool = True
+) -> Callable[[Operation[P, R]], OfCaller[P, R]]:
+    """Let an operation act for its caller, who needs a right on its first argument: an id, or a path.
+
+    One that only asks is not `leased`, whatever its right.
+    """
+
+    def guarded(operation: Operation[P, R]) -> OfCaller[P, R]:
+        @wraps(operation)
+        async def allowed(plant: Plant, /, *args: P.args, **kwargs: P.kwargs) -> R:
+            require(plant, right, *() if whole_plant else args[:1], leased=leased)
+            return await operation(plant, *args, **kwargs)
+
+        return for_caller(allowed)
+
+    return guarded
+
+
+def require(plant: Plant, right: Right, *targets: object, leased: bool = True) -> None:
+    """Refuse a caller without the right on all of these, or without the lease that moving and setting takes.
+
+    :raises NotPermitted: the role or the scope does not allow it; nothing was sent.
+    :raises LeaseRefused: somebody else has a lease there, or the caller's is over; nothing was sent.
+    """
+    addresses = [address_of(str(target)) for target in targets]
+    plant.territory.require(principal.current(), right, *addresses)
+    if leased and right in LEASED and plant.leases.mode != "off":
+        parts = tuple(part for address in addresses for part in plant.territory.parts(address))
+        origin = ORIGIN.get()
+        ORIGIN.set(replace(origin, claim=plant.leases.admit(Claim(origin.claim.tokens, parts))))
+
+
+def holder() -> Holder:
+    """The caller, as one who can have leases."""
+    who = principal.current()
+    return Holder(who.name, who.id)
+
+
+def address_of(target: str) -> str:
+    """The address in a path such as `/robots/r1/units/1`, or an id as it stands."""
+    return target.split("/", 3)[2] if target.count("/") > 1 else target

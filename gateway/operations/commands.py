@@ -3,27 +3,37 @@
 import asyncio
 
 from gateway.core.errors import NotAllowed
+from gateway.core.move_record import START_WITHIN_S
 from gateway.core.origin import Origin
+from gateway.core.rights import RIGHT_OF
 from gateway.core.targets import Answer, AnyCommand, Begun, Result
-from gateway.operations.caller import for_caller
+from gateway.operations.caller import for_caller, require
 from gateway.plant import Plant
 from protocols.table import Effect
 
 
 @for_caller
-async def do(plant: Plant, target: str, command: AnyCommand, wait_s: float = 0.0) -> Result:
+async def do(
+    plant: Plant,
+    target: str,
+    command: AnyCommand,
+    wait_s: float = 0.0,
+    start_within_s: float = START_WITHIN_S,
+) -> Result:
     """Carry out a command: a motion makes a move, a stop is seen through to standstill, all else is asked.
 
-    `wait_s` is how long the end of a move is waited for.
+    `wait_s` is how long the end of a move is waited for, `start_within_s` how long it may wait to be sent.
 
     :raises GatewayError: it was not carried out, or nobody knows; the error says which.
     """
+    require(plant, RIGHT_OF[command.effect], target)
     addressed = plant.target(target)
     if command.effect is Effect.STOP:
         return await addressed.stop_by(command)
     if not command.starts_motion():
         return await addressed.ask(command)
-    begun = await addressed.start(command)
+    plant.require_unlatched(addressed.moved)
+    begun = await addressed.start(command, start_within_s)
     if isinstance(begun, Begun) and wait_s:
         await asyncio.gather(*(addressed.log.wait(move.id, wait_s) for move in begun.moves))
     return begun

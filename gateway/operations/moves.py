@@ -4,12 +4,13 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from gateway.core.errors import NotFound
+from gateway.core.errors import MoveOver, NotFound
 from gateway.core.move_record import MoveRecord
 from gateway.core.origin import current
-from gateway.core.targets import Result
-from gateway.operations.caller import for_caller
-from gateway.operations.commands import do
+from gateway.core.rights import Right
+from gateway.core.targets import AnyCommand, Result
+from gateway.operations.caller import for_caller, needs, require
+from gateway.operations.commands import ask, do
 from gateway.plant import Plant
 
 
@@ -19,17 +20,34 @@ async def start(plant: Plant, target: str, request: Any, wait_s: float = 0.0) ->
 
     :raises GatewayError: it was refused, not sent, or can never be.
     """
+    require(plant, Right.OPERATE, target, leased=not request.validate_only)
     addressed = plant.target(target)
     command = addressed.command_for(request)
     if request.validate_only:
         return await addressed.plan(command)
-    return await do(plant, current(), target, command, wait_s)
+    return await do(plant, current(), target, command, wait_s, request.start_within_s)
 
 
 def newest(plant: Plant, target: str, limit: int) -> list[Any]:
     """The moves of a body or a unit, newest first."""
+    require(plant, Right.VIEW, target)
     addressed = plant.target(target)
     return addressed.log.of(addressed.address)[:limit]
+
+
+@needs(Right.OPERATE)
+async def change_speed(plant: Plant, target: str, move_id: str, command: AnyCommand) -> MoveRecord:
+    """Change the speed of a move on its way.
+
+    :raises NotFound: the target has none of this id, or it is no longer kept.
+    :raises MoveOver: it has ended; nothing was sent.
+    :raises GatewayError: it was refused, as while homing and interpolating, or not sent.
+    """
+    move = await get(plant, target, move_id)
+    if move.status.final:
+        raise MoveOver(f"The move {move_id} has ended ({move.status}); {command.name()} was not sent.")
+    await ask(plant, current(), target, command)
+    return move
 
 
 async def get(plant: Plant, target: str, move_id: str, wait_s: float = 0.0) -> MoveRecord:
@@ -37,9 +55,20 @@ async def get(plant: Plant, target: str, move_id: str, wait_s: float = 0.0) -> M
 
     :raises NotFound: the target has none of this id, or it is no longer kept.
     """
+    require(plant, Right.VIEW, target)
     addressed = plant.target(target)
     move: MoveRecord = addressed.log.get(move_id)
     if move.body_id != addressed.address:
         raise NotFound(f"{addressed.address} has no move {move_id}.")
     await addressed.log.wait(move_id, wait_s)
     return move
+
+
+@needs(Right.VIEW)
+async def samples(plant: Plant, target: str, move_id: str) -> Any:
+    """Give where a body or a unit was seen during a move, and where the plan has it, if there is one.
+
+    :raises NotFound: the target has none of this id, or nothing is kept of it.
+    """
+    await get(plant, target, move_id)
+    return await plant.target(target).samples(move_id)

@@ -4,13 +4,17 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, numbers
 from gateway.fics.family import Fics
-from gateway.operations.caller import for_caller
+from gateway.operations.caller import needs
 from gateway.plant import Plant
 
 Numbered = tuple[int, list[float | None]]
 """A position's number, and its coordinates in the order of the axes."""
+
+Wanted = tuple[int, list[float | None] | None]
+"""The same to be stored; without coordinates, where the unit stands."""
 
 
 class Stored(NamedTuple):
@@ -21,7 +25,7 @@ class Stored(NamedTuple):
     """The number that is not set, where the robot ended before the last that was asked for."""
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read(plant: Plant, robot_id: str, unit: int, first: int, last: int) -> Stored:
     """Read stored positions; the robot ends at the first number that is not set.
 
@@ -37,10 +41,18 @@ async def read(plant: Plant, robot_id: str, unit: int, first: int, last: int) ->
     return Stored(stored, following if following <= last else None)
 
 
-@for_caller
-async def store(plant: Plant, robot_id: str, unit: int, positions: Sequence[Numbered]) -> None:
-    """Store positions undivided, and see that the robot holds them; errors as of `tables.store`."""
-    await plant.family(Fics).robot(robot_id).upload_positions(positions, unit)
+@needs(Right.SETUP)
+async def store(plant: Plant, robot_id: str, unit: int, positions: Sequence[Wanted]) -> None:
+    """Store positions undivided, and see that the robot holds them.
+
+    Errors as of `tables.store`, and as of `tables.here` where one is to be where the unit stands.
+    """
+    robot = plant.family(Fics).robot(robot_id)
+    here: list[float | None] = []
+    if any(coordinates is None for _, coordinates in positions):
+        here = await robot.tables.here(robot.unit(unit))
+    stored = [(number, here if axes is None else axes) for number, axes in positions]
+    await robot.upload_positions(stored, unit)
 
 
 def in_order(plant: Plant, robot_id: str, unit: int, field: str, axes: Amounts) -> list[float | None]:

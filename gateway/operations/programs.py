@@ -1,7 +1,8 @@
 """User programs of bodies: checked, uploaded, read, run; and the memories they share with their hosts."""
 
 from gateway.core.errors import InvalidText, Misplaced
-from gateway.operations.caller import for_caller
+from gateway.core.rights import Right
+from gateway.operations.caller import needs, require
 from gateway.plant import Plant
 from gateway.rorze import memories, stored_program
 from gateway.rorze.bodies import Body
@@ -35,7 +36,7 @@ def check(source: str) -> Assembled:
     )
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read(plant: Plant, body_id: str) -> StoredProgram:
     """Read the program that a body holds in RAM.
 
@@ -47,7 +48,7 @@ async def read(plant: Plant, body_id: str) -> StoredProgram:
     return await stored_program.read(body)
 
 
-@for_caller
+@needs(Right.SETUP)
 async def upload(plant: Plant, body_id: str, program: Assembled, flash: bool, wait_s: float) -> ProgramUpload:
     """Begin to replace a body's program, and give the record after `wait_s` at most.
 
@@ -61,48 +62,51 @@ async def upload(plant: Plant, body_id: str, program: Assembled, flash: bool, wa
 
 async def get_upload(plant: Plant, body_id: str, upload_id: str, wait_s: float) -> ProgramUpload:
     """Give an upload, or the `current` one; errors as of `ProgramUploads.get`."""
+    require(plant, Right.VIEW, body_id)
     uploads = plant.family(Rorze).uploads
     found = uploads.get(_body(plant, body_id), upload_id)
     await uploads.wait(found, wait_s)
     return found
 
 
-@for_caller
+@needs(Right.SETUP)
 async def cancel_upload(plant: Plant, body_id: str) -> ProgramUpload:
     """End the upload under way; errors as of `ProgramUploads.cancel`."""
     return await plant.family(Rorze).uploads.cancel(_body(plant, body_id))
 
 
-@for_caller
+@needs(Right.OPERATE)
 async def run(plant: Plant, body_id: str, command: RunProgram | StepProgram, wait_s: float) -> ProgramRun:
     """Run a body's program, or one instruction of it; errors as of `ProgramRuns.start`."""
-    runs = plant.family(Rorze).runs
-    begun = await runs.start(_body(plant, body_id), command)
+    runs, body = plant.family(Rorze).runs, _body(plant, body_id)
+    plant.require_unlatched([f"/bodies/{body.address}"])
+    begun = await runs.start(body, command)
     await runs.wait(begun, wait_s)
     return begun
 
 
 async def get_run(plant: Plant, body_id: str, run_id: str, wait_s: float) -> ProgramRun:
     """Give a run when it is over, or as it is when the time is up; errors as of `ProgramRuns.get`."""
+    require(plant, Right.VIEW, body_id)
     runs = plant.family(Rorze).runs
     found = runs.get(_body(plant, body_id), run_id)
     await runs.wait(found, wait_s)
     return found
 
 
-@for_caller
+@needs(Right.VIEW)
 async def state(plant: Plant, body_id: str) -> ProgramState:
     """Ask a body where its program is; errors as of `Body.ask`."""
     return await plant.family(Rorze).runs.state(_body(plant, body_id))
 
 
-@for_caller
+@needs(Right.VIEW)
 async def read_memories(plant: Plant, body_id: str, first: str, count: int) -> list[MemoryValue]:
     """Read memories; errors as of `memories.read`."""
     return await memories.read(_body(plant, body_id), first, count)
 
 
-@for_caller
+@needs(Right.OPERATE)
 async def write_memory(plant: Plant, body_id: str, name: str, value: int) -> MemoryValue:
     """Set a memory, and read it back; errors as of `memories.write`."""
     return await memories.write(_body(plant, body_id), name, value)

@@ -3,11 +3,13 @@
 from typing import Any, NamedTuple
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.rights import Right
 from gateway.fics.axes import Coordinates, at_rest
 from gateway.fics.family import Fics
 from gateway.fics.units import UnknownReason
-from gateway.operations.caller import for_caller
+from gateway.operations.caller import needs
 from gateway.plant import Plant
+from protocols.fics.alarms import ResetErrors
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
 from protocols.fics.notation import LAST_CHANNEL
 from protocols.fics.row import FicsCommand
@@ -35,7 +37,7 @@ class Condition(NamedTuple):
     at: float
 
 
-@for_caller
+@needs(Right.VIEW)
 async def position(plant: Plant, robot_id: str, unit: int, coordinates: Coordinates) -> Places:
     """Ask where a unit stands, and why axes do not know it.
 
@@ -46,7 +48,7 @@ async def position(plant: Plant, robot_id: str, unit: int, coordinates: Coordina
     return Places(places, await axes.why_unknown(places), at)
 
 
-@for_caller
+@needs(Right.VIEW)
 async def status(plant: Plant, robot_id: str, unit: int) -> Condition:
     """Ask how the motor axes of a unit are, and for their sensors.
 
@@ -58,19 +60,25 @@ async def status(plant: Plant, robot_id: str, unit: int) -> Condition:
     return Condition(not at_rest(statuses.values()), statuses, axes.by_axis(axes.motor_axes, reply.axes), at)
 
 
-@for_caller
+@needs(Right.OPERATE)
 async def acknowledge_power_cycle(plant: Plant, robot_id: str) -> None:
     """Allow motion again after a loss of power; errors as of `Power.acknowledge`."""
     plant.family(Fics).robot(robot_id).power.acknowledge()
 
 
-@for_caller
+@needs(Right.SETUP)
 async def change_mode(plant: Plant, robot_id: str, mode: int) -> None:
     """Bring a robot into another mode; errors as of `Robot.change_mode`."""
     await plant.family(Fics).robot(robot_id).change_mode(mode)
 
 
-@for_caller
+@needs(Right.OPERATE)
+async def reset_errors(plant: Plant, robot_id: str) -> None:
+    """Reset the errors that stand, and the state EMERGENCY (DRT); errors as of `Target.ask`."""
+    await plant.target(f"/robots/{robot_id}").ask(ResetErrors())
+
+
+@needs(Right.VIEW)
 async def channels(
     plant: Plant, robot_id: str, row: type[GetInputChannel | GetOutputChannel], first: int, count: int
 ) -> dict[int, ChannelBits]:
@@ -78,14 +86,14 @@ async def channels(
     return await _read(plant, robot_id, row, "channel", _range("channels", first, count, LAST_CHANNEL))
 
 
-@for_caller
+@needs(Right.VIEW)
 async def variables(plant: Plant, robot_id: str, first: int, count: int) -> dict[int, VariableValue]:
     """Ask for variables, one by one (VAR); errors as of `Robot.read`."""
     wanted = _range("variables", first, count, LAST_VARIABLE)
     return await _read(plant, robot_id, GetVariable, "number", wanted)
 
 
-@for_caller
+@needs(Right.OPERATE)
 async def change(plant: Plant, robot_id: str, command: Settable) -> Any:
     """Switch an output or set a variable, and give what is read back; errors as of `Robot.change`."""
     return await plant.family(Fics).robot(robot_id).change(command)

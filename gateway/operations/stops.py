@@ -2,13 +2,14 @@
 
 import asyncio
 
+from gateway.core.rights import Right
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped
-from gateway.operations.caller import for_caller
+from gateway.operations.caller import needs
 from gateway.plant import Plant
 
 
-@for_caller
+@needs(Right.STOP)
 async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
     """Stop a body, a group, or a robot; the frames are queued before anything is awaited.
 
@@ -17,7 +18,7 @@ async def stop(plant: Plant, target: str, mode: StopMode) -> Stopped:
     return await plant.target(target).stop(mode)
 
 
-@for_caller
+@needs(Right.STOP, whole_plant=True)
 async def stop_all(plant: Plant, mode: StopMode) -> Stopped:
     """Stop everything; the frames are queued before anything is awaited."""
     stopped = await asyncio.gather(*[family.stop_all(mode) for family in plant.families.values()])

@@ -1,7 +1,7 @@
 """A body as the gateway sees it: its address, what was last known of it, and how to ask it something."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal, NamedTuple, TypeVar, cast
@@ -10,6 +10,8 @@ from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
 from gateway.core.move_record import Move
 from gateway.core.waiting import happens
+from gateway.core.ways import Way
+from gateway.rorze.edges import Edges
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.flash_state import FlashState
@@ -76,6 +78,8 @@ class Body:
     number: int
     name: str = ""
     scale: Scale | None = None
+    input_names: Mapping[int, str] = field(default_factory=dict)
+    output_names: Mapping[int, str] = field(default_factory=dict)
     position_tolerance: int = 0
     """Pulses by which, in encoder mode, the final position may miss the target of a successful move."""
     in_position: bool = False
@@ -87,6 +91,7 @@ class Body:
     power: Power = field(default_factory=Power)
     flash: FlashState = field(default_factory=FlashState)
     mark: Mark = field(init=False)
+    edges: Edges = field(init=False)
     moving: bool | None = None
     """None until its status has been read since it was out of reach."""
     changing: asyncio.Lock = field(default_factory=asyncio.Lock)
@@ -99,6 +104,10 @@ class Body:
     status_bits: int | None = None
     position: int | None = None
     position_at: float | None = None
+    way: Way[int] | None = None
+    """Where it is seen during the move that is not over yet."""
+    changes: int = 0
+    """Counts what may have changed its settings."""
     mode: ModeName | None = None
     """Its operating mode; None where it may have changed since it was read."""
     told: int = 0
@@ -111,6 +120,8 @@ class Body:
     """The link master has announced the end of a move."""
     end_due: asyncio.Event = field(default_factory=asyncio.Event)
     """The move seems to be over: the link master has announced it, or a stop is confirmed."""
+    watched: bool = False
+    """Whether the robot it belongs to is asked as a whole, so that nobody need ask it again and again."""
     being_stopped: bool = False
     """Whether a stop is under way that is not confirmed yet."""
     stopped_at: int | None = None
@@ -124,6 +135,7 @@ class Body:
     def __post_init__(self) -> None:
         self.power.on_news = self._power_news
         self.mark = Mark(self)
+        self.edges = Edges(self.input_names, lambda kind, facts: self.on_news(kind, facts))
 
     @cached_property
     def short(self) -> str:
@@ -139,6 +151,11 @@ class Body:
     def online(self) -> bool:
         """Whether it can be asked now, as far as is known."""
         return self.line.state != "down" and self.number not in self.line.silent
+
+    @property
+    def settings(self) -> tuple[int, int]:
+        """Tells whether its settings may have changed: by what it was told, or with its power."""
+        return self.changes, self.power.losses
 
     @property
     def last_heard_at(self) -> float | None:
@@ -313,6 +330,7 @@ class Body:
         if isinstance(command, SetUserComment):
             return
         self.told += 1
+        self.changes += command.effect in (Effect.SETTING, Effect.MAINTENANCE)
         self.rest = None
         self.power.note_told(command)
         if isinstance(command, SetOperatingMode):
@@ -341,6 +359,8 @@ class Body:
             self._saw_motion(bool(reply.bits & PULSES_RUNNING))
         elif isinstance(reply, ControllerStatus) and command == _RUNS:
             self._saw_motion(bool(reply.on))
+        else:
+            self.edges.read(reply)
 
     def perhaps_did(self, command: RorzeCommand[Any]) -> None:
         """Note what may have been done without a reply."""
@@ -363,6 +383,8 @@ class Body:
 
     def _saw_position(self, pulses: int, at: float) -> None:
         self.position, self.position_at = pulses, at
+        if self.way is not None:
+            self.way.add(at, pulses)
         if self.power.contradicts(pulses, 0xFF, self.position_tolerance):
             self.look_due.set()
 
@@ -372,6 +394,12 @@ class Body:
         expected = 0 if self.move is None else PULSES_RUNNING
         if before is None or (before ^ bits) & ~expected:
             self.on_news("body.status.changed", {"status": names_of(bits, CONTROLLER_STATUS_BITS)})
+
+    def reported(self, fields: Mapping[str, int]) -> None:
+        """It has told a change of its state by itself (RC-420 manual 13.11): a reason to look, no proof."""
+        self.edges.reported(fields)
+        if "C" in fields:
+            self.look_due.set()
 
     def _saw_motion(self, runs: bool) -> None:
         if self.move is not None:

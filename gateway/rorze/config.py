@@ -1,7 +1,7 @@
 """What the configuration file may say of a line with an RC-400: its bodies and groups."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import ceil
 from typing import Annotated, Literal, Self
 
@@ -12,7 +12,9 @@ from gateway.core.tables import Array, Fault, Name, Table, refuse_repeats
 from gateway.rorze.units import Scale
 from protocols.rorze.link import frame
 from protocols.rorze.link_master import MOST_MEMBERS
+from protocols.rorze.modes import EventMask, StatusKind
 from protocols.rorze.row import FIRST_GROUP, LAST_BODY, LAST_GROUP, LINK_MASTER
+from protocols.rorze.status import CONTROLLER_STATUS_BITS, END_CAUSE_BITS, SENSOR_BITS
 
 
 def _hex_between(lowest: int, highest: int) -> AfterValidator:
@@ -44,6 +46,57 @@ class Units(Table, Scale):
     """How pulses of a body relate to a physical unit."""
 
 
+def _one_of(*names: str) -> AfterValidator:
+    def known(name: str) -> str:
+        if name not in names:
+            raise ValueError(f"must be one of {', '.join(names)}, not {name!r}")
+        return name
+
+    return AfterValidator(known)
+
+
+class Events(Table):
+    """The changes that a body reports by itself (RC-420 manual 13.11)."""
+
+    status: Array[Annotated[str, _one_of(*CONTROLLER_STATUS_BITS[1:])]] = ()
+    """Errors of the controller status that rise."""
+    end_causes: Array[Annotated[str, _one_of(*END_CAUSE_BITS)]] = ()
+    """Causes of the end of moves that rise."""
+    sensors: Array[Annotated[str, _one_of(*SENSOR_BITS)]] = ()
+    """Sensors that change."""
+    inputs: Array[Annotated[int, Field(ge=0, le=9)]] = ()
+    """General inputs that change."""
+    position: bool = False
+    """Whether they tell the position, too."""
+
+    @property
+    def mask(self) -> EventMask:
+        """What EMS is told."""
+        return EventMask(
+            controller=_bits(self.status, CONTROLLER_STATUS_BITS),
+            end_cause=_bits(self.end_causes, END_CAUSE_BITS),
+            sensors=_bits(self.sensors, SENSOR_BITS),
+            inputs=sum({1 << number for number in self.inputs}),
+        )
+
+    @property
+    def kinds(self) -> list[StatusKind]:
+        """What ESS is told: the kinds of status that may change, in the order C, M, S, I, P."""
+        mask = self.mask
+        chosen: dict[StatusKind, object] = {
+            "controller": mask.controller,
+            "end_cause": mask.end_cause,
+            "sensors": mask.sensors,
+            "inputs": mask.inputs,
+            "position": self.position,
+        }
+        return [kind for kind, wanted in chosen.items() if wanted]
+
+
+def _bits(names: Iterable[str], known: Sequence[str]) -> int:
+    return sum({1 << known.index(name) for name in names})
+
+
 def _check_comment(number: object) -> int:
     if number is False:
         return 0
@@ -59,6 +112,10 @@ class Body(Table):
     """Setting of the rotary switches, 00-77 hex (RC-420 manual 2.2)."""
     name: Name | None = None
     units: Units | None = None
+    inputs: dict[str, Name] | None = None
+    """Names of the inputs 0-9."""
+    outputs: dict[str, Name] | None = None
+    """Names of the outputs 0-15."""
     position_tolerance: int = Field(0, ge=0, le=1_000_000)
     """Pulses by which a move may miss its target in encoder mode, where the motor need not stop exactly at it
     (RC-420 manual 13.7.5)."""
@@ -67,13 +124,37 @@ class Body(Table):
     """INP of a servo drive is wired: in servo mode a move has succeeded when that is on (17.4)."""
     power_comment: Annotated[int, PlainValidator(_check_comment)] = 7
     """User comment (9VS), 1-7, in which a mark tells that the power was kept; 0 or false: none."""
+    events: Events | None = None
+    """The changes it reports by itself; left out, its own settings stay as they are."""
     needs_origin: bool = True
     """After a loss of power it refuses motions to places until it is homed, or somebody agrees."""
+
+    @property
+    def input_names(self) -> dict[int, str]:
+        """By the numbers of the inputs."""
+        return _numbered(self.inputs)
+
+    @property
+    def output_names(self) -> dict[int, str]:
+        """By the numbers of the outputs."""
+        return _numbered(self.outputs)
 
     @property
     def number(self) -> int:
         """The body number as it is, 0-119."""
         return int(self.id, 16)
+
+    @model_validator(mode="after")
+    def _name_what_is_there(self) -> Self:
+        for names, last in ("inputs", 9), ("outputs", 15):
+            for number in getattr(self, names) or ():
+                if not re.fullmatch("0|[1-9][0-9]?", number) or int(number) > last:
+                    raise Fault(f"must be from 0 to {last}, not {number!r}", names, number)
+        return self
+
+
+def _numbered(names: dict[str, str] | None) -> dict[int, str]:
+    return {int(number): name for number, name in (names or {}).items()}
 
 
 class Group(Table):
@@ -112,6 +193,8 @@ class Line(tables.Line):
     groups: Array[Group] = ()
     health_share: float = Field(0.1, ge=0.01, le=0.5)
     """Share of the line's time that the questions how bodies are may take, where there are many."""
+    move_samples_per_s: float = Field(0, ge=0, le=50)
+    """Positions that are read of a body while it moves, and kept with the move; 0: only those read anyway."""
     sweep_groups: Array[GroupId] = ()
     """First and last number of the virtual bodies the gateway defines for itself, to ask many at once."""
 

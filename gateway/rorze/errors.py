@@ -33,16 +33,15 @@ class ProgramDiffers(GatewayError):
 
 
 class SaveUncertain(GatewayError):
-    """A body has lost its power around the moment in which it wrote its program to flash memory."""
+    """A body has lost its power around the moment in which it wrote to flash memory."""
 
     kind = "save-uncertain"
-    title = "Nobody knows which program was written to flash memory"
+    title = "Nobody knows what was written to flash memory"
     retryable = True
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, what: str, remedy: str) -> None:
         super().__init__(
-            f"{address} has lost its power before or while it wrote its program to flash memory.",
-            "Upload it again before it is run.",
+            f"{address} has lost its power before or while it wrote {what} to flash memory.", remedy
         )
 
 

@@ -2,15 +2,29 @@
 
 from pydantic import Field
 
-from gateway.core.event_types import LINE, EventData, EventType, LeftMoving, Nothing, Unreadable, move_types
+from gateway.core.event_types import (
+    LINE,
+    EventData,
+    EventType,
+    LeftMoving,
+    Nothing,
+    Unreadable,
+    lease_types,
+    move_types,
+    restore_types,
+)
 from gateway.core.move_record import Move
+from gateway.core.restore_record import Restore
+from gateway.rorze.bodies import CountedIn
+from gateway.rorze.jogs import BodyJog
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
 from gateway.rorze.scans import Scan
+from gateway.rorze.scaras.record import ScaraMove
 from gateway.rorze.stops import StopReport
 
-BODY, GROUP = "/bodies/{body_id}", "/groups/{group_id}"
+BODY, GROUP, SCARA = "/bodies/{body_id}", "/groups/{group_id}", "/scaras/{scara_id}"
 
 
 class WentOffline(EventData):
@@ -45,14 +59,35 @@ class MarkMissing(EventData):
 
 
 class ControllerEvent(EventData):
-    """A frame 7E: the fields that its ESS setting names, in the order they came."""
+    """A frame 7E: the fields that its ESS setting names, in the order they came (RC-420 manual 13.11.3)."""
 
-    C: int | None = Field(None, description="Sensors (CLD).")
-    M: int | None = Field(None, description="Controller status (9CD).")
-    S: int | None = None
+    C: int | None = Field(None, description="Controller status (9CD).")
+    M: int | None = Field(None, description="Cause of the end of the last move (9MD).")
+    S: int | None = Field(None, description="Sensors (CLD).")
     I: int | None = Field(None, description="Inputs.")  # noqa: E741  # the letter of the frame
     O: int | None = Field(None, description="Outputs.")  # noqa: E741  # the letter of the frame
     P: int | None = Field(None, description="Position in pulses.")
+
+
+class SensorChange(EventData):
+    """A sensor that is on or off now."""
+
+    sensor: str = Field(description="stall, origin, cw_limit, ccw_limit, in_position or ems.")
+    on: bool
+
+
+class InputChange(EventData):
+    """A general input that is on or off now."""
+
+    number: int
+    name: str | None = Field(description="As the configuration has it.")
+    on: bool
+
+
+class ProgramText(EventData):
+    """What a user program tells (SDC, SDD)."""
+
+    text: str
 
 
 class EndFrame(EventData):
@@ -60,6 +95,15 @@ class EndFrame(EventData):
 
     command: str
     cause: int = Field(description="The byte of 9MD, 0 after a normal end.")
+
+
+class BodyPosition(EventData):
+    """Where a motor stands (6PD)."""
+
+    pulses: int = Field(description="Or encoder counts: see `counted_in`.")
+    counted_in: CountedIn | None = Field(description="Null where its operating mode was not read yet.")
+    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    unit: str | None
 
 
 class SettingsNews(EventData):
@@ -89,6 +133,7 @@ class LineMessage(EventData):
 
 BODIES = (
     *move_types("body", BODY, Move),
+    *lease_types("body", BODY),
     *(
         EventType(f"body.stop.{news}", BODY, StopReport, when)
         for news, when in {
@@ -106,6 +151,9 @@ BODIES = (
     EventType("body.power_cycle.acknowledged", BODY, PowerAcknowledged, "it may go to places again"),
     EventType("body.power_mark.missing", BODY, MarkMissing, "no mark can be kept in it"),
     EventType("body.controller_event", BODY, ControllerEvent, "it has reported a change of state (frame 7E)"),
+    EventType("body.sensor.changed", BODY, SensorChange, "a sensor is told to be another than before"),
+    EventType("body.input.changed", BODY, InputChange, "an input is told to be another than before"),
+    EventType("body.program.message", BODY, ProgramText, "its user program tells something (SDC, SDD)"),
     EventType("body.end_frame", BODY, EndFrame, "an unknown body has ended a move (frame 7D)"),
     *(
         EventType(f"body.program.upload.{news}", BODY, ProgramUpload, when)
@@ -117,13 +165,27 @@ BODIES = (
             "cancelled": "a request, a stop or the end of the gateway has broken off an upload",
         }.items()
     ),
+    *restore_types("body", BODY, Restore),
+    *(
+        EventType(f"body.jog.{news}", BODY, BodyJog, when)
+        for news, when in {
+            "started": "it jogs",
+            "stopping": "it is told to stop, and may still move",
+            "ended": "the jog was ended by request, or by its move's end, and the motor stands still",
+            "lost": "its heartbeat stayed away, and the motor stands still",
+            "stopped": "a stop or the end of the gateway has ended it, and the motor stands still",
+        }.items()
+    ),
     EventType("body.program.started", BODY, ProgramRun, "the gateway has started its user program"),
     EventType("body.program.ended", BODY, ProgramRun, "that program has ended, or nobody knows: `status`"),
+    EventType("body.position", BODY, BodyPosition, "somebody watches it (`sample`)", live=True),
     EventType("body.settings.changed", BODY, SettingsNews, "settings were changed by one of its documents"),
     EventType("body.left_moving", BODY, LeftMoving, "the gateway ends, and it moves as far as is known"),
 )
 
 LINES = (
+    *restore_types("line", LINE, Restore),
+    *lease_types("group", GROUP),
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),
     EventType("line.strict", LINE, Strictness, "a reply came twice, or none has for an hour"),
     EventType("line.message", LINE, LineMessage, "a frame came that nobody knows"),
@@ -137,4 +199,4 @@ LINES = (
     ),
 )
 
-TYPES = (*BODIES, *LINES)
+TYPES = (*BODIES, *move_types("scara", SCARA, ScaraMove), *LINES)

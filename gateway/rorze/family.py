@@ -3,43 +3,61 @@
 import asyncio
 from collections.abc import Awaitable, Collection, Coroutine, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, Literal, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
 from pydantic import Field
 
-from gateway.core.addresses import numbered_address
+from gateway.core.addresses import numbered_address, there_are
+from gateway.core.alarms import Cause
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
-from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, why_it_moves
+from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, is_within, why_it_moves
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
+from gateway.core.parts import Part
+from gateway.core.restore_record import Restore
+from gateway.core.restores import Restores
+from gateway.core.sampler import Sampler
 from gateway.core.stops import StopMode
 from gateway.core.targets import Stopped, Target, stopped
 from gateway.rorze import config
+from gateway.rorze.alarms import causes
+from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Group
 from gateway.rorze.body_watch import BodyWatch, watch_sweep
+from gateway.rorze.event_settings import watch_events
 from gateway.rorze.event_types import TYPES
+from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.group_definition import define, planned_group, watch_groups
 from gateway.rorze.guards import Guards
+from gateway.rorze.jogs import BodyJog, BodyJogs
 from gateway.rorze.line import Line
+from gateway.rorze.live import PositionSource, SignalSource
 from gateway.rorze.moves import Moves
 from gateway.rorze.pace import Health
 from gateway.rorze.power import Power
 from gateway.rorze.program_runs import ProgramRun, ProgramRuns
 from gateway.rorze.program_uploads import ProgramUpload, ProgramUploads
 from gateway.rorze.scans import Scans
+from gateway.rorze.scaras.config import Scara as ScaraTable
+from gateway.rorze.scaras.moves import ScaraMoves
+from gateway.rorze.scaras.record import ScaraMove
+from gateway.rorze.scaras.scara import Scara
+from gateway.rorze.scaras.target import ScaraTarget
 from gateway.rorze.stops import Stops
 from gateway.rorze.sweep import Sweep
 from gateway.rorze.targets import STOP_MODES, BodyTarget, GroupTarget, LinkMasterTarget
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
-from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage
+from protocols.rorze.link import MoveEnded, StatusChanged, UnknownMessage, program_text
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
 from transports.base import Transport
 
 RESTART = Origin("gateway: restart")
 """Whoever wanted a move without an end may not be there any more: it is stopped."""
+UNATTENDED: Final = ("continuous", "jog")
+"""Moves that must not go on when the gateway ends: nobody else would stop them."""
 BODY = Place("/bodies/{body_id}", Move)
 LINE = Place("/lines/{line_id}")
 GROUP = Place("/groups/{group_id}", Move, suffix="_to_group", members=True)
@@ -66,7 +84,7 @@ class Rorze(Family):
     """All lines with RC-400s, and what is on them."""
 
     line_table = config.Line
-    collections = ("bodies", "groups")
+    collections = ("bodies", "groups", "scaras")
     event_types = TYPES
     commands = tuple(
         (place, row)
@@ -80,17 +98,28 @@ class Rorze(Family):
         super().__init__(site)
         self.lines: dict[str, Line] = {}
         self._bodies: dict[str, Body] = {}
+        self._events: dict[Body, config.Events] = {}
         self._groups: dict[str, Group] = {}
         self._sweep_numbers: dict[str, range] = {}
         self._health: dict[str, Health] = {}
+        self._tables: dict[str, config.Line] = {}
         self._defining = asyncio.Lock()
-        self.moves = Moves(self._publish_move, allow_endless_moves=site.allow_endless_moves)
+        self.moves = Moves(
+            self._publish_move,
+            allow_endless_moves=site.allow_endless_moves,
+            on_way=self._way_changes,
+        )
         self.sweeps: dict[str, Sweep] = {}
         """How many bodies of a line are asked at once, by the line's id."""
         self.stops = Stops(site.events, self.groups_of, self.sweeps)
+        self._scaras: dict[str, Scara] = {}
+        self.scara_moves = ScaraMoves(self.moves, self.stops, self._publish_scara_move)
+        self.jogs = BodyJogs(self.moves, self.stops, self._publish_jog)
+        self.stops.on_begin = self.jogs.body_stops
         self.scans = Scans(site.events)
         self.uploads = ProgramUploads(self._publish_upload)
         self.runs = ProgramRuns(self._publish_run)
+        self.restores: Restores[BodyRestore] = Restores(self._publish_restore)
 
     # building
 
@@ -116,6 +145,8 @@ class Rorze(Family):
                 it.number,
                 it.name or "",
                 it.units,
+                it.input_names,
+                it.output_names,
                 position_tolerance=it.position_tolerance,
                 in_position=it.in_position,
                 poll_interval_s=table.poll_interval_s,
@@ -123,20 +154,54 @@ class Rorze(Family):
             )
             body.on_news = partial(self._on_news, body)
             self._bodies[body.address] = body
-        Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out)
+            if it.events is not None:
+                self._events[body] = it.events
+        Guards(line, self.bodies_of(line), self.stops.under_way, self.uploads.keeps_out, self._amid_a_restore)
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
         for own in sweep.groups:
             own.on_strangers = partial(self._on_strangers, own)
         self._sweep_numbers[line.id] = table.sweep_numbers
         self._health[line.id] = Health(line, table.health_share)
+        self._tables[line.id] = table
         for group in table.groups:
             members = [self._bodies[f"{line.id}.{member}"] for member in group.members]
             self._add_group(Group(line, group.number, members))
         return line
 
+    async def remove(self, line: Line) -> None:
+        """Close a line, and forget its bodies and groups."""
+        await line.close()
+        for things in (self._bodies, self._groups, self._scaras):
+            for address in [it for it, thing in things.items() if thing.line is line]:
+                del things[address]
+        for body in [it for it in self._events if it.line is line]:
+            del self._events[body]
+        for of_line in (self.lines, self.sweeps, self._sweep_numbers, self._health, self._tables):
+            del of_line[line.id]
+
     def _add_group(self, group: Group) -> None:
         group.on_strangers = partial(self._on_strangers, group)
         self._groups[group.address] = group
+
+    def add_scara(self, table: ScaraTable) -> None:
+        """Build a SCARA robot of bodies that are there, and the group that stands for them."""
+        line = self.lines[table.line]
+        group = self._groups.get(f"{line.id}.{table.group}")
+        if group is None:
+            members = [self._bodies[f"{line.id}.{member}"] for member in table.members]
+            group = Group(line, table.group_number, members, table.name or table.id)
+            line.groups[group.number] = [member.number for member in members]
+            self._add_group(group)
+        self._scaras[table.id] = Scara(
+            table.id,
+            group,
+            table.robot,
+            table.name or "",
+            table.own_path,
+            table.keep_out_um,
+            table.tolerance_pulses,
+            table.on_fault,
+        )
 
     # finding
 
@@ -175,9 +240,25 @@ class Rorze(Family):
         """
         return _find(self._groups, self.lines, address, "group")
 
+    def scaras(self) -> list[Scara]:
+        """All SCARA robots, in the order of the configuration."""
+        return list(self._scaras.values())
+
+    def scara(self, scara_id: str) -> Scara:
+        """Find a SCARA robot by its id; upper case will do.
+
+        :raises NotFound: there is none.
+        """
+        found = self._scaras.get(scara_id.lower())
+        if found is None:
+            raise NotFound(f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}.")
+        return found
+
     def target(self, collection: str, names: Sequence[str]) -> Target:
-        """Find a body or a group; errors as of `body` and `group`."""
+        """Find a body, a group or a SCARA robot; errors as of `body`, `group` and `scara`."""
         address = "/".join(names)
+        if collection == "scaras":
+            return ScaraTarget(self.scara(address), self.scara_moves, self.stops)
         if collection == "groups":
             return GroupTarget(self.group(address), self.moves, self.stops)
         return BodyTarget(self.body(address), self.moves, self.stops)
@@ -187,7 +268,8 @@ class Rorze(Family):
         return LinkMasterTarget(self.lines[line_id], partial(self._define_as_told, line_id))
 
     def addresses(self) -> Iterator[str]:
-        """Bodies and groups, with and without their lines."""
+        """Bodies and groups, with and without their lines, and SCARA robots."""
+        yield from self._scaras
         things: list[Body | Group] = [*self.bodies(), *self.groups()]
         for thing in things:
             yield from (thing.address, thing.short)
@@ -240,6 +322,11 @@ class Rorze(Family):
                 f"{group.address} is among the numbers that the gateway keeps for itself; nothing was sent.",
                 "Take another number, or change sweep_groups in the configuration.",
             )
+        if any(scara.group.address == group.address for scara in self.scaras()):
+            raise InvalidRequest(
+                f"{group.address} is the group of a SCARA robot; nothing was sent.",
+                "Take another number, or change the configuration.",
+            )
         async with self._defining:
             await define(group, self._groups.get(group.address))
             self._add_group(group)
@@ -249,39 +336,67 @@ class Rorze(Family):
         members = [f"{line_id}.{member}" for member in command.members]
         await self.define_group(f"{line_id}.{command.group}", members)
 
+    def causes(self) -> Iterator[Cause]:
+        """What can go wrong with bodies."""
+        return causes(self._bodies.get)
+
     # over restarts
 
-    def move_logs(self) -> Iterator[MoveLog[Move]]:
-        """That of all bodies."""
-        yield self.moves.log
+    def move_logs(self) -> Iterator[MoveLog[Any]]:
+        """That of all bodies, and that of all SCARA robots."""
+        yield from (self.moves.log, self.scara_moves.log)
 
     def resume(self, records: Sequence[Mapping[str, Any]], begun: Collection[str]) -> None:
-        """Take over the moves of bodies that are still configured."""
+        """Take over the moves of bodies and of SCARA robots that are still configured."""
         own = [Move.model_validate(it) for it in records if it["body_id"] in self._bodies]
         self.moves.log.remember(own)
         for move in own:
             if not move.status.final:
                 self._take_over(self._bodies[move.body_id], move, begun=move.id in begun)
+        self.scara_moves.resume(self._scaras, records)
 
     def _take_over(self, body: Body, move: Move, *, begun: bool) -> None:
-        self.moves.take_over(body, move, begun=begun)
-        if move.kind == "continuous" and not move.status.final:
+        robots = {scara.group.address: scara for scara in self.scaras()}
+        robot = robots.get(move.group_id or "")
+        tolerance = robot.tolerance_pulses if robot else body.position_tolerance
+        self.moves.take_over(body, move, begun=begun, tolerance=tolerance)
+        if move.kind in UNATTENDED and not move.status.final:
             with acting(RESTART):
                 self.stops.stop([body], "decelerate")
 
     # life
 
-    def watches(self) -> Iterator[Coroutine[Any, Any, None]]:
-        """Look after bodies, and after the groups of each line."""
-        for body in self.bodies():
-            line_id = body.line.id
-            yield BodyWatch(body, self._health[line_id], self.sweeps[line_id], self.stops.on_line).run()
-        for line in self.lines.values():
-            yield watch_sweep(self._health[line.id], self.sweeps[line.id])
-            yield watch_groups(line, partial(self._groups_on, line))
+    def watches(self, line: Line) -> Iterator[Coroutine[Any, Any, None]]:
+        """Look after the bodies and the groups of a line."""
+        health, sweep = self._health[line.id], self.sweeps[line.id]
+        for body in self.bodies_of(line):
+            yield BodyWatch(body, health, sweep, self.stops.on_line).run()
+            if body in self._events:
+                yield watch_events(body, self._events[body])
+        yield watch_sweep(health, sweep)
+        yield watch_groups(line, partial(self._groups_on, line))
+        yield self._sampler(line).run()
+
+    def _sampler(self, line: Line) -> Sampler:
+        live, sweep, table = self.site.events.live, self.sweeps[line.id], self._tables[line.id]
+        bodies = self.bodies_of(line)
+        places = (PositionSource(body, sweep, live, table.move_samples_per_s) for body in bodies)
+        signals = (SignalSource(body, sweep, live) for body in bodies)
+        return Sampler(line, live, [*places, *signals], table.live_share)
+
+    def _way_changes(self, body: Body) -> None:
+        if self._tables[body.line.id].move_samples_per_s:
+            self.site.events.live.demand_changes()
+
+    def at_work(self, line: Line) -> Iterator[str]:
+        """The bodies to which a program is uploaded, or a backup restored."""
+        for body in self.bodies_of(line):
+            if self.uploads.is_under_way(body) or self.restores.is_under_way(body.address):
+                yield body.address
 
     def was_left_alone(self) -> None:
-        """Look at every body."""
+        """Stop what jogs, and look at every body."""
+        self.jogs.lose_all()
         for body in self.bodies():
             body.may_move()
 
@@ -292,11 +407,29 @@ class Rorze(Family):
     # news
 
     def _publish_move(self, kind: str, body: Body, move: Move) -> str:
-        return self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id).cursor
+        event = self.site.events.publish(kind, f"/bodies/{body.address}", move, correlation=move.id)
+        self.scara_moves.advanced(body, move)
+        return event.cursor
+
+    def _publish_scara_move(self, what: str, move: ScaraMove) -> str:
+        subject = f"/scaras/{move.scara_id}"
+        return self.site.events.publish(f"scara.move.{what}", subject, move, correlation=move.id).cursor
+
+    def _publish_jog(self, what: str, body: Body, jog: BodyJog) -> None:
+        self.site.events.publish(f"body.jog.{what}", f"/bodies/{body.address}", jog, correlation=jog.id)
 
     def _publish_upload(self, what: str, upload: ProgramUpload) -> None:
         subject = f"/bodies/{upload.body_id}"
         self.site.events.publish(f"body.program.upload.{what}", subject, upload, correlation=upload.id)
+
+    def _publish_restore(self, what: str, restore: Restore) -> None:
+        kind = "line" if restore.target.startswith("/lines/") else "body"
+        publish = self.site.events.publish
+        publish(f"{kind}.restore.{what}", restore.target, restore, correlation=restore.id)
+
+    def _amid_a_restore(self, body: Body, exchange: RorzeExchange) -> bool:
+        restored = self.restores.amid(body.address)
+        return restored is not None and not restored.lets_pass(exchange)
 
     def _publish_run(self, what: str, run: ProgramRun) -> None:
         subject = f"/bodies/{run.body_id}"
@@ -306,14 +439,19 @@ class Rorze(Family):
         publish = self.site.events.publish
         if isinstance(frame, UnknownMessage):
             publish("line.message", f"/lines/{line.id}", {"frame": frame.text})
+            if told := program_text(frame):
+                publish("body.program.message", f"/bodies/{line.id}.{told.body:02X}", {"text": told.text})
             return
         body = self._bodies.get(f"{line.id}.{frame.body:02X}")
         subject = f"/bodies/{line.id}.{frame.body:02X}"
         if isinstance(frame, StatusChanged):
             publish("body.controller_event", subject, dict(frame.fields))
+            if body is not None:
+                body.reported(frame.fields)
         elif body is None:
             publish("body.end_frame", subject, {"command": frame.code, "cause": frame.cause})
         else:
+            self.scara_moves.announced(body, frame)
             self.moves.ended(body, frame)
 
     def _on_change(self, line: Line, what: str, facts: dict[str, object]) -> None:
@@ -329,6 +467,7 @@ class Rorze(Family):
                 body.fell_silent()
             else:
                 body.out_of_sight()
+            self.scara_moves.fell_silent(body)
         if body is not None and what == "body.online":
             body.look_due.set()
             self.stops.in_reach_again(body)
@@ -359,15 +498,18 @@ class Rorze(Family):
 
     # the end
 
-    def end_motion(self, *, everything: bool) -> list["asyncio.Task[Any]"]:
-        """Stop what would never end, or everything that moves."""
-        bodies = [it for it in self.bodies() if (everything and it.moving) or self._never_ends(it)]
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> list["asyncio.Task[Any]"]:
+        """Stop what jogs or would never end, or everything that moves."""
+        meant = (body for body in self.bodies() if is_within(body.line.id, body.address, within))
+        bodies = [it for it in meant if (everything and it.moving) or self._never_ends(it)]
         return [self.stops.stop(bodies, "decelerate")] if bodies else []
 
     def _never_ends(self, body: Body) -> bool:
-        """Whether its last move is one that only a stop ends, and nobody has seen that end."""
+        """Whether its last move must not go on unattended, and nobody has seen its end."""
         move = next(iter(self.moves.of(body)), None)
-        if move is None or move.kind != "continuous" or move.sent_at is None:
+        if move is None or move.kind not in UNATTENDED or move.sent_at is None:
             return False
         unseen = move.status in (MoveStatus.LOST, MoveStatus.UNKNOWN) and body.moving is not False
         return unseen or not move.status.final
@@ -375,6 +517,7 @@ class Rorze(Family):
     async def at_rest(self) -> None:
         """Wait for stops, and for those who are told that nothing was sent."""
         await self.stops.confirmed()
+        await self.scara_moves.begun()
         await self.moves.begun()
 
     def left_moving(self) -> Iterator[LeftMoving]:
@@ -389,16 +532,20 @@ class Rorze(Family):
     async def let_go(self) -> None:
         """Give those who wait for moves what is known now."""
         await self.scans.close()
+        await self.restores.close()
         await self.uploads.close()
         await self.runs.close()
         self.moves.let_go()
+        self.scara_moves.let_go()
 
     async def close(self) -> None:
         """End all work and close the lines."""
+        await self.jogs.close()
         await self.stops.close()
         for line in self.lines.values():
             await line.close()
         await self.scans.close()
+        await self.scara_moves.close()
         await self.moves.close()
 
 

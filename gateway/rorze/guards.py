@@ -19,6 +19,7 @@ class Guards:
         bodies: Sequence[Body],
         stopping: Callable[[Body], bool],
         keeps_out: Callable[[Body, RorzeExchange], bool],
+        restored: Callable[[Body, RorzeExchange], bool],
     ) -> None:
         self._line = line
         self._bodies = bodies
@@ -26,12 +27,15 @@ class Guards:
         """Whether a stop of a body is not confirmed yet."""
         self._keeps_out = keeps_out
         """Whether an exchange would divide the upload of a program to a body."""
+        self._restored = restored
+        """Whether an exchange would change a body to which a backup is being restored."""
         for guard in (
             self._flash_while_moving,
             self._motion_while_stopping,
             self._motion_to_a_lost_place,
             self._motion_without_a_move,
             self._amid_an_upload,
+            self._amid_a_restore,
         ):
             line.gate.add(guard)
 
@@ -99,5 +103,15 @@ class Guards:
             return None
         return BodyBusy(
             f"A program is being uploaded to {', '.join(uploading)}; {exchange.command.code} was not sent.",
+            "Wait for its end or cancel it.",
+        )
+
+    def _amid_a_restore(self, exchange: RorzeExchange, _: float) -> GatewayError | None:
+        """While a backup is restored nothing else changes the body, and nothing moves the motor."""
+        restored = [body.address for body in self._reached_by(exchange) if self._restored(body, exchange)]
+        if not restored:
+            return None
+        return BodyBusy(
+            f"A backup is being restored to {', '.join(restored)}; {exchange.command.code} was not sent.",
             "Wait for its end or cancel it.",
         )

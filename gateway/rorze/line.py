@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import random
+import re
 from collections.abc import Callable, Coroutine, Iterable, Mapping
 from typing import Any
 
@@ -11,6 +12,7 @@ from gateway.core.lanes import IMPATIENT, STOPS, Lane
 from gateway.core.line import LineDriver
 from gateway.core.line_state import LineState as LineState
 from gateway.core.origin import PROBE, SET_UP, acting
+from gateway.core.trace_filter import Talk
 from gateway.core.waiting import happens
 from gateway.rorze.errors import refused
 from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
@@ -32,6 +34,8 @@ from transports.base import Transport
 
 log = logging.getLogger(__name__)
 
+_ADDRESS = re.compile(b"&([0-9A-F]{2})|[$#]([0-9A-F])")
+_MEMBER = re.compile(rb"\[([0-7][0-9A-F]):")
 WRITTEN_WITHIN_S = 5.0
 """A command or read that could not be written for so long is not sent any more, as a move is not."""
 ALL_SILENT = (
@@ -152,6 +156,15 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
     def frame_of(self, body: int, command: RorzeCommand[Any]) -> str:
         """Show the exact frame of a command as text, with its CR escaped."""
         return self._session.frame_of(body, command).decode("ascii").replace("\r", "\\r")
+
+    def talk_of(self, frame: bytes) -> Talk:
+        """A frame is about its address; a group's about all members, and a reply about those it names."""
+        match = _ADDRESS.search(frame)
+        if match is None:
+            return Talk(b"")
+        number = int(match[1] or match[2], 16)
+        named = (int(member, 16) for member in _MEMBER.findall(frame))
+        return Talk(b"%X" % number, frozenset((number, *self.groups.get(number, ()), *named)))
 
     def shows_silence(self, error: GatewayError) -> bool:
         """Whether an error shows that a body does not answer, on a line that works."""

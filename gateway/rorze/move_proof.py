@@ -30,6 +30,8 @@ from protocols.rorze.row import RorzeCommand
 from protocols.rorze.status import END_CAUSE_BITS, SENSOR_BITS, GetControllerStatus, GetEndCause, names_of
 from protocols.table import Reply
 
+STRAIGHT = ("relative", "absolute", "continuous", "jog")
+"""Moves that go from where the motor stands, one way."""
 MOTION_ERRORS = 0x66
 """Bits of the controller status: a limit, EMS, the movement range or STALL can end a move (9CD)."""
 IN_POSITION_S = 6.0
@@ -56,6 +58,14 @@ class Verdict(NamedTuple):
     status: MoveStatus
     end_cause: str | None = None
     error: GatewayError | None = None
+
+
+class Stretch(NamedTuple):
+    """Where a motor that moves together with others has to start, and should come to, in pulses."""
+
+    start: int
+    target: int
+    tolerance: int
 
 
 @dataclass(eq=False)
@@ -115,6 +125,19 @@ class Case:
                 f"{body.address} moves already, by no move of this gateway; {move.command} was not sent.",
                 "Wait for its end or stop it.",
             )
+
+    def expect(self, stretch: Stretch) -> None:
+        """Take the target from who has planned the move.
+
+        :raises NotSent: the motor does not stand where the plan begins.
+        """
+        if self.before is None or self.before.position != stretch.start:
+            raise NotSent(
+                f"{self.body.address} stands at {self.move.start_position} pulses, and the move was planned "
+                f"from {stretch.start}; {self.move.command} was not sent.",
+                "See what else moves it, and try again.",
+            )
+        self.move.target_position, self.tolerance = stretch.target, stretch.tolerance
 
     async def _target(self, command: RorzeCommand[Any], start: int) -> int | None:
         return await believed(self.body.line, lambda: target_of(self.body, command, start, Lane.PROOF))
@@ -251,7 +274,7 @@ class Case:
 
     def _is_off_its_way(self, state: MotorState) -> bool:
         start, target = self.move.start_position, self.move.target_position
-        if not state.runs or start is None or target is None:
+        if not state.runs or start is None or target is None or self.move.kind == "interpolated":
             return False
         slack = max(self.tolerance, self.body.position_tolerance)
         return not min(start, target) - slack <= state.position <= max(start, target) + slack
@@ -292,7 +315,12 @@ class Case:
     def _untouched(self, state: MotorState) -> bool:
         """Whether the motor shows that a move of some length was never begun."""
         before = self.before
-        if before is None or self.move.kind not in ("relative", "absolute", "continuous"):
+        leads_back = self.move.kind == "interpolated" and self.move.target_position in (
+            None,
+            self.move.start_position,
+        )
+        straight = self.move.kind == "interpolated" or self.move.kind in STRAIGHT
+        if before is None or not straight or leads_back:
             return False
         ended_at_once = state.bits & ~before.bits & MOTION_ERRORS
         return state.position == before.position and not ended_at_once
@@ -446,7 +474,7 @@ class Case:
         arrived = self._is_target(self.move.position)
         if arrived and not at_power_on:
             return False
-        fell_back = at_power_on and self.move.kind in ("relative", "absolute", "continuous")
+        fell_back = at_power_on and self.move.kind in STRAIGHT
         return self.body.went_silent or (fell_back and not arrived)
 
     async def _end_announced(self) -> bool:

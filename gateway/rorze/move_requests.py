@@ -1,14 +1,16 @@
 """Moves in the words of clients: their kinds, with lengths in units, and the commands they come to."""
 
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self, TypeVar
 
 from pydantic import Field, ValidationError, WithJsonSchema, model_validator
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.move_record import START_WITHIN_S
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Group
 from gateway.rorze.units import Scale, Unit, to_pulses
 from protocols.rorze import moves, origin
+from protocols.rorze.notation import PositionReference
 from protocols.rorze.row import RorzeCommand
 from protocols.wording import expectation
 
@@ -19,8 +21,9 @@ Pattern = Annotated[
     Field(ge=0, le=29, description="Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."),
 ]
 MotionRow = type[RorzeCommand[Any]]
+Row = TypeVar("Row", bound=RorzeCommand[Any])
 
-_RELATIVE: Final[dict[tuple[Direction, Speed], MotionRow]] = {
+_RELATIVE: Final[dict[tuple[Direction, Speed], type[moves.RelativeMove]]] = {
     ("cw", "high"): moves.MoveClockwise,
     ("ccw", "high"): moves.MoveCounterclockwise,
     ("cw", "low"): moves.MoveClockwiseSlowly,
@@ -63,6 +66,12 @@ class _MoveRequest(RequestModel):
     validate_only: bool = Field(
         default=False, description="Only say what would be sent and how long it would take; nothing moves."
     )
+    start_within_s: float = Field(
+        default=START_WITHIN_S,
+        gt=0,
+        le=60,
+        description="Seconds the move may wait for its turn; if it is not sent by then, it never is.",
+    )
 
 
 class RelativeMoveRequest(
@@ -79,8 +88,7 @@ class RelativeMoveRequest(
 
     def command(self, scale: Scale | None) -> RorzeCommand[Any]:
         """The controller's command for it."""
-        row = _RELATIVE[self.direction, self.speed]
-        return _built(row, distance=self.distance.pulses(scale), pattern=self.pattern)
+        return relative_command(self.direction, self.speed, self.distance.pulses(scale), self.pattern)
 
 
 class AbsoluteMoveRequest(
@@ -96,6 +104,20 @@ class AbsoluteMoveRequest(
     def command(self, scale: Scale | None) -> RorzeCommand[Any]:
         """The controller's command for it."""
         return _built(_ABSOLUTE[self.speed], position=self.position.pulses(scale), pattern=self.pattern)
+
+
+class PositionMoveRequest(_MoveRequest, json_schema_extra=example(kind="position", position=5)):
+    """Move to a position of the body's table (RC-420 manual 13.4)."""
+
+    kind: Literal["position"]
+    position: int = Field(ge=0, le=2047, description="Position number.")
+    speed: Speed = Field(default="high", description="`low` runs at the start speed, without ramps.")
+    pattern: Pattern = None
+
+    def command(self, _: Scale | None) -> RorzeCommand[Any]:
+        """The controller's command for it."""
+        entry = PositionReference(position=self.position)
+        return _built(_ABSOLUTE[self.speed], position=entry, pattern=self.pattern)
 
 
 class HomeRequest(_MoveRequest, json_schema_extra=example(kind="home")):
@@ -127,16 +149,26 @@ class ContinuousMoveRequest(
 
     def command(self, _: Scale | None) -> RorzeCommand[Any]:
         """The controller's command for it."""
-        return _built(_RELATIVE[self.direction, self.speed], distance="endless", pattern=self.pattern)
+        return relative_command(self.direction, self.speed, "endless", self.pattern)
 
 
 MoveRequest = Annotated[
-    RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+    RelativeMoveRequest | AbsoluteMoveRequest | PositionMoveRequest | HomeRequest | ContinuousMoveRequest,
     Field(discriminator="kind"),
 ]
 
 
-def _built(row: MotionRow, **parameters: object) -> RorzeCommand[Any]:
+def relative_command(
+    direction: Direction, speed: Speed, distance: int | Literal["endless"], pattern: int | None
+) -> moves.RelativeMove:
+    """The command that moves by a distance.
+
+    :raises InvalidRequest: the controller takes no such distance.
+    """
+    return _built(_RELATIVE[direction, speed], distance=distance, pattern=pattern)
+
+
+def _built(row: type[Row], **parameters: object) -> Row:
     try:
         return row(**parameters)
     except ValidationError as error:

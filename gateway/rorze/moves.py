@@ -1,7 +1,7 @@
 """The life of a move: sent at most once, followed to its end by what the controller itself says."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -16,13 +16,16 @@ from gateway.core.errors import (
 )
 from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import MoveLog, new_id
-from gateway.core.move_record import Move, MoveError, MoveKind, MoveStatus
+from gateway.core.move_record import START_WITHIN_S, Move, MoveError, MoveKind, MoveStatus
 from gateway.core.origin import working
+from gateway.core.ways import Ways
 from gateway.rorze.bodies import Body, Group, MotorState
+from gateway.rorze.calls import calls_for_body
 from gateway.rorze.line import Line
-from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Verdict
+from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Stretch, Verdict
 from gateway.rorze.pace import follow_s
 from gateway.rorze.power import ProofTooOld
+from gateway.rorze.samples import BodyWay
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.origin import CentreStallDog, OriginSearch
@@ -31,17 +34,26 @@ from protocols.table import Reply
 
 SET_UP_AGAIN_S = 60.0
 """Where ends of moves are not announced, the link master is told to do so no more often than this."""
+WATCHED_S = 2.0
+"""A body that is watched is asked alone this often."""
 
 
 class Moves:
     """All moves of a plant: starts them, follows them, remembers them."""
 
     def __init__(
-        self, publish: Callable[[str, Body, Move], str], *, allow_endless_moves: bool = False
+        self,
+        publish: Callable[[str, Body, Move], str],
+        *,
+        allow_endless_moves: bool = False,
+        on_way: Callable[[Body], None] = lambda _: None,
     ) -> None:
+        self._on_way = on_way
+        """Called when the way of a move begins, or has ended."""
         self._publish = publish
         self._allow_endless_moves = allow_endless_moves
         self.log = MoveLog[Move]()
+        self.ways = Ways[BodyWay]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
         self._no_set_up_before: dict[Line, float] = {}
 
@@ -64,11 +76,19 @@ class Moves:
         return await self.log.wait(move_id, timeout_s)
 
     async def start(
-        self, target: Body | Group, command: RorzeCommand[Any], start_within_s: float = 5.0
+        self,
+        target: Body | Group,
+        command: RorzeCommand[Any],
+        start_within_s: float = START_WITHIN_S,
+        course: Mapping[Body, Stretch] | None = None,
+        on_sent: Callable[[Move], None] = lambda _: None,
+        kind: MoveKind | None = None,
     ) -> list[Move]:
         """Send a motion command, and give its moves when the controllers have accepted or refused it.
 
-        One move comes back for a body, one for each member for a group.
+        One move comes back for a body, one for each member for a group; `on_sent` is called with each when
+        the command is on the wire. `kind` is what it is for, where the command does not tell. `course` says
+        where who has planned the move has seen the motors, and where they should come to.
 
         :raises NotAllowed: it would never end, and the configuration does not allow that.
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
@@ -83,7 +103,12 @@ class Moves:
         _require_power(bodies, command)
         epoch = target.line.gate.epoch(target.number)
         flight = _Flight(
-            target, command, [Case(body, self._new(body, target, command)) for body in bodies], epoch
+            target,
+            command,
+            [Case(body, self._new(body, target, command, kind or kind_of(command))) for body in bodies],
+            epoch,
+            course or {},
+            on_sent,
         )
         task = asyncio.create_task(self._fly(flight, start_within_s), name=f"move {flight.cases[0].move.id}")
         self._tasks[task] = flight.answered
@@ -122,13 +147,13 @@ class Moves:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any]) -> Move:
+    def _new(self, body: Body, target: Body | Group, command: RorzeCommand[Any], kind: MoveKind) -> Move:
         now = datetime.now(UTC)
         move = Move(
             id=new_id(now),
             body_id=body.address,
             group_id=target.address if isinstance(target, Group) else None,
-            kind=kind_of(command),
+            kind=kind,
             command=command.code,
             frame=target.line.frame_of(target.number, command),
             created_at=now,
@@ -145,15 +170,16 @@ class Moves:
         """The only place where a move changes its status."""
         move.status = status
         if error is not None:
-            move.error = MoveError.of(error)
+            move.error = MoveError.of(error, calls_for_body(error, body.address))
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
         if status.final:
             move.ended_at = datetime.now(UTC)
-            body.move = None
+            body.move = body.way = None
             body.line.followed -= 1
             body.free.set()
             self.log.end(move)
+            self._on_way(body)
         self._publish(
             "body.move.started" if status is MoveStatus.MOVING else f"body.move.{status}", body, move
         )
@@ -182,6 +208,8 @@ class Moves:
         while True:
             for case in flight.cases:
                 await case.know_the_start(flight.command)
+                if case.body in flight.course:
+                    case.expect(flight.course[case.body])
                 self.log.on_change(case.move)  # before its intent: it is what the next life judges by
             try:
                 return await self._write(flight, expires_at)
@@ -189,10 +217,14 @@ class Moves:
                 continue
 
     async def _write(self, flight: "_Flight", expires_at: float) -> "_Results":
-        def written(_: float) -> None:
+        def written(at: float) -> None:
             for case in flight.cases:
                 case.body.was_set_going()
                 self._advance(case.body, case.move, MoveStatus.SENT)
+                flight.on_sent(case.move)
+                case.body.way = BodyWay(case.body, case.move, flight.command, at)
+                self.ways.begin(case.move.id, case.body.way)
+                self._on_way(case.body)
 
         target = flight.target
         if target.line.gate.epoch(target.number) != flight.epoch:
@@ -217,8 +249,11 @@ class Moves:
 
     # over restarts
 
-    def take_over(self, body: Body, move: Move, *, begun: bool) -> None:
-        """Go on with a move of an earlier life: ask the body, and follow the move to its end."""
+    def take_over(self, body: Body, move: Move, *, begun: bool, tolerance: int) -> None:
+        """Go on with a move of an earlier life: ask the body, and follow the move to its end.
+
+        `tolerance` is by how many pulses it may miss its target.
+        """
         body.line.followed += 1
         if move.status is MoveStatus.QUEUED and not begun:
             move.evidence.append("The gateway has ended before the command was written.")
@@ -232,7 +267,7 @@ class Moves:
         body.free.clear()
         answered: asyncio.Future[GatewayError | None] = asyncio.get_running_loop().create_future()
         answered.set_result(None)
-        case = Case(body, move, rested_at(move), body.position_tolerance)
+        case = Case(body, move, rested_at(move), tolerance)
         task = asyncio.create_task(self._see_through(case, _ended_with(body)), name=f"move {move.id}")
         self._tasks[task] = answered
         task.add_done_callback(self._tasks.pop)
@@ -271,7 +306,8 @@ class Moves:
             if move.status is MoveStatus.SENT:
                 self._advance(body, move, MoveStatus.MOVING)
             took_s = asyncio.get_running_loop().time() - asked_at
-            await body.end_seems_due(max(body.poll_interval_s, follow_s(body.line) - took_s))
+            pause_s = WATCHED_S if body.watched else body.poll_interval_s
+            await body.end_seems_due(max(pause_s, follow_s(body.line) - took_s))
         move.completion = "frame" if body.move_ended.is_set() else "polling"
         body.stands()
         self._end(case, await case.at_rest(state))
@@ -320,6 +356,8 @@ class _Flight:
     cases: list[Case]
     epoch: int
     """The target's stop epoch at admission."""
+    course: Mapping[Body, Stretch]
+    on_sent: Callable[[Move], None]
     answered: "asyncio.Future[GatewayError | None]" = field(
         default_factory=lambda: asyncio.get_running_loop().create_future()
     )

@@ -1,7 +1,7 @@
 """What a move would do, asked without moving: the exact frame, and how long the pulses would run."""
 
 import asyncio
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 from pydantic import BaseModel, Field
 
@@ -51,6 +51,23 @@ class PlannedMove(Record):
     target_position: int | None = Field(description="In pulses, where it can be known beforehand.")
     duration_s: float | None = Field(description="How long pulses would run, with the settings of now.")
     note: str | None = Field(None, description="Why something is not known, or would be refused.")
+
+
+class PlannedWay(NamedTuple):
+    """Where a move leads, by the time since its beginning."""
+
+    profile: Profile
+    start: int
+    pulses_per_count: float
+    """Negative where positions decrease."""
+
+    def position(self, seconds: float) -> float:
+        """The position as the controller would tell it."""
+        return self.start + self.profile.position(seconds) / self.pulses_per_count
+
+    def speed(self, seconds: float) -> float:
+        """How fast that position changes a second; at the end as it arrives."""
+        return self.profile.curve.at(seconds).speed / self.pulses_per_count
 
 
 class GroupPlan(BaseModel):
@@ -117,6 +134,26 @@ async def _amount(body: Body, value: int | PositionReference | str, lane: Lane) 
     return None
 
 
+async def way_of(body: Body, command: RorzeCommand[Any], start: int, target: int | None) -> PlannedWay | None:
+    """Work out the way of a move from the controller's present settings; None where only it can tell.
+
+    :raises ProfileError: the controller would not make such a move.
+    :raises GatewayError: the settings could not be read.
+    """
+    if not isinstance(command, RelativeMove | AbsoluteMove):
+        return None
+    endless = isinstance(command, RelativeMove) and command.distance == "endless"
+    if target is None and not endless:
+        return None
+    ratio = await pulses_per_count(body)
+    distance = None if target is None else round(abs(target - start) * ratio)
+    clockwise = (
+        isinstance(command, MoveClockwise | MoveClockwiseSlowly) if target is None else target >= start
+    )
+    profile = await _profile(body, command, distance)
+    return PlannedWay(profile, start, ratio if clockwise else -ratio)
+
+
 async def pulses_per_count(body: Body) -> float:
     """How many pulses are put out for one of what the operating mode counts: encoder mode counts its steps.
 
@@ -129,8 +166,30 @@ async def pulses_per_count(body: Body) -> float:
     return ratio.ratio
 
 
-async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int) -> Profile:
-    up, down = await _parameters_of_pattern(body, command.pattern)
+async def amount_of(body: Body, pulses: int) -> int:
+    """Pulses put out as the operating mode counts them: the reverse of `_pulses`."""
+    if await body.know_mode() != "encoder":
+        return pulses
+    ratio, _ = await body.ask(GetEncoderRatio())
+    return round(pulses / ratio.ratio)
+
+
+async def top_speed_of(body: Body, speed: Literal["high", "low"], pattern: int | None) -> int:
+    """The highest speed of a move by a pattern, in pulses per second.
+
+    :raises GatewayError: it could not be read.
+    """
+    speed_set = None
+    if pattern is not None:
+        sets, _ = await body.ask(GetPattern(pattern=pattern))
+        speed_set = sets.acceleration
+    row = GetStartSpeed if speed == "low" else GetMaximumSpeed
+    reply, _ = await body.ask(row(speed_set=speed_set))
+    return reply.speed
+
+
+async def _profile(body: Body, command: RelativeMove | AbsoluteMove, distance: int | None) -> Profile:
+    up, down = await parameters_of_pattern(body, command.pattern)
     make = plan_slow if isinstance(command, _SLOW) else plan
     return make(distance, up, down, await _speed_changes(body, command.pattern))
 
@@ -146,7 +205,8 @@ async def _speed_changes(body: Body, pattern: int | None) -> list[SpeedChange]:
     ]
 
 
-async def _parameters_of_pattern(body: Body, pattern: int | None) -> tuple[SpeedParameters, SpeedParameters]:
+async def parameters_of_pattern(body: Body, pattern: int | None) -> tuple[SpeedParameters, SpeedParameters]:
+    """Ask for the speeds of a pattern, up and down; errors as of `Body.ask`."""
     if pattern is None:
         standard = await _speed_parameters(body, None)
         return standard, standard

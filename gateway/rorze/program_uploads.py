@@ -50,6 +50,9 @@ CANCELLED_WITHIN_S = 10.0
 KEPT_OUT = (ClearProgram, AddProgramInstruction, LoadProgram, SaveProgram, EraseFlash)
 """What would divide an upload, besides everything that moves the motor or runs a program."""
 
+UNSURE = (NoReply, ControllerRefused, ProgramDiffers, SaveUncertain)
+"""After these the last instruction may be stored or not: a refusal may be that of a garbled question."""
+
 Status = Literal["running", "succeeded", "failed", "cancelled"]
 Phase = Literal["clearing", "writing", "verifying", "saving", "done"]
 
@@ -149,7 +152,7 @@ class ProgramUploads:
         work = _Work(body, program, record, body.line.gate.epoch(body.number))
         self._current[body] = work
         try:
-            await _require_rest(body)
+            await require_rest(body)
             work.require_wanted()
         except BaseException:
             del self._current[body]
@@ -166,11 +169,15 @@ class ProgramUploads:
 
         :raises BodyBusy: one is.
         """
-        if body in self._current:
+        if self.is_under_way(body):
             raise BodyBusy(
                 f"A program is being uploaded to {body.address}; nothing was sent.",
                 "Wait for its end or cancel it.",
             )
+
+    def is_under_way(self, body: Body) -> bool:
+        """Whether a program is being uploaded to a body."""
+        return body in self._current
 
     def keeps_out(self, body: Body, exchange: RorzeExchange) -> bool:
         """Whether an exchange would divide the upload to a body."""
@@ -241,7 +248,7 @@ class ProgramUploads:
 
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
         record = work.record
-        record.stored = _stored(record, unsure=isinstance(error, NoReply | ProgramDiffers | SaveUncertain))
+        record.stored = _stored(record, unsure=isinstance(error, UNSURE))
         record.status, record.ended_at = status, datetime.now(UTC)
         record.error = None if error is None else UploadError.of(error)
         del self._current[work.body]
@@ -286,14 +293,18 @@ class ProgramUploads:
             self._publish("progress", work.record)
 
 
-async def _require_rest(body: Body) -> None:
-    """Ask whether the motor stands still and no program runs: only then a program may be changed."""
+async def require_rest(body: Body) -> None:
+    """Ask whether the motor stands still and no program runs: only then what it keeps may be changed.
+
+    :raises BodyBusy: it moves, or runs one.
+    :raises GatewayError: it did not tell.
+    """
     if body.move is not None:
         raise BodyBusy(f"{body.address} still has the move {body.move.id}; nothing was sent.", "Wait for it.")
     if await runs(body):
-        raise BodyBusy(f"A user program runs in {body.address}; nothing was uploaded.", "End it by a stop.")
+        raise BodyBusy(f"A user program runs in {body.address}; nothing was changed.", "End it by a stop.")
     if (await body.look()).runs:
-        raise BodyBusy(f"{body.address} moves; nothing was uploaded.", "Wait for standstill.")
+        raise BodyBusy(f"{body.address} moves; nothing was changed.", "Wait for standstill.")
 
 
 def _blocks(texts: Sequence[str]) -> Iterator[list[tuple[int, str]]]:
@@ -353,7 +364,7 @@ async def _save(work: _Work) -> None:
     work.require_wanted()
     await work.body.ask(SaveProgram())
     if await work.body.mark.stands(Lane.PROOF) is False:
-        raise SaveUncertain(work.body.address)
+        raise SaveUncertain(work.body.address, "its program", "Upload it again before it is run.")
 
 
 async def _require_same(work: _Work, address: int) -> None:

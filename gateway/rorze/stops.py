@@ -20,7 +20,6 @@ from gateway.rorze.exchange import Answered, Outcome
 from gateway.rorze.line import Line
 from gateway.rorze.pace import is_prompt, wire_s
 from gateway.rorze.sweep import Sweep
-from protocols.rorze.interpolation import StartInterpolation
 from protocols.rorze.position import GetPosition
 from protocols.rorze.programs import EndProgram, GetProgramStatus
 from protocols.rorze.row import RorzeCommand
@@ -62,6 +61,8 @@ class Stops:
         self._events = events
         self._sweeps = sweeps
         self._groups_of = groups_of
+        self.on_begin: Callable[[Body], None] = lambda _: None
+        """Called with each body whose stop begins."""
         self._running: dict[tuple[Body, StopMode], _BodyStop] = {}
         self._tasks: dict[_BodyStop, asyncio.Task[None]] = {}
         """Of these, and of those that are confirmed and whose moves have not been recorded yet."""
@@ -119,7 +120,7 @@ class Stops:
         """An axis of an interpolated move takes the others of its group with it."""
         wanted = dict.fromkeys(bodies)
         for body in list(wanted):
-            if body.move is not None and body.move.command == StartInterpolation.code:
+            if body.move is not None and body.move.kind == "interpolated":
                 for group in self._groups_of(body):
                     if group.address == body.move.group_id:
                         wanted |= dict.fromkeys(group.members)
@@ -144,6 +145,7 @@ class Stops:
         body.being_stopped = True
         task.add_done_callback(lambda _: self._over(stop))
         stop.publish("requested")
+        self.on_begin(body)
 
     def _company_of(self, body: Body) -> list[Body]:
         """The bodies of its line with stops that are not confirmed yet."""

@@ -4,14 +4,19 @@ import asyncio
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, Final
 
+from gateway.core.errors import GatewayError
+from gateway.core.move_record import START_WITHIN_S
+from gateway.core.next_calls import NextCall
 from gateway.core.stops import StopMode
 from gateway.core.targets import Answer, Begun, MemberAnswers, Opened, Stopped, Target, stopped
 from gateway.rorze import plain_text
 from gateway.rorze.bodies import Body, Group, answer_or_raise, reply_of
+from gateway.rorze.calls import calls_for_body, calls_for_group, calls_for_line
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.move_requests import MoveRequest, common_command
 from gateway.rorze.moves import Moves
 from gateway.rorze.plans import GroupPlan, PlannedMove, group_plan_of, plan_of
+from gateway.rorze.samples import BodySamples, samples_of
 from gateway.rorze.stops import Stops
 from protocols.rorze.link_master import SetGroup
 from protocols.rorze.programs import EndProgram
@@ -42,9 +47,14 @@ class _Motors(Target):
     def _bodies(self) -> Sequence[Body]:
         return self.thing.members if isinstance(self.thing, Group) else [self.thing]
 
-    async def start(self, command: Any) -> Begun | Opened:
+    @property
+    def moved(self) -> Sequence[str]:
+        """All its bodies."""
+        return [f"/bodies/{body.address}" for body in self._bodies]
+
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         """Start the moves of its bodies; errors as of `Moves.start`."""
-        moves = await self._moves.start(self.thing, command)
+        moves = await self._moves.start(self.thing, command, start_within_s)
         return Begun(self.path, moves, self.address if isinstance(self.thing, Group) else None)
 
     async def stop_by(self, command: Any) -> Answer | MemberAnswers | Stopped:
@@ -69,6 +79,10 @@ class BodyTarget(_Motors):
         reply, answered = await self.thing.ask(command)
         return Answer((reply,), answered.at)
 
+    def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
+        """The calls that help where a request about the body has failed."""
+        return calls_for_body(error, self.address)
+
     def read(self, text: str) -> RorzeCommand[Any]:
         """Read a command as it stands on the line; errors as of `plain_text.read`."""
         return plain_text.read(text)
@@ -82,6 +96,10 @@ class BodyTarget(_Motors):
         self._moves.require_end(command)
         return await plan_of(self.thing, command)
 
+    async def samples(self, move_id: str) -> BodySamples:
+        """Give where it was seen during a move, beside its plan; errors as of `Ways.of`."""
+        return await samples_of(self._moves.ways.of(move_id))
+
 
 class GroupTarget(_Motors):
     """A group."""
@@ -93,6 +111,10 @@ class GroupTarget(_Motors):
         """Send a command to all members; errors as of `Group.ask`."""
         results = await self.thing.ask(command)
         return MemberAnswers(self.address, {body.address: result for body, result in results.items()})
+
+    def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
+        """The calls that help where a request about the group has failed."""
+        return calls_for_group(error, self.address)
 
     def command_for(self, request: MoveRequest) -> RorzeCommand[Any]:
         """Put a wish for a move into one command for all members; errors as of `common_command`."""
@@ -112,6 +134,10 @@ class LinkMasterTarget(Target):
         self.address = f"{line.id}.{LINK_MASTER:02X}"
         self.path = f"/lines/{line.id}"
         self._define = define
+
+    def calls_for(self, error: GatewayError) -> Sequence[NextCall]:
+        """The calls that help where a request about the line has failed."""
+        return calls_for_line(error, self.line.id)
 
     async def ask(self, command: Any) -> Answer:
         """Send it a command; a group is defined so that the gateway knows its members."""

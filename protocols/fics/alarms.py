@@ -3,7 +3,7 @@
 from enum import StrEnum
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_serializer
 
 from protocols.fics.notation import LAST_UNIT, AxisName, Digits, Hex, Token
 from protocols.fics.row import Deed, Query
@@ -106,7 +106,7 @@ class ErrorDetail(Reply, args=_LAYOUTS):
     """What is known of the latest error; which fields are given depends on its kind."""
 
     unit: Annotated[int, Field(ge=0, le=LAST_UNIT), UnitCharacter()] | None = Field(
-        None, description="0 in a system of a single unit."
+        None, description="Null in a system of a single unit, too."
     )
     axis: AxisName | None = Field(None, description="The motor axis.")
     driver_error: Annotated[int, Field(ge=0, le=0xFF), Hex(2)] | None = Field(
@@ -124,6 +124,10 @@ class ErrorDetail(Reply, args=_LAYOUTS):
     text: Annotated[str, Field(pattern="^[ -~]*$"), Token("[ -~]*")] | None = Field(
         None, description="What was printed, where it is in no known layout."
     )
+
+    @field_serializer("unit")
+    def _shown(self, unit: int | None) -> int | None:
+        return unit or None
 
     @property
     def kind(self) -> DetailKind:

@@ -288,9 +288,13 @@ StoredCoordinates = Annotated[list[Finite | None], ListLength, Cut, PerAxis(Deci
 KnownNumbers = Annotated[list[FourDigits], ListLength, PerAxis(Whole(), hole=None)]
 
 AxisName = Annotated[
-    str, Field(pattern="^[A-Z@]$"), expected("one capital letter, or @ for theta"), Token("[A-Z@]")
+    str,
+    Field(pattern="^[A-Za-z@]$"),
+    expected("one capital letter, or @ for theta"),
+    AfterValidator(str.upper),
+    Token("[A-Z@]"),
 ]
-"""X Y Z .. for user axes, A B C .. for motor axes, @ for theta (C-HOST manual 2-2)."""
+"""X Y Z .. for user axes, A B C .. for motor axes, @ for theta (C-HOST manual 2-2); in lower case, too."""
 Unit = Annotated[int, Within(1, LAST_UNIT), Whole()]
 Channel = Annotated[int, Within(1, LAST_CHANNEL), Whole()]
 Bit = Annotated[int, Within(0, 7), Whole()]

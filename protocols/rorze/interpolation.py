@@ -56,7 +56,9 @@ Coordinate = Annotated[int, Field(gt=-BILLION, lt=BILLION), Plain()]
 Length = Annotated[int, Field(ge=1, lt=BILLION), Number()]
 Axis = Annotated[int, Field(ge=0, le=9), Number()]
 Path = Annotated[int, Field(ge=0, le=63), Number()]
-ViaPoint = Annotated[int, Field(ge=0, le=15), Number()]
+MOST_POINTS = 16
+"""Via points of a path (RC-420 manual 13.10.5)."""
+ViaPoint = Annotated[int, Field(ge=0, lt=MOST_POINTS), Number()]
 Center = Annotated[Literal["center"], Word(center="CENTER")]
 RobotType = Literal["three_axes", "two_axes_belt_linked"]
 RobotTypeWire = Word(three_axes="0", two_axes_belt_linked="1")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import chain
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from protocols.lines import CR as CR
 from protocols.lines import Lines
@@ -93,6 +93,23 @@ class Garbage:
 
     data: bytes
     why: str
+
+
+_PROGRAM_TEXT = re.compile(r">&7CUSD\[([0-6][0-9A-F]|7[0-7]):([ -~]*)\]")
+"""An assumption: no manual gives the frame in which a user program's text (SDC, SDD) reaches the host."""
+
+
+class ProgramText(NamedTuple):
+    """What a body's user program tells."""
+
+    body: int
+    text: str
+
+
+def program_text(message: UnknownMessage) -> ProgramText | None:
+    """Read the text of a user program; None where the message is none."""
+    match = _PROGRAM_TEXT.fullmatch(message.text)
+    return None if match is None else ProgramText(int(match[1], 16), match[2])
 
 
 Frame = Answer | Refusal | GroupAnswer | MoveEnded | StatusChanged | UnknownMessage | Garbage

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
-from math import ceil, pi, tan
+from math import ceil, floor, inf, pi, tan
 from typing import NamedTuple
 
 from protocols.rorze.scara import Pose, Robot, within_half_turn
@@ -27,6 +27,9 @@ TOLERANCE_PULSES = 0.05
 """By how much a straight stretch between two knots may miss an axis's true position."""
 
 LEAST_HALVINGS = 3
+
+JUMP = 1e-3
+"""Radians: what the heading turns by more between two pieces is no rounding."""
 
 ARC_STEP = pi / 4
 
@@ -197,6 +200,15 @@ def _direction(piece: _Piece, along: float) -> complex:
     return piece.segment.at(along + (nudge if along < piece.last else -nudge))
 
 
+def _turning(piece: _Piece, along: float) -> float:
+    """Radians a micrometre by which the heading turns at a place of the segment; 0 in the origin itself."""
+    here = piece.segment.at(along)
+    if abs(here) <= CLOSE_UM:
+        return 0.0
+    step = min(NUDGE_UM, (piece.last - piece.first) / 2) * (1 if along < piece.last else -1)
+    return abs(phase(piece.segment.at(along + step) / here) / step)
+
+
 class Knot(NamedTuple):
     """A position of an axis in pulses from its start, and how far along the path it is due."""
 
@@ -236,6 +248,19 @@ class Path:
                 heading = piece.polar(last)[1]
             offset += segment.length
 
+    def sharpest_turn(self) -> float:
+        """Radians a micrometre by which the heading turns where it does so fastest; infinite where it jumps.
+
+        That is where it passes the origin nearby (RC-420 manual 13.10.6); straight through it nothing turns.
+        """
+        heading, sharpest = self._start.heading, 0.0
+        for piece in self._pieces:
+            if abs(piece.heading - heading) > JUMP:
+                return inf
+            sharpest = max(sharpest, _turning(piece, piece.first), _turning(piece, piece.last))
+            heading = piece.polar(piece.last)[1]
+        return sharpest
+
     def knots(self, axis: int) -> list[Knot]:
         """The positions of an axis, to be joined by straight lines.
 
@@ -251,11 +276,27 @@ class Path:
             knots += _refined(at, first, at(piece.last), piece.offset, LEAST_HALVINGS)
         return knots
 
+    def pulses(self) -> tuple[int, ...]:
+        """By how many pulses each axis has turned at the end, halves up.
+
+        :raises OutOfReach: a place on the path is none for the arm.
+        """
+        end = self._start
+        for piece in self._pieces:
+            for along in (piece.first, piece.last):
+                end = self._pose(piece, along)
+                self._robot.angles(end)
+        ends, starts = (self._robot.counted(self._robot.angles(pose)) for pose in (end, self._start))
+        return tuple(floor(there - here + 0.5) for there, here in zip(ends, starts, strict=True))
+
     def _knot(self, axis: int, piece: _Piece, along: float) -> Knot:
+        pose = self._pose(piece, along)
+        return Knot(piece.offset + along, self._pulses(pose, axis) - self._pulses(self._start, axis))
+
+    def _pose(self, piece: _Piece, along: float) -> Pose:
         lead, heading = piece.polar(along)
         share = (piece.offset + along) / self.length
-        pose = Pose(lead - self._robot.ahead, heading, self._start.finger + self._turn * share)
-        return Knot(piece.offset + along, self._pulses(pose, axis) - self._pulses(self._start, axis))
+        return Pose(lead - self._robot.ahead, heading, self._start.finger + self._turn * share)
 
     def _pulses(self, pose: Pose, axis: int) -> float:
         return self._robot.counted(self._robot.angles(pose))[axis]

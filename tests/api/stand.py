@@ -85,6 +85,7 @@ async def build_stand(
     access: Mapping[str, object] = OPEN_TABLE,
     credentials: Credentials | None = None,
     groups: Mapping[str, Bodies] = NO_GROUPS,
+    scaras: Sequence[Mapping[str, object]] = (),
 ) -> AsyncIterator[Stand]:
     """Start a plant of these lines and wait until they are ready."""
     now = asyncio.get_running_loop().time()
@@ -97,7 +98,7 @@ async def build_stand(
         {"id": line, "address": addresses[line], "bodies": lines[line], "groups": groups.get(line, [])}
         for line in lines
     ]
-    config = Config.model_validate({"server": server, "access": access, "lines": tables})
+    config = Config.model_validate({"server": server, "access": access, "lines": tables, "scaras": scaras})
     by_address = {addresses[line]: port for line, port in ports.items()}
     plant = TestedPlant(config, open_transport=lambda address: by_address[address])
     ups = plant.events.subscribe(types=["line.up"])
@@ -113,7 +114,7 @@ async def build_stand(
     await plant.close()
 
 
-class _Inline(ThreadPoolExecutor):
+class Inline(ThreadPoolExecutor):
     """Does at once what would go to a thread: virtual time does not wait for threads."""
 
     def submit(self, deed: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
@@ -133,7 +134,7 @@ def on_stand(
     def as_test(story: Story) -> Callable[[], None]:
         def test() -> None:
             async def run() -> None:
-                asyncio.get_running_loop().set_default_executor(_Inline())
+                asyncio.get_running_loop().set_default_executor(Inline())
                 async with build_stand(lines or {"arm": BODIES}, server) as stand:
                     await story(stand)
 

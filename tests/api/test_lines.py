@@ -3,6 +3,7 @@
 import asyncio
 
 from gateway.config import Config
+from gateway.operations import traces
 from gateway.plant import Plant
 from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import UNIT, Cell, in_cell
@@ -64,6 +65,57 @@ async def test_the_trace_holds_every_byte_with_its_direction(stand: Stand) -> No
     ]
     later = (await stand.get("/lines/arm/trace?since=2100-01-01T00:00:00Z")).json()
     assert later == {"line_id": "arm", "entries": []}
+
+
+@on_stand()
+async def test_the_trace_is_filtered_by_body_and_by_request(stand: Stand) -> None:
+    await stand.get("/bodies/01/position")
+    await stand.get("/bodies/3F/position", **{"x-request-id": "mine"})
+    await stand.get("/bodies/01/position")
+    mine = (await stand.get("/lines/arm/trace?request_id=mine")).json()["entries"]
+    assert [entry["data"] for entry in mine][-2:] == ["&3F6PD\\r", ">&3F6PD+000000000\\r"]
+    assert {entry["data"].lstrip(">")[:3] for entry in mine} == {"&3F"}
+    body = (await stand.get("/lines/arm/trace?bodies=3F&last=2")).json()["entries"]
+    assert body == mine[-2:]
+    of_others = (await stand.get("/lines/arm/trace?bodies=arm.01")).json()["entries"]
+    assert not [entry for entry in of_others if "&3F" in entry["data"]]
+    assert (await stand.get("/lines/arm/trace?bodies=77")).status_code == 404
+
+
+@on_stand()
+async def test_the_trace_is_followed_live(stand: Stand) -> None:
+    passing = traces.filter_of(stand.plant, "arm", ["3F"], None)
+    told: list[str] = []
+
+    async def listen() -> None:
+        async for news in traces.follow(stand.plant, "arm", passing, None):
+            told.extend(entry.data.decode() for entry in (news.entries if news else ()))
+
+    listening = asyncio.create_task(listen())
+    await asyncio.sleep(0.2)
+    told.clear()
+    await stand.get("/bodies/3F/inputs")
+    await stand.get("/bodies/01/inputs")
+    await asyncio.sleep(0.2)
+    assert [text for text in told if "CID" in text] == ["&3FCID\r", ">&3FCIDH0000\r"]
+    stand.plant.events.close()
+    await asyncio.wait_for(listening, 1.0)
+
+
+@on_stand()
+async def test_the_stream_of_a_trace_resumes_and_tells_what_was_missed(stand: Stand) -> None:
+    for _ in range(3):
+        await stand.get("/bodies/3F/position")
+    asking = asyncio.create_task(stand.get("/lines/arm/trace/stream?bodies=3F", **{"last-event-id": "0"}))
+    await asyncio.sleep(0.5)
+    stand.plant.events.close()
+    answer = await asking
+    assert answer.headers["content-type"].startswith("text/event-stream")
+    assert answer.text.startswith(": the trace from now on\n\nevent: trace\ndata: {")
+    assert answer.text.rstrip().splitlines()[-1].startswith("id: ")
+    assert r'"data":"&3F6PD\\r"' in answer.text
+    assert (await stand.get("/lines/arm/trace/stream", **{"last-event-id": "x"})).status_code == 422
+    assert (await stand.get("/lines/leg/trace/stream")).status_code == 404
 
 
 @on_stand()

@@ -102,3 +102,21 @@ def test_every_command_carries_its_code() -> None:
     sent = [operation for operation in operations() if operation["operationId"].startswith("send")]
     codes = {operation["x-code"] for operation in sent if "x-code" in operation}
     assert codes == {*COMMANDS, *FICS_COMMANDS}
+
+
+def test_the_key_that_makes_repetitions_harmless_stands_at_all_that_does_something_but_stops() -> None:
+    def keyed(operation: dict[str, Any]) -> bool:
+        return any(it["name"] == "Idempotency-Key" for it in operation.get("parameters", ()))
+
+    paths = DOCUMENT["paths"]
+    assert keyed(paths["/bodies/{body_id}/moves"]["post"])
+    assert keyed(paths["/robots/{robot_id}/errors/reset"]["post"])
+    assert keyed(paths["/bodies/{body_id}/program"]["put"])
+    for path in (
+        "/stop",
+        "/bodies/{body_id}/stop",
+        "/bodies/{body_id}/commands/stop-immediately",
+        "/bodies/{body_id}/raw",
+    ):
+        assert not keyed(paths[path]["post"]), path
+    assert not any(keyed(item["get"]) for item in paths.values() if "get" in item)

@@ -4,9 +4,10 @@ import asyncio
 import json
 from urllib.parse import quote
 
+from api.event_models import EventList
 from gateway.core.events import MAX_BACKLOG
 from tests.api.bodies.test_moves import refused
-from tests.api.robots.cell import HOME, UNIT, Cell, in_cell
+from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
 from tests.api.stand import RELATIVE, Served, Stand, on_stand, socket
 
 
@@ -39,9 +40,11 @@ async def test_a_client_resumes_after_its_cursor_without_a_hole(stand: Stand) ->
 async def test_a_cursor_of_another_life_is_answered_with_a_gap(stand: Stand) -> None:
     async with socket(stand, "/events?after=00000000-000000000007") as client:
         await client.message()
-        event = await client.event()
+        event, snapshot = await client.event(), await client.event()
     assert event["type"] == "stream.gap"
     assert event["data"]["requested"] == "00000000-000000000007"
+    assert snapshot["type"] == "stream.snapshot"
+    assert {body["body_id"] for body in snapshot["data"]["bodies"]} == {"arm.00", "arm.01", "arm.3F"}
 
 
 @on_stand()
@@ -211,7 +214,7 @@ async def test_a_robots_address_finds_all_its_events_and_a_units_those_of_the_un
     of_the_robot = (await cell.get("/events?limit=1000&bodies=R1")).json()["events"]
     of_the_unit = (await cell.get("/events?limit=1000&bodies=r1/units/2")).json()["events"]
 
-    assert of_the_robot == [event for event in everything if event["type"].startswith("robot.")]
+    assert of_the_robot == [event for event in everything if event["subject"].startswith("/robots/")]
     assert {"robot.move.succeeded", "robot.jog.lost", "robot.stop.confirmed", "robot.error"} < {
         event["type"] for event in of_the_robot
     }
@@ -232,3 +235,91 @@ async def test_who_is_not_in_the_configuration_is_told_instead_of_never_heard(ce
             closed = await client.message()
         assert (closed["type"], closed["code"]) == ("websocket.close", 4400)
         assert 0 < len(closed["reason"].encode()) <= 123
+
+
+@on_stand()
+async def test_a_websocket_client_watches_where_a_body_stands(stand: Stand) -> None:
+    await move(stand)
+    async with socket(stand, "/events?bodies=01,3F&sample=10&types=body.position") as client:
+        await client.message()
+        began = asyncio.get_running_loop().time()
+        values = [await client.event() for _ in range(20)]
+    assert 0.9 < asyncio.get_running_loop().time() - began < 1.2
+    of = {it["subject"]: it["data"] for it in values}
+    unread = {"counted_in": None}
+    assert of["/bodies/arm.3F"] == {"pulses": 50_000, "value": None, "unit": None} | unread
+    assert of["/bodies/arm.01"] == {"pulses": 0, "value": 0.0, "unit": "mm"} | unread
+    assert not [it for it in values if "sequence" in it]
+    assert {it["cursor"] for it in values} == {stand.plant.events.cursor}
+
+
+@on_stand()
+async def test_values_and_events_come_in_one_stream(stand: Stand) -> None:
+    async with socket(stand, "/events?bodies=3F&sample=10") as client:
+        await client.message()
+        await move(stand)
+        types = [(await client.event())["type"] for _ in range(40)]
+    assert {"body.position", "io", "body.move.started", "body.move.succeeded"} <= set(types)
+
+
+@on_stand()
+async def test_server_sent_values_are_resumed_after_the_last_event(stand: Stand) -> None:
+    sent = await read_sent(stand, 5, "/events/stream?bodies=3F&sample=10&types=body.position")
+    assert {(frame["event"], frame["id"]) for frame in sent} == {("body.position", stand.plant.events.cursor)}
+
+
+@on_stand()
+async def test_the_list_has_the_values_of_now_at_its_end(stand: Stand) -> None:
+    await move(stand)
+    page = (await stand.get("/events?bodies=3F&types=body.position,body.move.*&sample=10")).json()
+    assert page["events"][-1]["type"] == "body.position"
+    assert page["events"][-1]["data"]["pulses"] == 50_000
+    assert page["events"][-2]["type"] == "body.move.succeeded"
+    assert page["cursor"] == stand.plant.events.cursor
+    EventList.model_validate(page)
+
+
+@on_stand()
+async def test_a_sample_is_a_number_of_times_a_second(stand: Stand) -> None:
+    for wrong in ("0", "51", "-1", "nan", "often", ""):
+        for path in ("/events", "/events/stream"):
+            refused(await stand.get(f"{path}?sample={wrong}"), 422)
+        async with socket(stand, f"/events?sample={wrong}") as client:
+            await client.message()
+            closed = await client.message()
+        assert (closed["type"], closed["code"]) == ("websocket.close", 4400)
+
+
+@on_stand()
+async def test_the_load_of_the_line_shows_what_watching_takes(stand: Stand) -> None:
+    async with socket(stand, "/events?bodies=3F&sample=10") as client:
+        await client.message()
+        await asyncio.sleep(2)
+        load = (await stand.get("/lines/arm")).json()["load"]
+    assert "live" in load
+    await asyncio.sleep(12)
+    assert "live" not in (await stand.get("/lines/arm")).json()["load"]
+
+
+@in_cell()
+async def test_a_robots_units_are_watched_as_bodies_are(cell: Cell) -> None:
+    await cell.move(HOME)
+    async with socket(cell, "/events?bodies=r1&sample=10&types=robot.position") as client:
+        await client.message()
+        values = [await client.event() for _ in range(20)]
+        await cell.post(f"{UNIT}/moves", {"kind": "absolute", "axes": mm(X=-200)})
+        moving = [await client.event() for _ in range(20)]
+    assert {it["subject"] for it in (*values, *moving)} == {UNIT}
+    assert values[0]["data"]["coordinates"] == "user"
+    assert values[0]["data"]["axes"]["X"]["unit"] == "mm"
+    assert len({it["data"]["axes"]["X"]["value"] for it in moving}) > 3
+    assert not cell.rig.heard("UNT 2")
+
+
+@in_cell()
+async def test_a_robots_first_inputs_and_outputs_are_watched(cell: Cell) -> None:
+    async with socket(cell, "/events?bodies=r1&sample=10&types=io") as client:
+        await client.message()
+        value = await client.event()
+    assert value["subject"] == "/robots/r1"
+    assert [(it["channel"], it["number"]) for it in value["data"]["inputs"]] == [(1, bit) for bit in range(8)]

@@ -40,6 +40,8 @@ class FakeGateway:
         status, answer = waiting.pop(0) if len(waiting) > 1 else waiting[0]
         if isinstance(answer, Exception):
             raise answer
+        if isinstance(answer, str):
+            return httpx.Response(status, text=answer)
         return httpx.Response(status, json=answer)
 
     @property
@@ -71,7 +73,7 @@ def stopped(*states: str) -> dict[str, Any]:
 
 
 def plant(**names: str) -> dict[str, list[Answer]]:
-    """The lists of a gateway with robot r1, of units 1 and 2, and bodies a.3F and a.02, by their names."""
+    """The lists of a gateway with robot r1, of units 1 and 2, SCARA wafer, bodies a.3F and a.02, by names."""
     axes = [{"name": name, "unit": "mm"} for name in "XY"] + [{"name": "@", "unit": "degree"}]
     units = [{"number": number, "axes": axes} for number in (1, 2)]
     return {
@@ -83,5 +85,6 @@ def plant(**names: str) -> dict[str, list[Answer]]:
             )
         ],
         "/groups": [(200, {"groups": [{"group_id": "a.80", "name": names.get("g80", "")}]})],
+        "/scaras": [(200, {"scaras": [{"scara_id": "wafer", "name": names.get("wafer", "")}]})],
         "/robots/r1/units/1": [(200, {"axes": axes})],
     }

@@ -1,10 +1,11 @@
 """What `send` and `move` make of the gateway's answers: what is sent, and the exit code a script gets."""
 
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
 from app import exits, moving
+from gateway.rorze.scaras.record import ScaraMoveKind
 from tests.app.fake_gateway import FakeGateway, always, move, plant, stopped
 
 
@@ -192,6 +193,8 @@ def test_what_is_no_command_is_not_sent(
         ),
         (("80", "home"), "/groups/80/moves", {"kind": "home"}),
         (("r1/units/1", "home"), "/robots/r1/units/1/moves", {"kind": "home"}),
+        (("3F", "position", "5"), "/bodies/3F/moves", {"kind": "position", "position": 5}),
+        (("r1/units/1", "position", "5"), "/robots/r1/units/1/moves", {"kind": "position", "position": 5}),
         (
             ("r1/units/1", "relative", "x=10", "@=-5.5"),
             "/robots/r1/units/1/moves",
@@ -205,12 +208,37 @@ def test_what_is_no_command_is_not_sent(
             "/robots/r1/units/1/moves",
             {"kind": "absolute", "axes": {"X": {"value": 3, "unit": "pulse"}}},
         ),
+        (
+            ("Wafer", "line", "X=0", "y=150.5", "--pattern", "3"),
+            "/scaras/wafer/moves",
+            {
+                "kind": "line",
+                "x": {"value": 0, "unit": "mm"},
+                "y": {"value": 150.5, "unit": "mm"},
+                "pattern": 3,
+            },
+        ),
+        (
+            ("hand", "rotate", "R=150000", "A=90", "--unit", "um"),
+            "/scaras/wafer/moves",
+            {
+                "kind": "rotate",
+                "radius": {"value": 150_000, "unit": "um"},
+                "angle": {"value": 90, "unit": "deg"},
+            },
+        ),
+        (
+            ("wafer", "extend", "10"),
+            "/scaras/wafer/moves",
+            {"kind": "extend", "distance": {"value": 10, "unit": "mm"}},
+        ),
+        (("wafer", "path", "3"), "/scaras/wafer/moves", {"kind": "path", "path": 3}),
     ],
 )
 def test_moves_in_few_words(
     words: tuple[str, ...], path: str, content: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    gateway = FakeGateway({**plant(b3F="arm"), path: [(202, move("moving"))]})
+    gateway = FakeGateway({**plant(b3F="arm", wafer="hand"), path: [(202, move("moving"))]})
     said = gateway.run(monkeypatch, "move", *words)
     assert said.exit_code == 0, said.output
     assert gateway.posted == [(path, content)]
@@ -226,6 +254,14 @@ def test_moves_in_few_words(
         (("3F", "relative", "nan"), "'nan' is no number"),
         (("3F", "relative", "5", "--wiat=3"), "takes one value"),
         (("3F", "home", "5"), "`home` takes no value"),
+        (("3F", "line", "X=1"), "Only SCARA robots have moves `line`"),
+        (("r1/units/1", "extend", "1"), "Only SCARA robots have moves `extend`"),
+        (("wafer", "home"), "A SCARA robot has no move `home`"),
+        (("wafer", "extend"), "`extend` takes one number"),
+        (("wafer", "line", "X=1", "X=2"), "'X=2' is none of X and Y"),
+        (("wafer", "rotate", "X=1"), "'X=1' is none of R and A"),
+        (("wafer", "line", "X=far"), "'far' is no number"),
+        (("3F", "position"), "`position` takes one number"),
         (("r1/units/1", "home", "5"), "`home` takes no value"),
         (("r1/units/1", "relative"), "takes an axis"),
         (("r1/units/1", "relative", "5"), "'5' is no axis"),
@@ -243,4 +279,4 @@ def test_what_is_no_move_is_not_sent(
 
 
 def test_the_kinds_of_moves_are_those_of_the_interface() -> None:
-    assert set(moving.MoveKind) == {"relative", "absolute", "home"}
+    assert set(moving.MoveKind) == {"relative", "absolute", "position", "home", *get_args(ScaraMoveKind)}

@@ -23,6 +23,14 @@ BODY = {
 }
 UNITS = [{"number": 1, "axes": [{"name": "X"}, {"name": "@"}]}]
 ROBOT = {"robot_id": "r1", "name": "", "online": True, "moving": None, "units": UNITS}
+SCARA = {
+    "scara_id": "wafer",
+    "name": "hand",
+    "online": True,
+    "moving": False,
+    "power_cycled": False,
+    "axes": [{"body_id": "a.02"}, {"body_id": "a.3F"}],
+}
 STATUS: dict[str, list[Answer]] = {
     "/lines": [
         (
@@ -31,6 +39,7 @@ STATUS: dict[str, list[Answer]] = {
         )
     ],
     "/bodies": [(200, {"bodies": [BODY, {**BODY, "body_id": "a.02", "name": "", "online": False}]})],
+    "/scaras": [(200, {"scaras": [SCARA]})],
     "/robots": [(200, {"robots": [{**ROBOT, "power_cycled": True, "error": {"code": "101"}}]})],
 }
 
@@ -45,6 +54,9 @@ def test_status_is_a_table(monkeypatch: pytest.MonkeyPatch) -> None:
         "BODY  NAME  STATE    POSITION  NOTE",
         "a.3F  arm   moving   -250",
         "a.02        offline  -250",
+        "",
+        "SCARA  NAME  STATE     AXES        NOTE",
+        "wafer  hand  standing  a.02, a.3F",
         "",
         "ROBOT  NAME  STATE      UNITS  NOTE",
         "r1           not known  1: X@  has lost its power; error 101",
@@ -160,6 +172,15 @@ def test_filters_take_names_and_the_beginning_a_cursor(monkeypatch: pytest.Monke
     assert stream.watch(monkeypatch, *words).exit_code == 0
     assert stream.queries == [{"types": "body.*", "bodies": "a.3F,02,r1/units/1"}]
     assert stream.resumed == ["e-7"]
+
+
+def test_live_values_are_lines_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = {"time": "2026-01-02T03:04:05Z", "type": "body.position", "subject": "/bodies/a.3F"}
+    told = {**known, "data": {"pulses": 500, "value": 0.5, "unit": "mm"}}
+    stream = FakeStream(f"id: e-8\nevent: body.position\ndata: {json.dumps(told)}\n\n")
+    said = stream.watch(monkeypatch, "--sample", "5", "--count", "1")
+    assert stream.queries == [{"sample": "5"}]
+    assert said.stdout.strip().endswith("pulses=500  value=0.5")
 
 
 @pytest.mark.parametrize(("beginning", "code"), [(httpx.ConnectError("refused"), 3), (403, 1), (422, 2)])

@@ -31,6 +31,9 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
             ],
         ),
         ("move-cost", ["move: processor time", "memory after moves"]),
+        ("live-values", [f"120 bodies watched: {what}" for what in ("a processor", "values")]),
+        ("key-cost", ["read with a checked key: processor"]),
+        ("tls-crowd", ["stop among 200 readers and 100 subscribers over TLS: p99"]),
     ],
 )
 def test_a_benchmark_runs_and_prints_its_figures(benchmark: str, names: list[str]) -> None:

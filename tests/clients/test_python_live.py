@@ -70,6 +70,14 @@ def test_its_stream_loses_the_connection_resumes_and_misses_nothing(gateway: Gat
     assert len([event for event in seen if event["type"] == LAST]) == 5
 
 
+def test_live_values_come_while_somebody_watches(gateway: Gateway) -> None:
+    values = gateway.events(bodies=["3F"], types=["body.position"], sample=20)
+    first, second = next(values), next(values)
+    assert (first["type"], first["subject"]) == (second["type"], second["subject"])
+    assert first["data"] == second["data"]
+    assert first["id"] != second["id"]
+
+
 def test_a_stream_that_breaks_before_its_first_event_misses_nothing(gateway: Gateway, cable: Cable) -> None:
     with Gateway(cable.url) as watching:
         events = watching.events(bodies=["00"], types=[LAST])

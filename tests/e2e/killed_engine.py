@@ -14,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from random import Random
 
+from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config, load
 from gateway.core.errors import GatewayError
 from gateway.core.journal.opening import open_journal
@@ -86,7 +87,8 @@ def main(config_file: str, folder: str, lives: str, seed: str) -> None:
     for life in range(1, int(lives) + 1):
         child = os.fork()
         if not child:
-            asyncio.run(live(config, data, life))
+            with asking(EVERYBODY):
+                asyncio.run(live(config, data, life))
             os._exit(0)
         time.sleep(dice.uniform(*LIVES_S))
         os.kill(child, signal.SIGKILL)

@@ -28,7 +28,8 @@ import yaml
 from typer.main import get_command
 
 from app.cli import app
-from tests.e2e.processes import PATIENCE_S, until
+from tests.certificates import write_certificate
+from tests.e2e.processes import PATIENCE_S, simulated_line, until
 
 ROOT = Path(__file__).parents[2]
 PACKAGING = ROOT / "packaging"
@@ -121,7 +122,7 @@ def served(process: "subprocess.Popen[str]") -> str:
     said = ""
     for line in process.stderr:
         said += line
-        if found := re.search(r"running on (http://\S+)", line):
+        if found := re.search(r"running on (https?://\S+)", line):
             return found[1]
     raise AssertionError(said)
 
@@ -431,3 +432,64 @@ def test_every_command_in_the_documents_is_one() -> None:
         assert used <= commands, used - commands
         for link in re.findall(r"\]\(([^)#:]+)\)", text):
             assert (ROOT / name).parent.joinpath(link).exists(), link
+
+
+def written(section: str) -> list[str]:
+    """The blocks of commands, or of configuration, in a section of the document, as they stand there."""
+    text = (ROOT / "docs" / "install.md").read_text("utf-8")
+    (content,) = re.findall(rf"(?ms)^## {re.escape(section)}\n(.*?)(?=^## |\Z)", text)
+    blocks = re.findall(r"(?m)(?:^ {4}.*\n)+", content)
+    return [re.sub(r"(?m)^ {4}", "", block) for block in blocks]
+
+
+def test_from_nothing_to_a_moving_motor_over_tls_by_the_words_of_the_document(
+    installed: Installed, tmp_path: Path
+) -> None:
+    """Only the place of the controller, the host, its port and the files of the certificate are others."""
+    (search,) = written("3. The configuration")
+    keep, begin = written("4. The first move")
+    _, server, elsewhere = written("6. From another machine")
+    with simulated_line(tmp_path, "3F") as line, socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        taken.close()
+        certificate, key = write_certificate(tmp_path, "first")
+        others = {
+            "/dev/serial/by-id/usb-FTDI_1234-if00-port0": line.place,
+            "/etc/motion-gateway/certificate.pem": str(certificate),
+            "/etc/motion-gateway/key.pem": str(key),
+            "gateway-host.example": "127.0.0.1",
+            "8420": str(port),
+        }
+
+        def here(text: str) -> str:
+            for word, other in others.items():
+                text = text.replace(word, other)
+            return text
+
+        environment = {
+            "PATH": f"{installed.folder / 'bin'}:{os.environ['PATH']}",
+            "SSL_CERT_FILE": str(certificate),
+        }
+
+        def shell(text: str) -> str:
+            return run("bash", "-euo", "pipefail", "-c", here(text), cwd=tmp_path, **environment)
+
+        assert "is in order" in shell(search)
+        file = tmp_path / "gateway.toml"
+        its_own = re.compile(r"^\[server\]\n.*?(?=^\[\[|^# An RC)", re.MULTILINE | re.DOTALL)
+        file.write_text(its_own.sub(here(f"{server}port = {port}\n"), file.read_text("utf-8")))
+        *before, serve = keep.splitlines()
+        shell("\n".join(before))
+        words = serve.split()[1:]
+        process = subprocess.Popen(  # noqa: S603
+            [installed.command, *words], cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True
+        )
+        try:
+            assert served(process) == f"https://0.0.0.0:{port}"
+            said = shell(f"{elsewhere}\n{begin}")
+            assert '"status": "succeeded"' in said
+            assert "line1.3F" in said
+            assert len(line.executed("1+M")) == 1
+        finally:
+            process.terminate()
+            process.communicate(timeout=PATIENCE_S)

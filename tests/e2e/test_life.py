@@ -157,7 +157,7 @@ def robot_stands(robot: SimulatedRobot) -> bool:
 # told to end
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_what_would_never_end_is_stopped_and_what_goes_on_is_named(
     cell: Cell, number: signal.Signals
 ) -> None:
@@ -226,6 +226,28 @@ def test_a_closed_terminal_leaves_no_motor_moving(cell: Cell) -> None:
         program.kill()
         program.wait()
     assert why_it_stopped(cell.line, "3F") != "done"
+
+
+def test_a_configuration_is_read_again_while_a_move_goes_on(cell: Cell) -> None:
+    with cell.gateway() as gateway:
+        running = gateway.moving("00", LONG)
+        text = cell.folder.joinpath("cell.toml").read_text("utf-8")
+        wrong = cell.folder / "cell.toml"
+        wrong.write_text(text.replace("reply_timeout_s = 0.2", "reply_timeot_s = 0.2"), "utf-8")
+        gateway.program.signal(signal.SIGHUP)
+        until(lambda: gateway.events("gateway.reload_failed"), "what is wrong is told")
+        assert "did you mean reply_timeout_s?" in gateway.program.words()
+        robot = text[text.rindex("[[lines]]") : text.rindex("robot = ")]
+        wrong.write_text(text.replace(robot, robot + "trace_entries = 7\n"), "utf-8")
+        gateway.program.signal(signal.SIGHUP)
+        (reloaded,) = until(lambda: gateway.events("gateway.reloaded"), "it is read again")
+        assert reloaded["data"]["lines"] == [
+            {"line_id": "cell1", "change": "changed", "keys": ["trace_entries"]}
+        ]
+        assert gateway.ended("00", running["id"])["status"] == "succeeded"
+        until(lambda: gateway.http.get("/lines/cell1").json()["state"] == "ready", "the robot is back")
+        assert gateway.end(END_S) == 0
+        assert "Traceback" not in gateway.program.words()
 
 
 def test_a_second_signal_is_not_waited_after_but_the_stop_is_written(cell: Cell) -> None:

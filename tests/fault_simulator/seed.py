@@ -15,6 +15,7 @@ from random import Random
 from typing import Any, Final, NamedTuple
 from unittest.mock import patch
 
+from gateway.access.principal import EVERYBODY, asking
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event
 from gateway.core.lanes import QUEUE_LIMIT, STOPS
@@ -296,20 +297,28 @@ class Seed:
         self.history.judge_write(written, has_intent=has_intent)
 
     def _watch_events(self, life: Life) -> None:
-        keep = life.plant.events.on_published
-
         def published(event: Event) -> None:
             if not life.killed.is_set():
                 self.history.judge_event(event, life.plant.events.epoch)
-            keep(event)
 
-        life.plant.events.on_published = published
+        life.plant.events.listeners.insert(0, published)
 
     @contextmanager
     def _watched(self) -> Iterator[None]:
         """See which frame each reply answers, and to which it is credited."""
         random_ids = Random(self._wanted)
         put_out, note, credit = Wire._put_out, RorzeSession.note_reply, FicsExchange.credit
+
+        take, clear, cable = Wire.take_output, Wire.clear, self.cable
+
+        def taken(wire: Wire) -> bytes:
+            cable.pieces += cable.coming
+            cable.coming.clear()
+            return take(wire)
+
+        def cleared(wire: Wire) -> None:
+            cable.coming.clear()
+            clear(wire)
 
         def noted(session: RorzeSession, exchange: Any, frame: Any, at: float) -> None:
             self._judge_credit(exchange, frame)
@@ -324,6 +333,8 @@ class Seed:
         with ExitStack() as stack:
             for owner, name, new in (
                 (Wire, "_put_out", self._pieces_of_output(put_out)),
+                (Wire, "take_output", taken),
+                (Wire, "clear", cleared),
                 (RorzeSession, "note_reply", noted),
                 (FicsExchange, "credit", credited),
                 (time, "time", self._wall_clock),
@@ -338,7 +349,7 @@ class Seed:
     def _pieces_of_output(self, put_out: Callable[..., None]) -> Callable[..., None]:
         def noted(wire: Wire, request: int | None, piece: bytes, now: float) -> None:
             put_out(wire, request, piece, now)
-            self.cable.pieces.append((request, len(piece)))
+            self.cable.coming.append((request, len(piece)))
 
         return noted
 
@@ -369,7 +380,8 @@ def run(seed: int, wanted: int = COMMANDS) -> Report:
     async def story() -> Report:
         return await Seed(seed, wanted).run()
 
-    return run_virtual(story())
+    with asking(EVERYBODY):
+        return run_virtual(story())
 
 
 if __name__ == "__main__":

@@ -165,7 +165,7 @@ def records_alone_tell_what_was_sent(patch: Patch) -> None:
 
 
 def a_restart_sends_again(patch: Patch) -> None:
-    def take_over(self: Moves, body: Body, move: Move, *, begun: bool) -> None:
+    def take_over(self: Moves, body: Body, move: Move, **how: Any) -> None:
         async def again() -> None:
             while body.line.state != "ready":  # noqa: ASYNC110  # no event
                 await asyncio.sleep(0.1)
@@ -173,7 +173,7 @@ def a_restart_sends_again(patch: Patch) -> None:
             with acting(Origin("client", move.request_id)), suppress(GatewayError):
                 await body.line.submit(body.number, command, Lane.COMMAND)
 
-        took(self, body, move, begun=begun)
+        took(self, body, move, **how)
         self._tasks[asyncio.create_task(again())] = asyncio.get_running_loop().create_future()
 
     took = Moves.take_over

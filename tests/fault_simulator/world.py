@@ -8,7 +8,6 @@ from random import Random
 from typing import NamedTuple
 
 from gateway.config import Config
-from gateway.core.events import Event
 from gateway.core.journal.beginning import begin
 from gateway.core.journal.opening import Opened
 from gateway.core.origin import ORIGIN
@@ -43,7 +42,9 @@ class Cable(SimulatedCable):
         self.frame: dict[int, Written] = {}
         """By the running number that the machine gives each frame."""
         self.pieces: deque[tuple[int | None, int]] = deque()
-        """Of the output: which frame each piece answers, and its length."""
+        """Of what is delivered: which frame each piece answers, and its length."""
+        self.coming: list[tuple[int | None, int]] = []
+        """The same, of what the machine has not handed over yet, and loses with its power."""
         self.answering: int | None = None
         """Which frame is answered by what is being delivered."""
         self.tx_free_at = 0.0
@@ -139,13 +140,7 @@ class Life:
             rng=dice,
             journal=Opened(self.journal, begin(self.disk)),
         )
-        keep = self.plant.events.on_published
-
-        def published(event: Event) -> None:
-            keep(event)
-            self.moment(event.type)
-
-        self.plant.events.on_published = published
+        self.plant.events.listeners.append(lambda event: self.moment(event.type))
 
     def _seen(self, moment: str, look: Callable[[], float]) -> Callable[[], float]:
         def seen() -> float:

@@ -97,6 +97,15 @@ def test_a_configuration_cannot_be_changed() -> None:
         config.server.port = 1  # type: ignore[misc]  # what the test forbids
 
 
+def test_inputs_and_outputs_have_names() -> None:
+    named = 'name = "旋回"\ninputs = { 0 = "door", 9 = "index" }\noutputs = { 15 = "lamp" }'
+    body = lines_of_bodies(changed('name = "旋回"', named))[0].bodies[1]
+    assert (body.input_names, body.output_names) == ({0: "door", 9: "index"}, {15: "lamp"})
+    absent = 'name = "旋回"\ninputs = { 10 = "door" }'
+    said = complaint(changed('name = "旋回"', absent))
+    assert said == "gateway.toml:17: lines[0].bodies[1].inputs.10: must be from 0 to 9, not '10'"
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -115,8 +124,8 @@ def test_a_configuration_cannot_be_changed() -> None:
         (
             'name = "旋回"',
             "zzz = 1",
-            "16: lines[0].bodies[1].zzz: unknown key; known are id, name, units, position_tolerance, "
-            "in_position, power_comment, needs_origin",
+            "16: lines[0].bodies[1].zzz: unknown key; known are id, name, units, inputs, outputs, "
+            "position_tolerance, in_position, power_comment, events, needs_origin",
         ),
     ],
 )

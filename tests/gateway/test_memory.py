@@ -6,15 +6,16 @@ from typing import Any
 
 import pytest
 
-from gateway.core.errors import NotSent
+from gateway.core.errors import NotFound, NotSent
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.move_record import Move, MoveStatus
 from gateway.fics.move_record import RobotMove
+from gateway.rorze.jogs import BodyJogRequest
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveAbsolute
 from protocols.fics.row import FicsCommand
 from protocols.rorze.moves import MoveClockwise, MoveTo
-from protocols.rorze.speeds import SetMaximumSpeed
+from protocols.rorze.speeds import SetMaximumSpeed, SetStartSpeed
 from tests.plants import in_virtual_time
 from tests.tested_plant import TestedPlant
 from tests.world import DISK_S, World
@@ -181,6 +182,23 @@ async def test_a_move_without_an_end_is_stopped(world: World, monkeypatch: pytes
         end = await over(plant, move.id)
         assert (end.status, end.end_cause) == (MoveStatus.STOPPED, "stop_command")
     assert len(world.sent("1+M")) == 1
+
+
+@in_virtual_time
+async def test_a_jog_is_stopped(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    async with world.gateway() as plant:
+        await ready(plant)
+        await plant.body("3F").ask(SetStartSpeed(speed=1_000))
+        jog = await plant.rorze.jogs.start(plant.body("3F"), BodyJogRequest(direction="cw"))
+        world.crash()
+        monkeypatch.setattr(plant.rorze, "end_motion", _leave_all)  # killed, it would end nothing
+    async with world.gateway() as plant:
+        end = await over(plant, jog.id)
+        assert (end.kind, end.status) == ("jog", MoveStatus.UNKNOWN)  # it stood when it was first asked
+        assert len(world.sent("5SS")) == 1
+        assert not (await plant.body("3F").look()).runs
+        with pytest.raises(NotFound):
+            plant.rorze.jogs.heartbeat(plant.body("3F"), jog.id)
 
 
 @in_virtual_time

@@ -7,10 +7,11 @@ import pytest
 
 from gateway.core.errors import GatewayError, ShuttingDown
 from gateway.core.family import ENDS_ITSELF, NOT_OURS
+from gateway.core.jogs import JogOver
 from gateway.core.move_record import MoveStatus
 from gateway.core.silence import OUT_OF_REACH_S
 from gateway.core.stops import UNCONFIRMED
-from gateway.fics.errors import JogOver, UploadBrokenOff
+from gateway.fics.errors import UploadBrokenOff
 from gateway.wind_down import HURRY_S, WIND_DOWN_S
 from protocols.fics.homing import HomeRobot
 from protocols.fics.macros import RunMacro

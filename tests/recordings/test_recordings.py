@@ -49,7 +49,8 @@ async def record_bodies(faults: Sequence[Switch] = ()) -> Recording:
 
 async def record_robot(mode: int, faults: Sequence[Switch] = ()) -> Recording:
     """Play the script for a robot of two units at 19200 baud."""
-    async with fics_rig(units=2, mode=mode, baud=19200, seed=SEED) as running:
+    unseen = "move_samples_per_s = 0"
+    async with fics_rig(units=2, mode=mode, baud=19200, seed=SEED, options=unseen) as running:
         for fault in faults:
             running.machine.faults.set(fault)
         return await _play(running.plant, running.cable, ROBOT)

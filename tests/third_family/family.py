@@ -12,7 +12,8 @@ from gateway.core.events import EventHub
 from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog, new_id
-from gateway.core.move_record import MoveError, MoveRecord, MoveStatus
+from gateway.core.move_record import START_WITHIN_S, MoveError, MoveRecord, MoveStatus
+from gateway.core.parts import Part
 from gateway.core.records import Record
 from gateway.core.stops import CONFIRM_WITHIN_S, StopMode, Stopping, StopState
 from gateway.core.targets import Answer, Begun, Opened, Stopped, Target, stopped
@@ -68,7 +69,7 @@ class Toy(Target):
         reply = await self.line.ask(command, lane)
         return Answer((reply,), asyncio.get_running_loop().time())
 
-    async def start(self, command: Any) -> Begun | Opened:
+    async def start(self, command: Any, start_within_s: float = START_WITHIN_S) -> Begun | Opened:
         if self.move is not None:
             raise BodyBusy(f"{self.address} still has the move {self.move.id}; nothing was sent.")
         now = datetime.now(UTC)
@@ -203,6 +204,10 @@ class Toys(Family):
     def _on_change(self, line: ToyLine, what: str, facts: dict[str, object]) -> None:
         self.site.events.publish(what, f"/lines/{line.id}", facts)
 
+    async def remove(self, line: ToyLine) -> None:
+        await line.close()
+        self.toys = {name: toy for name, toy in self.toys.items() if toy.line is not line}
+
     def target(self, collection: str, names: Sequence[str]) -> Target:
         if names[0] not in self.toys or len(names) > 1:
             raise NotFound(f"There is no toy {'/'.join(names)}; nothing was sent.")
@@ -222,7 +227,9 @@ class Toys(Family):
         (toy,) = self.toys.values()
         return stopped("toys", toy.begin_stop(mode))
 
-    def end_motion(self, *, everything: bool) -> Sequence["asyncio.Task[Any]"]:
+    def end_motion(
+        self, *, everything: bool, within: Sequence[Part] | None = None
+    ) -> Sequence["asyncio.Task[Any]"]:
         return ()
 
     async def at_rest(self) -> None:

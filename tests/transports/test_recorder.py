@@ -141,3 +141,17 @@ async def test_bytes_that_the_port_refuses_are_not_recorded_as_sent() -> None:
     with pytest.raises(TransportLost):
         Recorded(LoopBack("loop"), recorder).write(b"&3F1+M\r")
     assert story(recorder) == []
+
+
+def test_records_are_followed_by_their_number() -> None:
+    recorder = Recorder(capacity=3)
+    assert recorder.after(0) == (1, [])
+    for data in (b"1", b"2"):
+        recorder.record("rx", data)
+    first, records = recorder.after(1)
+    assert (first, [it[3] for it in records]) == (2, [b"2"])
+    for data in (b"3", b"4", b"5"):
+        recorder.record("rx", data)
+    first, records = recorder.after(1)
+    assert (recorder.recorded, first, [it[3] for it in records]) == (5, 3, [b"3", b"4", b"5"])
+    assert recorder.after(5) == (6, [])

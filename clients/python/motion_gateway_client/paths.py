@@ -8,7 +8,7 @@ _BODY: Final = re.compile(r"(?:.*\.)?([0-9][0-9A-Fa-f])")
 FIRST_GROUP: Final = 0x80
 
 
-def filled(path: str, **values: object) -> str:
+def filled(path: str, /, **values: object) -> str:
     """Put values into a path's braces."""
     return path.format_map({name: quote(str(value), safe="") for name, value in values.items()})
 

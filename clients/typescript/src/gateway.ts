@@ -54,6 +54,8 @@ export interface EventOptions {
   bodies?: readonly string[];
   /** Such as `body.move.*`. */
   types?: readonly string[];
+  /** Live values too, such as `body.position`: each so many times a second at most. */
+  sample?: number;
   /** A cursor; left out, what happens from now on. */
   after?: string;
   /** Ends the stream. */
@@ -208,6 +210,7 @@ export class Gateway {
     const query = new URLSearchParams();
     if (options.bodies) query.set("bodies", options.bodies.join(","));
     if (options.types) query.set("types", options.types.join(","));
+    if (options.sample) query.set("sample", String(options.sample));
     if (cursor) query.set("after", cursor);
     const ending = new AbortController();
     const end = (): void => ending.abort();

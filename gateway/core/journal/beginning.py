@@ -52,9 +52,13 @@ class Beginning(NamedTuple):
     open_intents: Sequence[OpenIntent]
     begun: frozenset[str] = frozenset()
     """The moves that are not over, of which a command may have been written."""
+    alarms: Sequence[str] = ()
+    """The newest records of alarms, as JSON, those that stand among them, in their order."""
 
 
-def begin(disk: Disk, most_events: int = 100_000, most_moves: int = 1000) -> Beginning:
+def begin(
+    disk: Disk, most_events: int = 100_000, most_moves: int = 1000, most_alarms: int = 1000
+) -> Beginning:
     """Read what the last life has left, and note that this one has begun.
 
     :raises DiskFull, DiskFailed: that could not be noted.
@@ -77,6 +81,7 @@ def begin(disk: Disk, most_events: int = 100_000, most_moves: int = 1000) -> Beg
         events=_events(disk, int(last), most_events),
         open_intents=_open_intents(disk),
         begun=frozenset(_begun(disk)),
+        alarms=_alarms(disk, most_alarms),
     )
     facts = {
         "epoch": found.epoch,
@@ -96,6 +101,12 @@ def anew() -> Beginning:
 def _moves(disk: Disk, most: int) -> list[str]:
     newest = "SELECT id FROM moves WHERE final = 1 ORDER BY id DESC LIMIT ?"
     sql = f"SELECT record FROM moves WHERE final = 0 OR id IN ({newest}) ORDER BY id"  # noqa: S608  # no input
+    return [record for (record,) in disk.rows(sql, (most,))]
+
+
+def _alarms(disk: Disk, most: int) -> list[str]:
+    newest = "SELECT id FROM alarms WHERE reset_at IS NOT NULL ORDER BY id DESC LIMIT ?"
+    sql = f"SELECT record FROM alarms WHERE reset_at IS NULL OR id IN ({newest}) ORDER BY id"  # noqa: S608  # no input
     return [record for (record,) in disk.rows(sql, (most,))]
 
 

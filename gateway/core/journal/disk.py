@@ -6,7 +6,7 @@ import os
 import sqlite3
 import time
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -32,7 +32,7 @@ class InUse(OSError):
 
 
 class Disk(Protocol):
-    """Where a journal is kept. All methods but `close` are called from one thread."""
+    """Where a journal is kept. All methods but `close` and `read_apart` are called from one thread."""
 
     def commit(self, writes: Sequence[Write], *, durable: bool) -> None:
         """Write all or nothing; `durable` when the power may be cut after this returns.
@@ -43,6 +43,9 @@ class Disk(Protocol):
 
     def rows(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
         """Read rows."""
+
+    def read_apart(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
+        """Read rows beside the writer, from any thread: that may take long."""
 
     def check(self) -> None:
         """See that the file is still there.
@@ -125,6 +128,12 @@ class SqliteDisk:
     def rows(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
         """Read rows."""
         return self._connection.execute(sql, values).fetchall()
+
+    def read_apart(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
+        """Read rows by a connection of their own, which waits for no writer and keeps none waiting."""
+        uri = f"{self.path.absolute().as_uri()}?mode=ro"
+        with closing(sqlite3.connect(uri, uri=True, timeout=1.0)) as connection:
+            return connection.execute(sql, values).fetchall()
 
     def check(self) -> None:
         """See that the file is still the one that was opened."""

@@ -95,6 +95,10 @@ class Journal:
             await asyncio.to_thread(self._thread.join)
         self.disk.close()
 
+    def waiting(self) -> int:
+        """How many entries wait to be written."""
+        return self._waiting.qsize()
+
     def require(self) -> None:
         """Make sure that what has an effect can be written down.
 

@@ -37,6 +37,10 @@ class NoDisk:
         """Nothing is there."""
         return []
 
+    def read_apart(self, _sql: str, _values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
+        """Nothing is there."""
+        return []
+
     def check(self) -> None:
         """Refuse."""
         raise DiskFailed(self._why)

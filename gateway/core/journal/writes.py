@@ -61,6 +61,23 @@ def event(number: int, at: float, type_: str, subject: str, text: str) -> Write:
     return Write("INSERT OR REPLACE INTO events VALUES (?, ?, ?, ?, ?)", (number, at, type_, subject, text))
 
 
+def alarm(
+    alarm_id: str,
+    at: float,
+    target: str,
+    cause: str,
+    record: str,
+    *,
+    reset_at: float | None = None,
+    reset_by: str | None = None,
+) -> Write:
+    """An alarm, as it is now."""
+    return Write(
+        "INSERT OR REPLACE INTO alarms VALUES (?, ?, ?, ?, ?, ?, ?)",
+        (alarm_id, at, target, cause, reset_at, reset_by, record),
+    )
+
+
 def key_used(scope: str, key: str, digest: str, at: float) -> Write:
     """The first request with an idempotency key has begun."""
     sql = "INSERT OR REPLACE INTO keys (scope, key, digest, at) VALUES (?, ?, ?, ?)"

@@ -4,13 +4,8 @@ A controller calculates from the positions that HPS has told it, and then turns 
 wherever that really stands: stale positions lead the arm elsewhere.
 """
 
-from cmath import phase, rect
-from collections.abc import Callable
-from math import cos, pi, radians
-
 from protocols.rorze.interpolation import (
     MoveToExtensionStart,
-    PathPoint,
     Preparation,
     PrepareArmExtension,
     PrepareArmRetraction,
@@ -21,9 +16,9 @@ from protocols.rorze.interpolation import (
     StartInterpolation,
     TurnFinger,
 )
-from protocols.rorze.path import CLOSE_UM, Arc, Corner, Path, PathFault, rounded
 from protocols.rorze.profile import Profile, plan
-from protocols.rorze.scara import TURN, Pose, Robot, ThreeAxes, within_half_turn
+from protocols.rorze.scara import TURN, Pose, Robot
+from protocols.rorze.ways import Turns, Way, about, along, by, end_of, finger_turns, out, turns_towards
 from simulator.rorze.actions import Refused, acts_out
 from simulator.rorze.acts.interpolation import (
     BAD_INTERPOLATION,
@@ -40,11 +35,6 @@ from simulator.rorze.course import Course, Prepared, Track
 from simulator.rorze.motion import Direction
 from simulator.rorze.motor import Leg, PathLeg, Pause, Task
 from simulator.rorze.world import CCW, CW
-
-FINGER_AXIS = 2
-
-Way = Callable[[Robot, Pose], Path]
-"""A path, for a robot in a pose."""
 
 
 def _start(axis: Rc420, now: float) -> tuple[Robot, Pose]:
@@ -87,114 +77,35 @@ def _prepare(axis: Rc420, command: Preparation, way: Way, now: float) -> None:
     axis.prepared = prepared
 
 
-def _here(robot: Robot, pose: Pose) -> complex:
-    return rect(robot.lead(pose), pose.heading)
-
-
-def _by(distance: complex) -> Way:
-    """Straight on."""
-
-    def way(robot: Robot, pose: Pose) -> Path:
-        here = _here(robot, pose)
-        return Path(robot, pose, rounded(here, [Corner(here + distance)]))
-
-    return way
-
-
-def _out(distance: int) -> Way:
-    """Along the line of the arm, so that the finger goes ahead; through the origin if need be.
-
-    Where the finger does not lie on that line, which way extends the arm is an assumption.
-    """
-
-    def way(robot: Robot, pose: Pose) -> Path:
-        ahead = 1 if cos(pose.finger - pose.heading) >= 0 else -1
-        lead = robot.lead(pose)
-        end = lead + ahead * distance
-        through = [Corner(0j)] if lead * end < 0 else []
-        return Path(robot, pose, rounded(_here(robot, pose), [*through, Corner(rect(end, pose.heading))]))
-
-    return way
-
-
 @acts_out(PrepareMoveAlongX)
 def prepare_move_along_x(axis: Rc420, command: PrepareMoveAlongX, now: float) -> None:
-    _prepare(axis, command, _by(measured(axis, command.distance)), now)
+    _prepare(axis, command, by(measured(axis, command.distance)), now)
 
 
 @acts_out(PrepareMoveAlongY)
 def prepare_move_along_y(axis: Rc420, command: PrepareMoveAlongY, now: float) -> None:
-    _prepare(axis, command, _by(1j * measured(axis, command.distance)), now)
+    _prepare(axis, command, by(1j * measured(axis, command.distance)), now)
 
 
 @acts_out(PrepareArmExtension)
 def prepare_arm_extension(axis: Rc420, command: PrepareArmExtension, now: float) -> None:
-    _prepare(axis, command, _out(measured(axis, command.distance)), now)
+    _prepare(axis, command, out(measured(axis, command.distance)), now)
 
 
 @acts_out(PrepareArmRetraction)
 def prepare_arm_retraction(axis: Rc420, command: PrepareArmRetraction, now: float) -> None:
-    _prepare(axis, command, _out(-measured(axis, command.distance)), now)
+    _prepare(axis, command, out(-measured(axis, command.distance)), now)
 
 
 @acts_out(PreparePath)
 def prepare_path(axis: Rc420, command: PreparePath, now: float) -> None:
-    def way(robot: Robot, pose: Pose) -> Path:
-        corners: list[Corner] = []
-        for point in _points(axis, command.path):
-            heading = phase(corners[-1].at) if corners else pose.heading
-            corners.append(_corner(robot, point, heading, pose.finger))
-        return Path(robot, pose, rounded(_here(robot, pose), corners))
-
-    _prepare(axis, command, way, now)
-
-
-def _points(axis: Rc420, path: int) -> list[PathPoint]:
-    """The points of a path; one that is missing between others makes it unfit, an assumption."""
-    points = axis.paths.get(path, {})
-    if set(points) != set(range(len(points))):
-        raise PathFault("A point is missing.")
-    return [points[number] for number in range(len(points))]
-
-
-def _corner(robot: Robot, point: PathPoint, heading: float, finger: float) -> Corner:
-    """The corner at a point, which must be within reach though the path may cut it."""
-    end = _end(point)
-    if end is None:
-        return Corner(rect(robot.ahead, heading))
-    at = robot.guide(end, finger)
-    robot.angles(Pose(abs(at) - robot.ahead, heading, finger))
-    return Corner(at, point.radius or 0)
-
-
-def _end(point: PathPoint) -> complex | None:
-    """Where the finger ends there; None where the wrist is to be over the origin."""
-    return None if point.x is None or point.y is None else complex(point.x, point.y)
+    _prepare(axis, command, along(axis.paths.get(command.path, {})), now)
 
 
 @acts_out(PrepareFingerRotation)
 def prepare_finger_rotation(axis: Rc420, command: PrepareFingerRotation, now: float) -> None:
-    """The shorter way round, at the speed of wrist or finger's end, what is farther out: assumptions."""
     radius, angle = measured(axis, command.radius), measured(axis, command.angle)
-
-    def way(robot: Robot, pose: Pose) -> Path:
-        turn = _finger_turn(robot, pose, angle)
-        arm = rect(-radius, pose.finger)
-        length = max(abs(radius), abs(robot.finger - radius)) * abs(turn)
-        arc = Arc(_here(robot, pose) - arm, arm, turn, length)
-        return Path(robot, pose, [arc] if length > CLOSE_UM else [], turn)
-
-    _prepare(axis, command, way, now)
-
-
-def _finger_turn(robot: Robot, pose: Pose, angle: int) -> float:
-    """By how much the finger has to turn, the shorter way.
-
-    :raises Refused: 64 where it has no axis of its own.
-    """
-    if not isinstance(robot, ThreeAxes):
-        raise Refused(BAD_INTERPOLATION)
-    return within_half_turn(radians(angle / 1000) - pose.finger)
+    _prepare(axis, command, about(radius, angle), now)
 
 
 # Moves
@@ -225,8 +136,8 @@ def turn_finger(axis: Rc420, command: TurnFinger, now: float) -> None:
     """The shorter way round, an assumption."""
     with refusing():
         robot, pose = _start(axis, now)
-    turn = -_finger_turn(robot, pose, measured(axis, command.angle))
-    _turn(axis, command, {FINGER_AXIS: turn}, now)
+        turns = finger_turns(robot, pose, measured(axis, command.angle))
+    _turn(axis, command, turns, now)
 
 
 @acts_out(MoveToExtensionStart)
@@ -234,29 +145,20 @@ def move_to_extension_start(axis: Rc420, command: MoveToExtensionStart, now: flo
     """Base and finger make a quarter turn at most; with belts, the base turns the finger to the target."""
     with refusing():
         robot, pose = _start(axis, now)
-        target = _target(axis, command)
-        line = phase(target)
-        robot.angles(Pose(abs(target) - robot.finger, line, line))
-    around = within_half_turn(line - pose.heading, pi if isinstance(robot, ThreeAxes) else TURN)
-    finger = within_half_turn(pose.finger + around - line, pi)
-    _turn(axis, command, {0: around, FINGER_AXIS: finger}, now)
+        turns = turns_towards(robot, pose, _target(axis, command))
+    _turn(axis, command, turns, now)
 
 
-def _target(axis: Rc420, command: MoveToExtensionStart) -> complex:
+def _target(axis: Rc420, command: MoveToExtensionStart) -> complex | None:
     """Where the finger is to end after the extension."""
     if command.path is not None:
-        points = _points(axis, command.path)
-        target = _end(points[-1]) if points else None
-    elif command.x is not None and command.y is not None:
-        target = complex(measured(axis, command.x), measured(axis, command.y))
-    if target is None or abs(target) < CLOSE_UM:
-        raise PathFault("The target gives no direction.")
-    return target
+        return end_of(axis.paths.get(command.path, {}))
+    if command.x is None or command.y is None:
+        return None
+    return complex(measured(axis, command.x), measured(axis, command.y))
 
 
-def _turn(
-    axis: Rc420, command: TurnFinger | MoveToExtensionStart, turns: dict[int, float], now: float
-) -> None:
+def _turn(axis: Rc420, command: TurnFinger | MoveToExtensionStart, turns: Turns, now: float) -> None:
     """Turn this controller's axis, at a speed in pps; one that has nothing to turn is done at once.
 
     That each axis goes by its own clock is an assumption.

@@ -119,3 +119,25 @@ async def test_a_refusal_is_logged_without_the_key(stand: Stand, keys: Keys) -> 
     assert access._refused == 0
     await stand.get("/bodies", authorization="Bearer mg_0_secret", host=HOST)
     assert access._refused == 1
+
+
+@guarded({"lease_mode": "required", "requests_per_key": 1})
+async def test_refusals_are_told_in_japanese_to_who_asks_so(stand: Stand, keys: Keys) -> None:
+    move, ja = "/bodies/arm.3F/moves", {"accept-language": "ja"}
+    operator = keys.header("operator")
+    asked = [
+        (401, stand.post(move, RELATIVE, **ja)),
+        (401, stand.post(move, RELATIVE, authorization="Bearer mg_0_0", **ja)),
+        (401, stand.post(move, RELATIVE, authorization="Basic x", **ja)),
+        (403, stand.post(move, RELATIVE, **keys.header("viewer"), **ja)),
+        (403, stand.post(move, RELATIVE, **keys.header("operator", "leg"), **ja)),
+        (403, stand.get("/metrics", **keys.header("viewer", "arm"), **ja)),
+        (409, stand.post(move, RELATIVE, **operator, **ja)),
+        (409, stand.post(move, RELATIVE, **operator, **ja, **{"lease-token": "7"})),
+    ]
+    for status, answering in asked:
+        answer = await answering
+        assert answer.status_code == status
+        assert answer.headers["content-language"] == "ja"
+        assert "送信していません" in answer.json()["detail"]
+        assert answer.json()["title"].endswith(("です", "ません"))

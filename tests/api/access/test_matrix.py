@@ -45,6 +45,29 @@ POST      /bodies/{body_id}/power-cycle/acknowledge      operate  body
 POST      /bodies/{body_id}/moves                        operate  body
 GET       /bodies/{body_id}/moves                        view     body
 GET       /bodies/{body_id}/moves/{move_id}              view     body
+POST      /bodies/{body_id}/jogs                         operate  body
+POST      /bodies/{body_id}/jogs/{jog_id}/heartbeat      operate  body
+POST      /bodies/{body_id}/jogs/{jog_id}/stop           stop     body
+POST      /bodies/{body_id}/moves/{move_id}/speed        operate  body
+GET       /bodies/{body_id}/positions                    view     body
+PUT       /bodies/{body_id}/positions                    setup    body
+PUT       /bodies/{body_id}/positions/{number}/name      setup    body
+GET       /bodies/{body_id}/positions.csv                view     body
+PUT       /bodies/{body_id}/positions.csv                setup    body
+GET       /bodies/{body_id}/inputs                       view     body
+GET       /bodies/{body_id}/outputs                      view     body
+PUT       /bodies/{body_id}/outputs/{output}             operate  body
+POST      /bodies/{body_id}/outputs/{output}/pulses      operate  body
+GET       /bodies/{body_id}/sensors                      view     body
+GET       /bodies/{body_id}/error-outputs                view     body
+PUT       /bodies/{body_id}/error-outputs/{cause}        setup    body
+POST      /bodies/{body_id}/error-outputs/reset          operate  body
+GET       /bodies/{body_id}/captures                     view     body
+GET       /bodies/{body_id}/captures/{port}              view     body
+PUT       /bodies/{body_id}/captures/{port}              operate  body
+DELETE    /bodies/{body_id}/captures/{port}              operate  body
+GET       /bodies/{body_id}/moves/{move_id}/samples      view     body
+GET       /bodies/{body_id}/moves/{move_id}/samples.csv  view     body
 POST      /bodies/{body_id}/raw                          setup    body
 POST      /bodies/{body_id}/stop                         stop     body
 GET       /bodies/{body_id}/program                      view     body
@@ -72,17 +95,45 @@ GET       /bodies/{body_id}/patterns/{n}                 view     body
 PUT       /bodies/{body_id}/patterns/{n}                 setup    body
 PATCH     /bodies/{body_id}/patterns/{n}                 setup    body
 GET       /bodies/{body_id}/patterns/{n}/curve           view     body
+GET       /bodies/{body_id}/backup                       view     body
+POST      /bodies/{body_id}/restores                     setup    body
+GET       /bodies/{body_id}/restores/{restore_id}        view     body
+DELETE    /bodies/{body_id}/restores/current             setup    body
+GET       /lines/{line_id}/backup                        view     line
+POST      /lines/{line_id}/restores                      setup    line
+GET       /lines/{line_id}/restores/{restore_id}         view     line
+DELETE    /lines/{line_id}/restores/current              setup    line
 POST      /stop                                          stop     plant
+GET       /alarms                                        view     any
+GET       /alarms/{alarm_id}                             view     any
+POST      /alarms/{alarm_id}/reset                       operate  any
+GET       /audit                                         view     any
 GET       /groups                                        view     any
 GET       /groups/{group_id}                             view     group
 PUT       /groups/{group_id}                             setup    group
 POST      /groups/{group_id}/moves                       operate  group
 POST      /groups/{group_id}/stop                        stop     group
+GET       /scaras                                        view     any
+GET       /scaras/{scara_id}                             view     scara
+GET       /scaras/{scara_id}/coordinates                 view     scara
+POST      /scaras/{scara_id}/kinematics/forward          view     scara
+POST      /scaras/{scara_id}/kinematics/inverse          view     scara
+GET       /scaras/{scara_id}/geometry                    view     scara
+POST      /scaras/{scara_id}/geometry/apply              setup    scara
+GET       /scaras/{scara_id}/paths/{path}                view     scara
+PUT       /scaras/{scara_id}/paths/{path}                setup    scara
+POST      /scaras/{scara_id}/moves                       operate  scara
+GET       /scaras/{scara_id}/moves                       view     scara
+GET       /scaras/{scara_id}/moves/{move_id}             view     scara
+POST      /scaras/{scara_id}/stop                        stop     scara
 GET       /lines                                         view     any
+POST      /lines                                         admin    plant
+POST      /lines/{line_id}/bodies                        admin    line
 GET       /lines/{line_id}                               view     line
 POST      /lines/{line_id}/scans                         setup    line
 GET       /lines/{line_id}/scans/{scan_id}               view     line
 GET       /lines/{line_id}/trace                         view     line
+GET       /lines/{line_id}/trace/stream                  view     line
 GET       /lines/{line_id}/positions                     view     line
 GET       /lines/{line_id}/statuses                      view     line
 GET       /robots                                        view     any
@@ -101,6 +152,9 @@ POST      /robots/{robot_id}/units/{unit}/stop           stop     robot
 POST      /robots/{robot_id}/units/{unit}/moves          operate  robot
 GET       /robots/{robot_id}/units/{unit}/moves          view     robot
 GET       /robots/{robot_id}/units/{unit}/moves/{move_id} view    robot
+GET       /robots/{robot_id}/macros                      view     robot
+GET       /robots/{robot_id}/units/{unit}/moves/{move_id}/samples view robot
+GET       /robots/{robot_id}/units/{unit}/moves/{move_id}/samples.csv view robot
 POST      /robots/{robot_id}/macros/{name}/runs          operate  robot
 POST      /robots/{robot_id}/jogs                        operate  robot
 POST      /robots/{robot_id}/jogs/{jog_id}/heartbeat     operate  robot
@@ -116,13 +170,23 @@ GET       /robots/{robot_id}/outputs                     view     robot
 PUT       /robots/{robot_id}/outputs/{channel}/{bit}     operate  robot
 GET       /robots/{robot_id}/variables                   view     robot
 PUT       /robots/{robot_id}/variables/{number}          operate  robot
+GET       /robots/{robot_id}/backup                      view     robot
+POST      /robots/{robot_id}/restores                    setup    robot
+GET       /robots/{robot_id}/restores/{restore_id}       view     robot
+DELETE    /robots/{robot_id}/restores/current            setup    robot
 GET       /events                                        view     events
 GET       /events/stream                                 view     events
 WEBSOCKET /events                                        view     events
 GET       /commands                                      view     any
 GET       /metrics                                       view     plant
+GET       /leases                                        view     any
+POST      /leases                                        operate  any
+GET       /leases/{lease_id}                             view     any
+POST      /leases/{lease_id}/renew                       operate  any
+DELETE    /leases/{lease_id}                             operate  any
 POST      /tickets                                       view     any
 GET       /system/posture                                view     any
+POST      /system/reload                                 admin    plant
 GET       /livez                                         open     any
 GET       /readyz                                        open     any
 GET       /version                                       open     any
@@ -143,6 +207,7 @@ GET       /static-offline-docs/favicon.png               view     any
 IN: Final = {
     "body": (("arm",), ("arm.3F",), ("arm.80",)),
     "group": (("arm",), ("arm.01", "arm.3F"), ("80",)),
+    "scara": (("leg",), ("leg.00", "leg.70"), ("wafer",), ("leg.82",)),
     "line": (("arm",), ("leg", "arm")),
     "robot": (("cell",), ("r1",)),
     "events": (("arm",), ("arm.3F",)),
@@ -152,13 +217,20 @@ IN: Final = {
 OUT: Final = {
     "body": (("leg",), ("arm.01",), ("r1",), ("00",), ("leg.81",), ("nowhere",)),
     "group": (("leg",), ("arm.01",), ("arm.3F", "leg"), ("nowhere",)),
+    "scara": (("arm",), ("leg.70",), ("leg.00", "r1"), ("nowhere",)),
     "line": (("leg",), ("arm.00", "arm.01", "arm.3F", "arm.80"), ("r1",)),
     "robot": (("arm", "leg"), ("r2",), ("nowhere",)),
     "events": (("leg",), ("arm.01",), ("r1",)),
     "plant": (("arm", "leg", "cell", "rail"),),
     "any": (),
 }
-NAMES: Final = {"{body_id}": "arm.3F", "{group_id}": "arm.80", "{line_id}": "arm", "{robot_id}": "r1"}
+NAMES: Final = {
+    "{body_id}": "arm.3F",
+    "{group_id}": "arm.80",
+    "{scara_id}": "wafer",
+    "{line_id}": "arm",
+    "{robot_id}": "r1",
+}
 PASSED: Final = 409
 
 
@@ -257,7 +329,16 @@ def app(keys: Keys) -> FastAPI:
         {"id": "rail", "protocol": "fics", "robot": {"id": "r2", "units": unit}},
     ]
     tables = [{**line, "address": f"tcp://127.0.0.1:{port}"} for port, line in enumerate(lines, start=1)]
-    plant = Plant(Config.model_validate({"lines": tables}))
+    scara = {
+        "id": "wafer",
+        "line": "leg",
+        "group": "82",
+        "members": ["00", "70"],
+        "arm_um": 156_000,
+        "finger_um": 208_000,
+        "pulses_per_turn": [98_765.0, 99_000.0],
+    }
+    plant = Plant(Config.model_validate({"lines": tables, "scaras": [scara]}))
     app = create_app(plant, keys.credentials)
     app.state.access = Probing(plant, keys.credentials)
     return app

@@ -245,3 +245,23 @@ async def test_moves_are_listed_newest_first_and_belong_to_their_body(stand: Sta
     assert [move["id"] for move in newest] == [second]
     refused(await stand.get(f"/bodies/00/moves/{first}"), 404)
     refused(await stand.get("/bodies/3F/moves/none"), 404)
+
+
+@on_stand()
+async def test_the_speed_of_a_move_is_changed_on_its_way_and_not_after_it(stand: Stand) -> None:
+    await stand.teach_speeds("3F")
+    place = (await stand.post("/bodies/3F/moves", RELATIVE)).headers["location"]
+
+    slower = await stand.post(f"{place}/speed", {"mode": "change", "speed": 20_000})
+    assert (slower.status_code, slower.json()["status"]) == (200, "sent"), slower.text
+    assert "&3F5CS20000" in stand.frames()
+    assert (await stand.post(f"{place}/speed", {"mode": "decelerate"})).status_code == 200
+    assert (await stand.post(f"{place}/speed", {"mode": "accelerate"})).status_code == 200
+
+    assert (await stand.get(f"{place}?wait=30")).json()["status"] == "succeeded"
+    sent = stand.frames()
+    late = await stand.post(f"{place}/speed", {"mode": "accelerate"})
+    refused(late, 409)
+    assert late.json()["type"].rpartition(":")[2] == "move-over"
+    refused(await stand.post("/bodies/3F/moves/nobody/speed", {"mode": "accelerate"}), 404)
+    assert stand.frames() == sent

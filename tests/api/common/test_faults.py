@@ -15,9 +15,14 @@ THEIR_WORDS = ("Input should", "Value error", "Field required", "Extra inputs", 
             "moves",
             {"direction": "cw"},
             "kind",
-            "is required: 'relative', 'absolute', 'home', 'continuous'",
+            "is required: 'relative', 'absolute', 'position', 'home', 'continuous'",
         ),
-        ("moves", {"kind": "fly"}, "kind", "must be 'relative', 'absolute', 'home' or 'continuous'"),
+        (
+            "moves",
+            {"kind": "fly"},
+            "kind",
+            "must be 'relative', 'absolute', 'position', 'home' or 'continuous'",
+        ),
         ("moves", RELATIVE | {"speeed": "low"}, "speeed", "is not known here; did you mean speed?"),
         (
             "moves",
@@ -80,7 +85,8 @@ def test_a_fault_is_told_with_its_place_and_the_culprit(
         ),
         (
             {"kid": "absolute", "position": {"value": 5, "unit": "pulse"}},
-            "kind: is required: 'relative', 'absolute', 'home', 'continuous'; 'kid' is not known here",
+            "kind: is required: 'relative', 'absolute', 'position', 'home', 'continuous'; "
+            "'kid' is not known here",
         ),
     ],
 )

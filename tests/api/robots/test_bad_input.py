@@ -39,7 +39,7 @@ PERCENT = number(
 SINGLE: Final[Mapping[str, Sequence[tuple[object, str]]]] = {
     "unit": whole(1, 9),
     "mode": whole(2, 3),
-    "axis": [(value, AXIS) for value in ("x", "XY", "", "Ä", "X\r", "1", 1, None)],
+    "axis": [(value, AXIS) for value in ("xy", "XY", "", "Ä", "X\r", "1", 1, None)],
     "direction": [(value, "'+' or '-'") for value in ("", "*", "+-", 1, True)],
     "steps": [
         (value, "must be a whole number from -255 to 255, but not 0") for value in (0, -256, 256, 1.5, "1")
@@ -205,7 +205,7 @@ ELSEWHERE: Final[Sequence[tuple[str, str, Parameters | None, str, str]]] = [
     ("POST", f"{UNIT}/moves", moved(1e8), "axes.X.value", NUMBER),
     ("POST", f"{UNIT}/moves", {"kind": "position", "position": 0}, "position", POSITION),
     ("POST", f"{UNIT}/moves", {"kind": "step", "axis": "X", "steps": 256}, "steps", "-255 to 255, but not 0"),
-    ("POST", f"{UNIT}/moves", {"kind": "step", "axis": "x", "steps": 1}, "axis", AXIS),
+    ("POST", f"{UNIT}/moves", {"kind": "step", "axis": "xy", "steps": 1}, "axis", AXIS),
     ("PATCH", f"{UNIT}/settings", {"speed_percent": {"X": 0.05}}, "speed_percent.X", "from 0.1 to 100"),
     ("PATCH", f"{UNIT}/settings", {"homing_type": {"A": 7}}, "homing_type.A", "from 0 to 6"),
     ("POST", f"{UNIT}/stop", {"mode": "slowly"}, "mode", "'decelerate' or 'immediate'"),

@@ -180,3 +180,22 @@ async def test_a_macro_that_cannot_be_is_refused(cell: Cell) -> None:
     refused(await cell.post("/robots/r1/macros/PCK/runs", {"unit": 10}), 422, "unit")
     refused(await cell.post("/robots/r1/macros/PCK/runs", {"arguments": [1, 2, 3, 4, 5]}), 422, "arguments")
     assert cell.commands() == before
+
+
+@in_cell(units=1)
+async def test_macros_are_listed_from_the_configuration_and_from_refusals(cell: Cell) -> None:
+    known = next(iter(cell.rig.fics.layout.macros))
+    cell.rig.robot.macros.titles = {known: "pick a wafer", "ZZ8": "not there"}
+    await cell.move(HOME)
+    for name in ("ZZ9", "ZZ8"):
+        refused(await cell.post(f"/robots/r1/macros/{name}/runs"), 422)
+    await cell.post(f"/robots/r1/macros/{known}/runs?wait=60")
+    listed = (await cell.get("/robots/r1/macros")).json()
+    assert listed == {
+        "robot_id": "r1",
+        "macros": [
+            {"name": known, "title": "pick a wafer", "refused": False},
+            {"name": "ZZ8", "title": "not there", "refused": True},
+            {"name": "ZZ9", "title": None, "refused": True},
+        ],
+    }

@@ -6,7 +6,7 @@ import pytest
 from httpx2 import Response
 
 from tests.api.bodies.test_moves import refused
-from tests.api.robots.cell import UNIT, Cell, in_cell, mm
+from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
 
 TABLE = "number,X mm,Y mm,Z mm\r\n1,10,20.5,-3\r\n2,-0.125,,7\r\n"
 
@@ -153,3 +153,44 @@ def test_an_upload_that_lost_a_line_is_409_with_what_the_robot_holds(mode: int, 
         assert (problem["moved"], problem["retryable"]) == ("no", True)
 
     story()
+
+
+@in_cell()
+async def test_a_number_alone_stores_where_the_unit_stands(cell: Cell) -> None:
+    unhomed = await cell.put(f"{UNIT}/positions", {"positions": [{"number": 7}]})
+    refused(unhomed, 409)
+    assert "POF was not sent" in unhomed.json()["detail"]
+    await cell.move(HOME)
+    await cell.move({"kind": "relative", "axes": mm(Z=-12.5)})
+    here = (await cell.get(f"{UNIT}/position")).json()["axes"]
+    both = [{"number": 7}, {"number": 8, "axes": mm(X=1, Y=2, Z=3)}]
+    assert (await cell.put(f"{UNIT}/positions", {"positions": both})).json()["count"] == 2
+    [seven, eight] = (await cell.get(f"{UNIT}/positions?first=7&last=8")).json()["positions"]
+    assert {name: it["value"] for name, it in seven["axes"].items()} == {
+        name: it["value"] for name, it in here.items()
+    }
+    assert eight["axes"]["X"]["value"] == 1
+    await cell.post(f"{UNIT}/moves", {"kind": "relative", "axes": mm(Z=-20)})
+    moving = await cell.put(f"{UNIT}/positions", {"positions": [{"number": 9}]})
+    refused(moving, 409)
+
+
+@in_cell()
+async def test_a_table_as_excel_writes_it_is_read(cell: Cell) -> None:
+    stored = await put_csv(cell, "\ufeffnumber;x mm;Y mm;Z MM\r\n1;10;20,5;-3\r\n2;-0,125;;7\r\n;;;\r\n")
+    assert stored.json() == {"robot_id": "r1", "unit": 1, "count": 2}, stored.text
+    assert (await cell.get(f"{UNIT}/positions.csv")).text == TABLE
+    thousands = await put_csv(cell, "number;X mm;Y mm;Z mm\n1;1.000;0;0\n")
+    refused(thousands, 422)
+    assert "decimals stand behind a comma" in thousands.json()["detail"]
+
+
+@in_cell()
+async def test_axes_are_taken_in_lower_case_and_each_once(cell: Cell) -> None:
+    lower = {"positions": [{"number": 3, "axes": mm(x=1, Y=2)}]}
+    assert (await cell.put(f"{UNIT}/positions", lower)).status_code == 200
+    [stored] = (await cell.get(f"{UNIT}/positions?first=3&last=3")).json()["positions"]
+    assert list(stored["axes"]) == ["X", "Y"]
+    twice = await cell.put(f"{UNIT}/positions", {"positions": [{"number": 3, "axes": mm(x=1, X=2)}]})
+    refused(twice, 422, "positions.0.axes")
+    assert "must name axis X once only" in twice.json()["detail"]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway.access.keys import FILE, Key, KeyFault, KeyStore
+from gateway.access.keys import FILE, LOOK_AGAIN_S, Key, KeyFault, KeyStore
 from gateway.access.roles import Role
 
 
@@ -54,6 +54,13 @@ def test_the_file_has_no_secret_and_nobody_else_reads_it(store: KeyStore, tmp_pa
     assert stat.S_IMODE((tmp_path / "data").stat().st_mode) == 0o700
 
 
+@pytest.fixture
+def looking(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each request comes when it is time to look at the file."""
+    monkeypatch.setattr("gateway.access.keys.LOOK_AGAIN_S", 0.0)
+
+
+@pytest.mark.usefixtures("looking")
 def test_another_process_makes_and_revokes_keys_and_the_next_request_knows_it(
     store: KeyStore, tmp_path: Path
 ) -> None:
@@ -67,6 +74,14 @@ def test_another_process_makes_and_revokes_keys_and_the_next_request_knows_it(
     assert store.verify(token) is None
     assert not store.has(key)
     assert store.is_empty
+
+
+def test_a_key_that_is_new_is_known_at_once(store: KeyStore, tmp_path: Path) -> None:
+    another = KeyStore(tmp_path / "data")
+    first = another.create("mes", Role.VIEWER)
+    verified(store, first)
+    verified(store, another.create("panel", Role.VIEWER))
+    assert LOOK_AGAIN_S <= 0.1, "one that is revoked is refused as soon as this is over"
 
 
 def test_a_key_ends_when_it_expires(store: KeyStore, clock: Clock) -> None:
@@ -103,6 +118,7 @@ def test_a_scope_that_can_be_no_address_is_refused(store: KeyStore, scope: list[
         store.create("mes", Role.VIEWER, scope)
 
 
+@pytest.mark.usefixtures("looking")
 def test_a_file_that_was_spoilt_leaves_the_keys_as_they_were(
     store: KeyStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

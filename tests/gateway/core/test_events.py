@@ -15,6 +15,7 @@ from gateway.core.events import (
     GAP,
     MAX_BACKLOG,
     MAX_PAGE,
+    SNAPSHOT,
     CloudEvent,
     Event,
     EventHub,
@@ -174,6 +175,24 @@ class TestASubscription:
             assert gap.data == {"requested": lost, "first_available": "0badcafe-000000000003"}
             assert json.loads(gap.json)["id"] != json.loads(hub.event(3).json)["id"]
             assert numbers(await take(hub.subscribe(gap.cursor), 3)) == [3, 4, 5]
+
+        run_virtual(story())
+
+    def test_is_told_after_a_gap_how_all_is_that_it_wants(self) -> None:
+        async def story() -> None:
+            hub = make_hub(capacity=2)
+            hub.take_snapshot = lambda wanted, as_of: {"of": sorted(wanted.bodies), "as_of": as_of}
+            publish(hub, 5)
+            old = "0badcafe-000000000001"
+            gap, snapshot, *rest = await take(hub.subscribe(old), 4)
+            assert (gap.type, snapshot.type) == (GAP, SNAPSHOT)
+            assert snapshot.data == {"of": [], "as_of": "0badcafe-000000000005"}
+            assert numbers(rest) == [4, 5]
+            assert json.loads(snapshot.json)["id"] != json.loads(gap.json)["id"]
+            page = await hub.since(old, bodies=["3F"], limit=1)
+            assert [event.type for event in page.events] == [GAP, SNAPSHOT], "on one page, however short"
+            assert page.events[1].data["of"] == ["3F"]
+            assert numbers((await hub.since(page.cursor)).events) == [4, 5]
 
         run_virtual(story())
 

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from gateway.core.errors import ControllerRefused, InvalidRequest, NoReply, NotFound, StoppedFirst
-from gateway.fics.errors import JogOutOfReach, JogOver, RobotBusy, UnitNotSelected
+from gateway.core.jogs import JogOutOfReach, JogOver
+from gateway.fics.errors import RobotBusy, UnitNotSelected
 from gateway.fics.jogs import JogSession
 from gateway.fics.robot import Robot
 from protocols.fics.homing import HomeRobot

@@ -95,6 +95,22 @@ async def test_a_move_among_many_reads_is_followed_to_its_end() -> None:
 
 
 @pytest.mark.parametrize("mode", [2, 3])
+def test_a_move_to_an_unreachable_place_has_moved_nothing(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            await rig.move(HomeRobot())
+            move = await rig.move(MoveAbsolute(coordinates=[250.0, 250.0, None]))
+            assert move.status is MoveStatus.FAILED
+            assert move.end_cause == "error_183"
+            assert move.position == move.start_position
+            assert move.error is not None
+            assert move.error.moved == "no"
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
 def test_homing_that_was_lost_on_its_way_is_not_called_done(mode: int) -> None:
     @in_virtual_time
     async def story() -> None:

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from gateway.core.errors import ControllerRefused
-from gateway.fics.jogs import START_WITHIN_S
+from gateway.core.jogs import START_WITHIN_S
 from protocols.fics.moves import MoveRelative
 from protocols.fics.status import MotionMode
 from tests.fics_plants import fics_rig

@@ -1,8 +1,12 @@
 """Moves in the words of clients, without HTTP."""
 
-import pytest
+import asyncio
+from typing import Any
 
-from gateway.core.errors import InvalidRequest, NotAllowed, NotFound
+import pytest
+from pydantic import ValidationError
+
+from gateway.core.errors import Expired, InvalidRequest, NotAllowed, NotFound
 from gateway.core.origin import Origin
 from gateway.core.targets import Begun
 from gateway.fics.move_requests import RobotHomeRequest, RobotStepRequest
@@ -10,7 +14,7 @@ from gateway.operations import moves
 from gateway.rorze.move_requests import ContinuousMoveRequest, HomeRequest, Length, RelativeMoveRequest
 from gateway.rorze.plans import GroupPlan, PlannedMove
 from tests.fics_plants import fics_rig
-from tests.plants import in_virtual_time, rig
+from tests.plants import Rig, in_virtual_time, rig
 
 ME = Origin("test")
 UNIT = "/robots/r1/units/1"
@@ -81,3 +85,77 @@ async def test_units_move_in_their_own_words() -> None:
         assert begun.moves[0].status == "succeeded"
         with pytest.raises(InvalidRequest, match="has the axes"):
             await moves.start(it.plant, ME, UNIT, RobotStepRequest(kind="step", axis="Q", steps=1))
+
+
+HOLDERS: list[asyncio.Task[None]] = []
+
+
+async def held(it: Rig, for_s: float) -> None:
+    """Let somebody else have the body for so long."""
+
+    async def hold() -> None:
+        async with it.body().line.undivided([it.body().number]):
+            holds.set()
+            await asyncio.sleep(for_s)
+
+    holds = asyncio.Event()
+    HOLDERS.append(asyncio.create_task(hold()))
+    await holds.wait()
+
+
+@in_virtual_time
+async def test_a_move_waits_for_its_turn_as_long_as_it_may_and_is_never_sent_later() -> None:
+    async with rig() as it:
+        await held(it, 10.0)
+        asked_at = asyncio.get_running_loop().time()
+        with pytest.raises(Expired, match="nothing was sent"):
+            await moves.start(it.plant, ME, "/bodies/3F", relative(start_within_s=0.5))
+        assert asyncio.get_running_loop().time() - asked_at == pytest.approx(0.5, abs=0.1)
+        await asyncio.sleep(15.0)
+        assert it.executed("1+M") == []
+
+
+@in_virtual_time
+async def test_a_move_that_may_wait_long_is_sent_when_its_turn_comes() -> None:
+    async with rig() as it:
+        await held(it, 10.0)
+        begun = await moves.start(it.plant, ME, "/bodies/3F", relative(start_within_s=30.0))
+        assert isinstance(begun, Begun)
+        assert len(it.executed("1+M")) == 1
+
+
+@in_virtual_time
+async def test_a_robots_move_waits_as_long_as_it_may() -> None:
+    request = RobotHomeRequest(kind="home", start_within_s=0.5)
+    async with fics_rig() as it:
+        async with it.robot.line.sequence_lock.held():
+            with pytest.raises(Expired):
+                await moves.start(it.plant, ME, UNIT, request)
+        await asyncio.sleep(5.0)
+        assert it.heard("ORG") == []
+
+
+@in_virtual_time
+async def test_a_robots_move_that_may_wait_long_is_sent_when_its_turn_comes() -> None:
+    async def hold() -> None:
+        async with it.robot.line.sequence_lock.held():
+            await asyncio.sleep(10.0)
+
+    async with fics_rig() as it:
+        HOLDERS.append(asyncio.create_task(hold()))
+        await asyncio.sleep(0)
+        begun = await moves.start(it.plant, ME, UNIT, RobotHomeRequest(kind="home", start_within_s=30.0))
+        assert isinstance(begun, Begun)
+        assert len(it.heard("ORG")) == 1
+
+
+@pytest.mark.parametrize("wrong", [0, -1, 60.1, float("inf"), float("nan"), "5", True])
+def test_the_time_to_wait_is_more_than_none_and_a_minute_at_most(wrong: Any) -> None:
+    with pytest.raises(ValidationError):
+        relative(start_within_s=wrong)
+
+
+def relative(**options: Any) -> RelativeMoveRequest:
+    return RelativeMoveRequest(
+        kind="relative", direction="cw", distance=Length(value=500, unit="pulse"), **options
+    )

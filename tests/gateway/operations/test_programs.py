@@ -96,7 +96,7 @@ async def test_no_program_is_uploaded_while_one_runs_or_the_motor_moves() -> Non
         await uploaded(it, WAITING)
         await programs.run(it.plant, ME, "3F", RunProgram(), 0.0)
         sent = len(changes(it))
-        with pytest.raises(BodyBusy, match=r"A user program runs in .*; nothing was uploaded"):
+        with pytest.raises(BodyBusy, match=r"A user program runs in .*; nothing was changed"):
             await uploaded(it, BLINK)
         await stops.stop(it.plant, ME, "/bodies/3F", "decelerate")
         await teach_speeds(it)

@@ -5,9 +5,10 @@ import asyncio
 import pytest
 
 from gateway.core.errors import GatewayError, HeldUp
+from gateway.core.jogs import JogOver
 from gateway.core.loop_watch import DOUBT_S, SUSPENDED_S
 from gateway.core.move_record import MoveStatus
-from gateway.fics.errors import JogOver, UploadBrokenOff
+from gateway.fics.errors import UploadBrokenOff
 from gateway.rorze.bodies import MotorState
 from protocols.fics.homing import HomeRobot
 from protocols.fics.moves import MoveRelative

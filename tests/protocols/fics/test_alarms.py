@@ -26,7 +26,7 @@ def test_taking_the_error_clears_it_so_it_is_never_asked_twice_by_itself() -> No
         ("----", DetailKind.NONE, {}),
         ("----E", DetailKind.EMERGENCY, {}),
         ("1XFFE+-", DetailKind.DRIVER, {"unit": 1, "axis": "X", "driver_error": 0xFF}),
-        (" @21", DetailKind.DRIVER, {"unit": 0, "axis": "@", "driver_error": 0x21}),
+        (" @21", DetailKind.DRIVER, {"unit": None, "axis": "@", "driver_error": 0x21}),
         ("2A C", DetailKind.CONNECTION, {"unit": 2, "axis": "A"}),
         ("-- T0010020", DetailKind.TIMEOUT, {"program": 1, "step": 20}),
         ("-2010010020", DetailKind.FICS, {"error": 201, "program": 1, "step": 20}),
@@ -38,7 +38,7 @@ def test_taking_the_error_clears_it_so_it_is_never_asked_twice_by_itself() -> No
 def test_each_kind_of_detail_is_told_apart(text: str, kind: DetailKind, fields: dict[str, object]) -> None:
     detail = GetErrorDetail().read_reply(text)
     assert detail.kind is kind
-    assert detail.model_dump(exclude_none=True, exclude={"signals"}) == fields
+    assert detail.model_dump(include=detail.model_fields_set - {"signals"}) == fields
 
 
 def test_the_signals_of_a_driver_stand_at_their_places() -> None:
@@ -46,3 +46,9 @@ def test_the_signals_of_a_driver_stand_at_their_places() -> None:
     assert signals is not None
     assert (signals.emergency, signals.plus_overtravel, signals.minus_overtravel) == (False, True, False)
     assert GetErrorDetail().read_reply("1X21").signals is None
+
+
+def test_a_system_of_a_single_unit_has_no_unit_0_for_clients() -> None:
+    detail = GetErrorDetail().read_reply(" XFFE+-")
+    assert detail.kind is DetailKind.DRIVER
+    assert detail.model_dump(mode="json")["unit"] is None

@@ -201,14 +201,16 @@ class Gateway(Operations):
         bodies: Iterable[str] | None = None,
         types: Iterable[str] | None = None,
         after: str | None = None,
+        sample: float | None = None,
     ) -> Iterator[Event]:
         """Follow what happens, without an end; a lost connection is taken up where it was lost.
 
         `bodies` are addresses of bodies, groups and robots, `types` such as `body.move.*`. It begins when the
         first event is asked for, or after a cursor: `after=move["event_cursor"]`. Where the gateway no longer
-        has what happened meanwhile, as after its restart, there is an event `stream.gap`.
+        has what happened meanwhile, as after its restart, there is an event `stream.gap`. With `sample`
+        there are live values, too, such as `body.position`, each so many times a second at most.
         """
-        wanted = given({"bodies": _listed(bodies), "types": _listed(types)})
+        wanted = given({"bodies": _listed(bodies), "types": _listed(types), "sample": sample})
         reader = EventReader(after)
         failures = 0
         while True:
@@ -228,7 +230,7 @@ class Gateway(Operations):
             reader = EventReader(reader.cursor)
 
     @contextmanager
-    def _stream(self, wanted: dict[str, str], cursor: str | None) -> Iterator[httpx.Response]:
+    def _stream(self, wanted: dict[str, Any], cursor: str | None) -> Iterator[httpx.Response]:
         query = {**wanted, **given({"after": cursor})}
         timeout = httpx.Timeout(self._timeout_s, read=SILENT_S)
         with self._http.stream("GET", "/events/stream", params=query, timeout=timeout) as answer:

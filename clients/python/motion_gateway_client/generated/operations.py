@@ -6,25 +6,58 @@ from typing import Any, Literal, Protocol
 
 from motion_gateway_client.generated.types import (
     AbsoluteMoveRequest,
+    Alarm,
+    AlarmList,
+    Audit,
+    AxisPulses,
+    BodyErrorOutputs,
     BodyInfo,
+    BodyInputs,
+    BodyJog,
+    BodyJogRequest,
     BodyList,
+    BodyOutputs,
+    BodyPositions,
+    BodyRestoreRequest,
+    BodySamples,
+    BodySensors,
+    BodySettings,
+    BodySettingsChange,
     BodyStatus,
+    CaptureRequest,
+    Captures,
+    CaptureState,
+    ChangedPattern,
+    ChangedSettings,
+    ChangedSpeedSet,
     Channels,
     CommandList,
     ContinuousMoveRequest,
+    Encoder,
+    EncoderChange,
+    ErrorOutputChoice,
     EventList,
+    GeometryApplication,
     GroupDefinition,
     GroupInfo,
     GroupList,
     GroupMove,
     GroupPlan,
     HomeRequest,
+    Homing,
+    HomingChange,
     JogRequest,
     JogSession,
+    Kinematics,
+    Lease,
+    LeaseList,
+    LeaseRequest,
     Length,
     LineInfo,
     LineList,
+    LineRestoreRequest,
     Liveness,
+    MacroList,
     MacroRunRequest,
     Memories,
     Memory,
@@ -32,11 +65,25 @@ from motion_gateway_client.generated.types import (
     ModeChange,
     Move,
     MoveList,
+    NewBodies,
+    NewLine,
+    OutputPulse,
     OutputState,
+    OutputSwitch,
+    PathDefinition,
+    Pattern,
+    PatternChange,
+    Patterns,
+    PatternValues,
     PlannedMove,
     PlannedRobotMove,
+    PlannedScaraMove,
     Position,
+    PositionLabel,
+    PositionMoveRequest,
+    PositionName,
     Positions,
+    PositionsToStore,
     PositionTable,
     PositionUpload,
     Posture,
@@ -48,6 +95,12 @@ from motion_gateway_client.generated.types import (
     RawRequest,
     Readiness,
     RelativeMoveRequest,
+    Reloaded,
+    ReloadRequest,
+    Resolution,
+    ResolutionRequest,
+    Restore,
+    RestorePlan,
     RobotAbsoluteMoveRequest,
     RobotErrors,
     RobotHomeRequest,
@@ -60,17 +113,41 @@ from motion_gateway_client.generated.types import (
     RobotRawReply,
     RobotRawRequest,
     RobotRelativeMoveRequest,
+    RobotRestoreRequest,
+    RobotSamples,
     RobotStepRequest,
     RunRequest,
     Scan,
+    ScaraAlignRequest,
+    ScaraCoordinates,
+    ScaraExtendRequest,
+    ScaraFingerRequest,
+    ScaraGeometry,
+    ScaraInfo,
+    ScaraLineRequest,
+    ScaraList,
+    ScaraMove,
+    ScaraMoveList,
+    ScaraOffsetRequest,
+    ScaraPathRequest,
+    ScaraRetractRequest,
+    ScaraRotateRequest,
     SettingsChange,
+    SignalState,
     SpeedAccepted,
+    SpeedCurve,
     SpeedDecrease,
     SpeedIncrease,
+    SpeedSet,
+    SpeedSetChange,
+    SpeedSets,
     SpeedSetting,
+    SpeedSetValues,
     Statuses,
     StopRequest,
     StopResult,
+    StoredPath,
+    Taken,
     Ticket,
     Trace,
     UnitInfo,
@@ -82,6 +159,7 @@ from motion_gateway_client.generated.types import (
     VariableSetting,
     VariableValue,
     Version,
+    WantedPlace,
 )
 from motion_gateway_client.paths import filled
 
@@ -101,7 +179,7 @@ class Operations(Protocol):
         """Send a request, and give the answer's content."""
 
     def read_position(self, body_id: str) -> Position:
-        """Ask the controller where the motor stands (6PD)."""
+        """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
         answer: Position = self.call("GET", filled("/bodies/{body_id}/position", body_id=body_id))
         return answer
 
@@ -116,7 +194,10 @@ class Operations(Protocol):
         return answer
 
     def read_status(self, body_id: str) -> BodyStatus:
-        """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD)."""
+        """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
+
+        Where a STALL error stands it is asked who has found it (QRD, PRD).
+        """
         answer: BodyStatus = self.call("GET", filled("/bodies/{body_id}/status", body_id=body_id))
         return answer
 
@@ -173,7 +254,11 @@ class Operations(Protocol):
     def start_move(
         self,
         body_id: str,
-        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        body: RelativeMoveRequest
+        | AbsoluteMoveRequest
+        | PositionMoveRequest
+        | HomeRequest
+        | ContinuousMoveRequest,
         /,
         *,
         wait: float | None = None,
@@ -196,7 +281,11 @@ class Operations(Protocol):
     def plan_move(
         self,
         body_id: str,
-        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        body: RelativeMoveRequest
+        | AbsoluteMoveRequest
+        | PositionMoveRequest
+        | HomeRequest
+        | ContinuousMoveRequest,
         /,
         *,
         wait: float | None = None,
@@ -228,10 +317,32 @@ class Operations(Protocol):
         )
         return answer
 
+    def change_speed_of_one_move(
+        self,
+        body_id: str,
+        move_id: str,
+        body: SpeedIncrease | SpeedDecrease | SpeedSetting,
+        /,
+        *,
+        idempotency_key: str | None = None,
+    ) -> Move:
+        """Change the speed of this move on its way (5AS, 5CS, 5DS); 409 when it is over, or homes."""
+        answer: Move = self.call(
+            "POST",
+            filled("/bodies/{body_id}/moves/{move_id}/speed", body_id=body_id, move_id=move_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
     def start_group_move(
         self,
         group_id: str,
-        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        body: RelativeMoveRequest
+        | AbsoluteMoveRequest
+        | PositionMoveRequest
+        | HomeRequest
+        | ContinuousMoveRequest,
         /,
         *,
         wait: float | None = None,
@@ -250,7 +361,11 @@ class Operations(Protocol):
     def plan_group_move(
         self,
         group_id: str,
-        body: RelativeMoveRequest | AbsoluteMoveRequest | HomeRequest | ContinuousMoveRequest,
+        body: RelativeMoveRequest
+        | AbsoluteMoveRequest
+        | PositionMoveRequest
+        | HomeRequest
+        | ContinuousMoveRequest,
         /,
         *,
         wait: float | None = None,
@@ -263,6 +378,50 @@ class Operations(Protocol):
             query={"wait": wait},
             body={**body, "validate_only": True},
             idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_samples(self, body_id: str, move_id: str) -> BodySamples:
+        """Get where a body was seen during a move, and where the plan has it, for the settings of the move.
+
+        The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
+        samples until the gateway ends; one that is under way has those until now.
+        """
+        answer: BodySamples = self.call(
+            "GET", filled("/bodies/{body_id}/moves/{move_id}/samples", body_id=body_id, move_id=move_id)
+        )
+        return answer
+
+    def download_samples(self, body_id: str, move_id: str) -> str:
+        """Get the same as CSV: time, time_s, pulses, the planned pulses, and the value in the body's unit."""
+        answer: str = self.call(
+            "GET", filled("/bodies/{body_id}/moves/{move_id}/samples.csv", body_id=body_id, move_id=move_id)
+        )
+        return answer
+
+    def get_robot_samples(self, robot_id: str, unit: int, move_id: str) -> RobotSamples:
+        """Get where a unit was seen during a move. No command tells a robot's speed curve: nothing is planned."""
+        answer: RobotSamples = self.call(
+            "GET",
+            filled(
+                "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples",
+                robot_id=robot_id,
+                unit=unit,
+                move_id=move_id,
+            ),
+        )
+        return answer
+
+    def download_robot_samples(self, robot_id: str, unit: int, move_id: str) -> str:
+        """Get the same as CSV: time, time_s, and a column for each axis with its unit."""
+        answer: str = self.call(
+            "GET",
+            filled(
+                "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples.csv",
+                robot_id=robot_id,
+                unit=unit,
+                move_id=move_id,
+            ),
         )
         return answer
 
@@ -280,6 +439,51 @@ class Operations(Protocol):
         """Stop all members of a group by software, with one frame for all and then one for each."""
         answer: StopResult = self.call(
             "POST", filled("/groups/{group_id}/stop", group_id=group_id), body=body
+        )
+        return answer
+
+    def list_alarms(self, *, standing: bool | None = None, limit: int | None = None) -> AlarmList:
+        """List alarms over restarts: what has happened, what the motor did, and the calls that help."""
+        answer: AlarmList = self.call("GET", filled("/alarms"), query={"standing": standing, "limit": limit})
+        return answer
+
+    def get_alarm(self, alarm_id: str) -> Alarm:
+        """Get an alarm."""
+        answer: Alarm = self.call("GET", filled("/alarms/{alarm_id}", alarm_id=alarm_id))
+        return answer
+
+    def reset_alarm(self, alarm_id: str, *, idempotency_key: str | None = None) -> Alarm:
+        """Reset an alarm, once its cause is over. Nothing moves, and nothing is sent."""
+        answer: Alarm = self.call(
+            "POST", filled("/alarms/{alarm_id}/reset", alarm_id=alarm_id), idempotency_key=idempotency_key
+        )
+        return answer
+
+    def list_deeds(
+        self,
+        *,
+        caller: str | None = None,
+        target: str | None = None,
+        since: str | None = None,
+        until: str | None = None,
+        cursor: str | None = None,
+        limit: int | None = None,
+    ) -> Audit:
+        """List all that had an effect, or was to have one, over restarts: who, what, for whom, and the outcome.
+
+        A key with a scope names a target in it.
+        """
+        answer: Audit = self.call(
+            "GET",
+            filled("/audit"),
+            query={
+                "caller": caller,
+                "target": target,
+                "since": since,
+                "until": until,
+                "cursor": cursor,
+                "limit": limit,
+            },
         )
         return answer
 
@@ -308,6 +512,11 @@ class Operations(Protocol):
     def list_lines(self) -> LineList:
         """List all lines."""
         answer: LineList = self.call("GET", filled("/lines"))
+        return answer
+
+    def add_line(self, body: NewLine, /, *, idempotency_key: str | None = None) -> Reloaded:
+        """Write one more line into the configuration file, and serve it; the file keeps its comments."""
+        answer: Reloaded = self.call("POST", filled("/lines"), body=body, idempotency_key=idempotency_key)
         return answer
 
     def get_line(self, line_id: str) -> LineInfo | RobotLineInfo:
@@ -339,10 +548,20 @@ class Operations(Protocol):
         )
         return answer
 
-    def get_trace(self, line_id: str, *, last: int | None = None, since: str | None = None) -> Trace:
+    def get_trace(
+        self,
+        line_id: str,
+        *,
+        last: int | None = None,
+        since: str | None = None,
+        bodies: str | None = None,
+        request_id: str | None = None,
+    ) -> Trace:
         """Give the newest bytes of the line, a robot's too, both ways, with their times."""
         answer: Trace = self.call(
-            "GET", filled("/lines/{line_id}/trace", line_id=line_id), query={"last": last, "since": since}
+            "GET",
+            filled("/lines/{line_id}/trace", line_id=line_id),
+            query={"last": last, "since": since, "bodies": bodies, "request_id": request_id},
         )
         return answer
 
@@ -353,13 +572,17 @@ class Operations(Protocol):
         bodies: str | None = None,
         types: str | None = None,
         limit: int | None = None,
+        sample: float | None = None,
     ) -> EventList:
         """List what has happened after a cursor, or from the oldest event that is kept.
 
         Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
+        With `sample` the values that are watched follow the events, as read within a second.
         """
         answer: EventList = self.call(
-            "GET", filled("/events"), query={"after": after, "bodies": bodies, "types": types, "limit": limit}
+            "GET",
+            filled("/events"),
+            query={"after": after, "bodies": bodies, "types": types, "limit": limit, "sample": sample},
         )
         return answer
 
@@ -511,6 +734,794 @@ class Operations(Protocol):
             "PUT",
             filled("/bodies/{body_id}/memories/{name}", body_id=body_id, name=name),
             body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_body_settings(self, body_id: str) -> BodySettings:
+        """Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
+
+        Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
+        """
+        answer: BodySettings = self.call("GET", filled("/bodies/{body_id}/settings", body_id=body_id))
+        return answer
+
+    def change_body_settings(
+        self,
+        body_id: str,
+        body: BodySettingsChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set those of the named settings that differ, one by one, and read each back; refused while it moves.
+
+        Null ends soft limits, error outputs and what interrupts do. With `If-Match` all settings are read before,
+        and nothing is sent where they are otherwise than they were.
+        """
+        answer: ChangedSettings = self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/settings", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_homing(self, body_id: str) -> Homing:
+        """Ask a body how it searches its origin, and how far its last search went (0PD)."""
+        answer: Homing = self.call("GET", filled("/bodies/{body_id}/homing", body_id=body_id))
+        return answer
+
+    def change_homing(
+        self,
+        body_id: str,
+        body: HomingChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set what differs of the set-up of homing, and read it back; refused while the motor moves."""
+        answer: ChangedSettings = self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/homing", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_encoder(self, body_id: str) -> Encoder:
+        """Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7)."""
+        answer: Encoder = self.call("GET", filled("/bodies/{body_id}/encoder", body_id=body_id))
+        return answer
+
+    def change_encoder(
+        self,
+        body_id: str,
+        body: EncoderChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSettings:
+        """Set what differs of the set-up of the encoder, and read it back; refused while the motor moves."""
+        answer: ChangedSettings = self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/encoder", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def set_encoder_resolution(
+        self,
+        body_id: str,
+        body: ResolutionRequest,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> Resolution:
+        """Set multiplier and ratio (PAS, PBS) by what a turn is to motor and encoder (RC-420 manual 13.7.2)."""
+        answer: Resolution = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/encoder/resolution", body_id=body_id),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_speed_sets(
+        self, body_id: str, *, first: int | None = None, last: int | None = None
+    ) -> SpeedSets:
+        """Ask a body for its speed parameter sets, five frames for each."""
+        answer: SpeedSets = self.call(
+            "GET",
+            filled("/bodies/{body_id}/speed-sets", body_id=body_id),
+            query={"first": first, "last": last},
+        )
+        return answer
+
+    def read_speed_set(self, body_id: str, n: int) -> SpeedSet:
+        """Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD)."""
+        answer: SpeedSet = self.call("GET", filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n))
+        return answer
+
+    def set_speed_set(
+        self,
+        body_id: str,
+        n: int,
+        body: SpeedSetValues,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSpeedSet:
+        """Set the parameters of a set that differ, and read each back; refused while the motor moves."""
+        answer: ChangedSpeedSet = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def change_speed_set(
+        self,
+        body_id: str,
+        n: int,
+        body: SpeedSetChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedSpeedSet:
+        """Set those of the named parameters that differ, and read each back; refused while the motor moves."""
+        answer: ChangedSpeedSet = self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_patterns(self, body_id: str, *, first: int | None = None, last: int | None = None) -> Patterns:
+        """Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set."""
+        answer: Patterns = self.call(
+            "GET", filled("/bodies/{body_id}/patterns", body_id=body_id), query={"first": first, "last": last}
+        )
+        return answer
+
+    def read_pattern(self, body_id: str, n: int) -> Pattern:
+        """Ask a body for an acceleration pattern (SPD) with its speed changes (SED)."""
+        answer: Pattern = self.call("GET", filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n))
+        return answer
+
+    def set_pattern(
+        self,
+        body_id: str,
+        n: int,
+        body: PatternValues,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedPattern:
+        """Set what differs of a pattern and its speed changes, and read it back; refused while the motor moves.
+
+        Where a change shall go, all are cleared (SES) and those that stay are set again.
+        """
+        answer: ChangedPattern = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def change_pattern(
+        self,
+        body_id: str,
+        n: int,
+        body: PatternChange,
+        /,
+        *,
+        flash: bool | None = None,
+        idempotency_key: str | None = None,
+    ) -> ChangedPattern:
+        """Set what differs of what is named, and read it back; refused while the motor moves."""
+        answer: ChangedPattern = self.call(
+            "PATCH",
+            filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n),
+            query={"flash": flash},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_curve(
+        self,
+        body_id: str,
+        n: int,
+        *,
+        distance: float | None = None,
+        unit: Literal["pulse", "mm", "um", "deg", "mdeg"] | None = None,
+        speed: Literal["high", "low"] | None = None,
+        points: int | None = None,
+    ) -> SpeedCurve:
+        """Work out how a move with this pattern would go, with the settings of now; nothing moves."""
+        answer: SpeedCurve = self.call(
+            "GET",
+            filled("/bodies/{body_id}/patterns/{n}/curve", body_id=body_id, n=n),
+            query={"distance": distance, "unit": unit, "speed": speed, "points": points},
+        )
+        return answer
+
+    def read_body_backup(self, body_id: str) -> str:
+        """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
+
+        It takes two minutes at 9600 baud; others are served meanwhile.
+        """
+        answer: str = self.call("GET", filled("/bodies/{body_id}/backup", body_id=body_id))
+        return answer
+
+    def restore_body(
+        self,
+        body_id: str,
+        body: BodyRestoreRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> Restore | RestorePlan | Restore:
+        """Bring a body back to a backup: write what differs, read it back, and tell what differs still.
+
+        Refused while the motor moves or a program runs. A stop ends it.
+        """
+        answer: Restore | RestorePlan | Restore = self.call(
+            "POST",
+            filled("/bodies/{body_id}/restores", body_id=body_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_body_restore(self, body_id: str, restore_id: str, *, wait: float | None = None) -> Restore:
+        """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Restore = self.call(
+            "GET",
+            filled("/bodies/{body_id}/restores/{restore_id}", body_id=body_id, restore_id=restore_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_body_restore(self, body_id: str, *, idempotency_key: str | None = None) -> Restore:
+        """Write no more; what differs is still read and told, unless it is cancelled once more."""
+        answer: Restore = self.call(
+            "DELETE",
+            filled("/bodies/{body_id}/restores/current", body_id=body_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_line_backup(self, line_id: str, *, bodies: str | None = None) -> str:
+        """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
+
+        All of them have to answer; `bodies` leaves out who does not.
+        """
+        answer: str = self.call(
+            "GET", filled("/lines/{line_id}/backup", line_id=line_id), query={"bodies": bodies}
+        )
+        return answer
+
+    def restore_line(
+        self,
+        line_id: str,
+        body: LineRestoreRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> Restore | RestorePlan | Restore:
+        """Bring the bodies of a line, or chosen ones, back to a backup, one after the other."""
+        answer: Restore | RestorePlan | Restore = self.call(
+            "POST",
+            filled("/lines/{line_id}/restores", line_id=line_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_line_restore(self, line_id: str, restore_id: str, *, wait: float | None = None) -> Restore:
+        """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Restore = self.call(
+            "GET",
+            filled("/lines/{line_id}/restores/{restore_id}", line_id=line_id, restore_id=restore_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_line_restore(self, line_id: str, *, idempotency_key: str | None = None) -> Restore:
+        """Write no more; what differs is still read and told, unless it is cancelled once more."""
+        answer: Restore = self.call(
+            "DELETE",
+            filled("/lines/{line_id}/restores/current", line_id=line_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_robot_backup(self, robot_id: str) -> str:
+        """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
+        answer: str = self.call("GET", filled("/robots/{robot_id}/backup", robot_id=robot_id))
+        return answer
+
+    def restore_robot(
+        self,
+        robot_id: str,
+        body: RobotRestoreRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> Restore | RestorePlan | Restore:
+        """Bring a robot back to a backup: write what differs, read it back, and tell what differs still.
+
+        Refused while it moves. A stop ends it. There is no `flash`: C-HOST has no command for it.
+        """
+        answer: Restore | RestorePlan | Restore = self.call(
+            "POST",
+            filled("/robots/{robot_id}/restores", robot_id=robot_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_robot_restore(self, robot_id: str, restore_id: str, *, wait: float | None = None) -> Restore:
+        """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Restore = self.call(
+            "GET",
+            filled("/robots/{robot_id}/restores/{restore_id}", robot_id=robot_id, restore_id=restore_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_robot_restore(self, robot_id: str, *, idempotency_key: str | None = None) -> Restore:
+        """Write no more; what differs is still read and told, unless it is cancelled once more."""
+        answer: Restore = self.call(
+            "DELETE",
+            filled("/robots/{robot_id}/restores/current", robot_id=robot_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_leases(self) -> LeaseList:
+        """List who has leased what; a key with a scope sees those within it."""
+        answer: LeaseList = self.call("GET", filled("/leases"))
+        return answer
+
+    def take_lease(self, body: LeaseRequest, /, *, idempotency_key: str | None = None) -> Taken:
+        """Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
+
+        Whoever has it sends its `token` as the header `Lease-Token` with each motion and each setting; several
+        tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
+        a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
+        JOG, a move without an end) is stopped.
+        """
+        answer: Taken = self.call("POST", filled("/leases"), body=body, idempotency_key=idempotency_key)
+        return answer
+
+    def get_lease(self, lease_id: str) -> Lease:
+        """Tell who has a lease, and for how long."""
+        answer: Lease = self.call("GET", filled("/leases/{lease_id}", lease_id=lease_id))
+        return answer
+
+    def end_lease(self, lease_id: str, *, idempotency_key: str | None = None) -> Lease:
+        """Give a lease back; an admin ends that of anybody."""
+        answer: Lease = self.call(
+            "DELETE", filled("/leases/{lease_id}", lease_id=lease_id), idempotency_key=idempotency_key
+        )
+        return answer
+
+    def renew_lease(self, lease_id: str, *, idempotency_key: str | None = None) -> Taken:
+        """Let a lease last for its whole time from now on; its token stands in the header Lease-Token."""
+        answer: Taken = self.call(
+            "POST", filled("/leases/{lease_id}/renew", lease_id=lease_id), idempotency_key=idempotency_key
+        )
+        return answer
+
+    def reload_configuration(
+        self, body: ReloadRequest | None = None, /, *, idempotency_key: str | None = None
+    ) -> Reloaded:
+        """Read the configuration file again, and serve the lines in it.
+
+        Lines that did not change go on undisturbed, and so do moves and events. One that did is closed and opened
+        anew, which is refused while something moves on it. `needs_restart` names what a restart alone changes.
+        """
+        answer: Reloaded = self.call(
+            "POST", filled("/system/reload"), body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    def add_bodies(self, line_id: str, body: NewBodies, /, *, idempotency_key: str | None = None) -> Reloaded:
+        """Write bodies that a scan has found into the configuration file, and serve them.
+
+        Their line is opened anew, which is refused while something moves on it.
+        """
+        answer: Reloaded = self.call(
+            "POST",
+            filled("/lines/{line_id}/bodies", line_id=line_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_scaras(self) -> ScaraList:
+        """List all SCARA robots; nothing is sent."""
+        answer: ScaraList = self.call("GET", filled("/scaras"))
+        return answer
+
+    def get_scara(self, scara_id: str) -> ScaraInfo:
+        """Tell what is known of a SCARA robot; nothing is sent."""
+        answer: ScaraInfo = self.call("GET", filled("/scaras/{scara_id}", scara_id=scara_id))
+        return answer
+
+    def read_scara_coordinates(self, scara_id: str) -> ScaraCoordinates:
+        """Ask all axes in one frame where they stand (6PD), and calculate where the finger ends."""
+        answer: ScaraCoordinates = self.call(
+            "GET", filled("/scaras/{scara_id}/coordinates", scara_id=scara_id)
+        )
+        return answer
+
+    def calculate_coordinates(
+        self, scara_id: str, body: AxisPulses, /, *, idempotency_key: str | None = None
+    ) -> Kinematics:
+        """Calculate where the finger ends at positions of the axes; nothing is sent."""
+        answer: Kinematics = self.call(
+            "POST",
+            filled("/scaras/{scara_id}/kinematics/forward", scara_id=scara_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def calculate_positions(
+        self, scara_id: str, body: WantedPlace, /, *, idempotency_key: str | None = None
+    ) -> Kinematics:
+        """Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
+
+        The place in the answer is that of the whole pulses. Nothing is sent; 422 where the arm does not come.
+        """
+        answer: Kinematics = self.call(
+            "POST",
+            filled("/scaras/{scara_id}/kinematics/inverse", scara_id=scara_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_scara_geometry(self, scara_id: str) -> ScaraGeometry:
+        """Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare."""
+        answer: ScaraGeometry = self.call("GET", filled("/scaras/{scara_id}/geometry", scara_id=scara_id))
+        return answer
+
+    def apply_scara_geometry(
+        self, scara_id: str, body: GeometryApplication | None = None, /, *, idempotency_key: str | None = None
+    ) -> ScaraGeometry:
+        """Give the controllers the configured geometry (HTS, HCS, HAS, HFS, HZS), and read it back."""
+        answer: ScaraGeometry = self.call(
+            "POST",
+            filled("/scaras/{scara_id}/geometry/apply", scara_id=scara_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def stop_scara(self, scara_id: str, body: StopRequest | None = None, /) -> StopResult:
+        """Stop all axes of a robot by software, with one frame for all and then one for each."""
+        answer: StopResult = self.call(
+            "POST", filled("/scaras/{scara_id}/stop", scara_id=scara_id), body=body
+        )
+        return answer
+
+    def start_scara_move(
+        self,
+        scara_id: str,
+        body: ScaraLineRequest
+        | ScaraPathRequest
+        | ScaraOffsetRequest
+        | ScaraExtendRequest
+        | ScaraRetractRequest
+        | ScaraRotateRequest
+        | ScaraFingerRequest
+        | ScaraAlignRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> ScaraMove:
+        """Start a move of all axes, or with `validate_only` say what it would be.
+
+        In one undivided turn of the line the gateway reads where the axes stand (6PD), tells all controllers
+        (HPS), prepares the move, sees that they agree and that nothing has moved, and starts it by one frame
+        (HMM; HFM and HNM for `finger` and `align`). 202 when it is accepted and not over, 200 when it ended while
+        the request waited. When one axis fails all are stopped: see `status`, `failed_axes` and `error`. `plan_scara_move` does that.
+        """
+        answer: ScaraMove = self.call(
+            "POST",
+            filled("/scaras/{scara_id}/moves", scara_id=scara_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def plan_scara_move(
+        self,
+        scara_id: str,
+        body: ScaraLineRequest
+        | ScaraPathRequest
+        | ScaraOffsetRequest
+        | ScaraExtendRequest
+        | ScaraRetractRequest
+        | ScaraRotateRequest
+        | ScaraFingerRequest
+        | ScaraAlignRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> PlannedScaraMove:
+        """Say what `start_scara_move` would send, and how long it would take; nothing moves."""
+        answer: PlannedScaraMove = self.call(
+            "POST",
+            filled("/scaras/{scara_id}/moves", scara_id=scara_id),
+            query={"wait": wait},
+            body={**body, "validate_only": True},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_scara_moves(self, scara_id: str, *, limit: int | None = None) -> ScaraMoveList:
+        """List the robot's moves, newest first."""
+        answer: ScaraMoveList = self.call(
+            "GET", filled("/scaras/{scara_id}/moves", scara_id=scara_id), query={"limit": limit}
+        )
+        return answer
+
+    def get_scara_move(self, scara_id: str, move_id: str, *, wait: float | None = None) -> ScaraMove:
+        """Get a move, at once or when it is over."""
+        answer: ScaraMove = self.call(
+            "GET",
+            filled("/scaras/{scara_id}/moves/{move_id}", scara_id=scara_id, move_id=move_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def read_scara_path(self, scara_id: str, path: int) -> StoredPath:
+        """Read a path from all controllers (HDD); 409 where they hold different ones."""
+        answer: StoredPath = self.call(
+            "GET", filled("/scaras/{scara_id}/paths/{path}", scara_id=scara_id, path=path)
+        )
+        return answer
+
+    def write_scara_path(
+        self, scara_id: str, path: int, body: PathDefinition, /, *, idempotency_key: str | None = None
+    ) -> StoredPath:
+        """Store a path in all controllers, undivided (HDS), in RAM; read it back."""
+        answer: StoredPath = self.call(
+            "PUT",
+            filled("/scaras/{scara_id}/paths/{path}", scara_id=scara_id, path=path),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def start_body_jog(
+        self, body_id: str, body: BodyJogRequest, /, *, idempotency_key: str | None = None
+    ) -> BodyJog:
+        """Start to jog a body. It stops by itself unless a heartbeat comes at least every half second.
+
+        It is a move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.
+        """
+        answer: BodyJog = self.call(
+            "POST",
+            filled("/bodies/{body_id}/jogs", body_id=body_id),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def keep_jogging_body(self, body_id: str, jog_id: str, *, idempotency_key: str | None = None) -> BodyJog:
+        """Let the motor move for another half second; 409 when it is being stopped, or nobody can reach it."""
+        answer: BodyJog = self.call(
+            "POST",
+            filled("/bodies/{body_id}/jogs/{jog_id}/heartbeat", body_id=body_id, jog_id=jog_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def end_body_jog(self, body_id: str, jog_id: str) -> BodyJog:
+        """Stop the motor, and answer when it stands still.
+
+        Where that was not seen in time, the state is `stopping`; ask again until the state is another.
+        """
+        answer: BodyJog = self.call(
+            "POST", filled("/bodies/{body_id}/jogs/{jog_id}/stop", body_id=body_id, jog_id=jog_id)
+        )
+        return answer
+
+    def list_body_positions(
+        self, body_id: str, *, first: int | None = None, last: int | None = None
+    ) -> BodyPositions:
+        """Read stored positions (3ND), each in a frame of its own: all 2048 take 90 s at 9600 baud."""
+        answer: BodyPositions = self.call(
+            "GET",
+            filled("/bodies/{body_id}/positions", body_id=body_id),
+            query={"first": first, "last": last},
+        )
+        return answer
+
+    def store_body_positions(
+        self,
+        body_id: str,
+        body: PositionsToStore,
+        /,
+        *,
+        first: int | None = None,
+        last: int | None = None,
+        idempotency_key: str | None = None,
+    ) -> BodyPositions:
+        """Store positions (3PS) and read them back; without a position, where the motor stands.
+
+        `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
+        """
+        answer: BodyPositions = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/positions", body_id=body_id),
+            query={"first": first, "last": last},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def name_body_position(
+        self, body_id: str, number: int, body: PositionName, /, *, idempotency_key: str | None = None
+    ) -> PositionLabel:
+        """Name a position. The gateway keeps the name; nothing is sent."""
+        answer: PositionLabel = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/positions/{number}/name", body_id=body_id, number=number),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def download_body_positions(
+        self, body_id: str, *, first: int | None = None, last: int | None = None
+    ) -> str:
+        """Read stored positions as CSV: the columns `number` and `pulse`."""
+        answer: str = self.call(
+            "GET",
+            filled("/bodies/{body_id}/positions.csv", body_id=body_id),
+            query={"first": first, "last": last},
+        )
+        return answer
+
+    def read_body_inputs(self, body_id: str) -> BodyInputs:
+        """Ask the controller for all ten inputs (CID)."""
+        answer: BodyInputs = self.call("GET", filled("/bodies/{body_id}/inputs", body_id=body_id))
+        return answer
+
+    def read_body_outputs(self, body_id: str) -> BodyOutputs:
+        """Ask the controller for all sixteen outputs (COD)."""
+        answer: BodyOutputs = self.call("GET", filled("/bodies/{body_id}/outputs", body_id=body_id))
+        return answer
+
+    def switch_body_output(
+        self, body_id: str, output: int, body: OutputSwitch, /, *, idempotency_key: str | None = None
+    ) -> SignalState:
+        """Switch an output (COS), which ends its pulse, and read it back; `not-done` where it is not as asked."""
+        answer: SignalState = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/outputs/{output}", body_id=body_id, output=output),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def pulse_body_output(
+        self, body_id: str, output: int, body: OutputPulse, /, *, idempotency_key: str | None = None
+    ) -> SignalState:
+        """Invert an output for a time (CBS); refused while it is inverted, and where it reports an error."""
+        answer: SignalState = self.call(
+            "POST",
+            filled("/bodies/{body_id}/outputs/{output}/pulses", body_id=body_id, output=output),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def read_body_sensors(self, body_id: str) -> BodySensors:
+        """Ask the controller for all six sensors (CLD)."""
+        answer: BodySensors = self.call("GET", filled("/bodies/{body_id}/sensors", body_id=body_id))
+        return answer
+
+    def read_error_outputs(self, body_id: str) -> BodyErrorOutputs:
+        """Ask the controller which outputs report errors (CED), and which errors stand (CRD)."""
+        answer: BodyErrorOutputs = self.call(
+            "GET", filled("/bodies/{body_id}/error-outputs", body_id=body_id)
+        )
+        return answer
+
+    def set_error_output(
+        self,
+        body_id: str,
+        cause: Literal["ems", "limit", "stall", "any"],
+        body: ErrorOutputChoice,
+        /,
+        *,
+        idempotency_key: str | None = None,
+    ) -> BodyErrorOutputs:
+        """Set the output that reports a cause (CES), and read it back. Each cause takes one of its own."""
+        answer: BodyErrorOutputs = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/error-outputs/{cause}", body_id=body_id, cause=cause),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def reset_error_outputs(self, body_id: str, *, idempotency_key: str | None = None) -> BodyErrorOutputs:
+        """Take back all error outputs (CRS), which refuse moves while they stand."""
+        answer: BodyErrorOutputs = self.call(
+            "POST",
+            filled("/bodies/{body_id}/error-outputs/reset", body_id=body_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_captures(self, body_id: str) -> Captures:
+        """Ask the controller how both inputs capture, and what they have captured (CPD, CFD, CSD, 3ND)."""
+        answer: Captures = self.call("GET", filled("/bodies/{body_id}/captures", body_id=body_id))
+        return answer
+
+    def get_capture(self, body_id: str, port: int, *, wait: float | None = None) -> CaptureState:
+        """Ask for a capture, at once or when an edge has come; a move that ends without one disarms it too."""
+        answer: CaptureState = self.call(
+            "GET",
+            filled("/bodies/{body_id}/captures/{port}", body_id=body_id, port=port),
+            query={"wait": wait},
+        )
+        return answer
+
+    def arm_capture(
+        self, body_id: str, port: int, body: CaptureRequest, /, *, idempotency_key: str | None = None
+    ) -> CaptureState:
+        """Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves."""
+        answer: CaptureState = self.call(
+            "PUT",
+            filled("/bodies/{body_id}/captures/{port}", body_id=body_id, port=port),
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def disarm_capture(self, body_id: str, port: int, *, idempotency_key: str | None = None) -> CaptureState:
+        """Let an input capture nothing (CPS), which sets its entries to 0; refused while the motor moves."""
+        answer: CaptureState = self.call(
+            "DELETE",
+            filled("/bodies/{body_id}/captures/{port}", body_id=body_id, port=port),
             idempotency_key=idempotency_key,
         )
         return answer
@@ -701,6 +1712,11 @@ class Operations(Protocol):
         )
         return answer
 
+    def list_macros(self, robot_id: str) -> MacroList:
+        """List the macros of the configuration, and those the robot has refused; nothing is sent."""
+        answer: MacroList = self.call("GET", filled("/robots/{robot_id}/macros", robot_id=robot_id))
+        return answer
+
     def start_jog(
         self, robot_id: str, body: JogRequest, /, *, idempotency_key: str | None = None
     ) -> JogSession:
@@ -747,7 +1763,10 @@ class Operations(Protocol):
     def store_positions(
         self, robot_id: str, unit: int, body: PositionUpload, /, *, idempotency_key: str | None = None
     ) -> Uploaded:
-        """Store positions undivided (POF, POS); a stop in the middle ends the upload first."""
+        """Store positions undivided (POF, POS); a stop in the middle ends the upload first.
+
+        A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
+        """
         answer: Uploaded = self.call(
             "PUT",
             filled("/robots/{robot_id}/units/{unit}/positions", robot_id=robot_id, unit=unit),

@@ -5,9 +5,24 @@ from __future__ import annotations
 from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
 
 
+class AboutSetting(TypedDict):
+    """What the manual says of a setting."""
+
+    command: str
+    """The code that sets it."""
+    unit: str | None
+    """pulse, pps, pps/s, percent, ms, um, pulse/count; null for none."""
+    minimum: float | None
+    maximum: float | None
+    default: JsonValue
+    """What it is when nothing was written to flash memory."""
+
+
 class AbsoluteMoveRequest(TypedDict):
     """Move to a position (RC-420 manual 13.2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["absolute"]
     position: Length
     speed: NotRequired[Literal["high", "low"]]
@@ -16,11 +31,106 @@ class AbsoluteMoveRequest(TypedDict):
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
 
 
+class Alarm(TypedDict):
+    """Something that has gone wrong, from then until somebody has reset it."""
+
+    id: str
+    cause: str
+    """What it is, such as `body.offline`; never changes."""
+    subject: str
+    """What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway."""
+    raised_at: str
+    ended_at: str | None
+    """When its cause was seen to be over; null while it lasts."""
+    reset_at: str | None
+    """Null while the alarm stands."""
+    reset_by: str | None
+    """Who has reset it."""
+    caller: str
+    """In whose name the gateway was at work when it came."""
+    request_id: str | None
+    """The X-Request-Id of the request behind that."""
+    move_id: str | None
+    """The move it has ended, if it has."""
+    code: str | None
+    """The controller's own error code."""
+    manual: str
+    """Where the manual tells of it; empty where it is no matter of a controller."""
+    en: AlarmText
+    ja: AlarmText
+    next: list[NextCall]
+    """The calls that help, in the order in which they do."""
+
+
+class AlarmList(TypedDict):
+    """Alarms: those that stand first, then those that were reset, each newest first."""
+
+    alarms: list[Alarm]
+
+
+class AlarmRaisedEvent(TypedDict):
+    """Something has gone wrong; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["alarm.raised"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Alarm
+
+
+class AlarmResetEvent(TypedDict):
+    """Somebody has seen to it, or a newer alarm stands in its place; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["alarm.reset"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Alarm
+
+
+class AlarmText(TypedDict):
+    """An alarm in one language."""
+
+    happened: str
+    """What has happened."""
+    motor: str
+    """What the motor did, or may do."""
+    remedy: str
+    """What to do next."""
+
+
 class Amount(TypedDict):
     """A coordinate, or an amount to move by, in the unit its axis is set up for."""
 
     value: float
     unit: Literal["mm", "pulse", "degree"]
+
+
+class Angle(TypedDict):
+    """An angle, counterclockwise from X."""
+
+    value: float
+    unit: Literal["deg", "mdeg"]
+
+
+class Audit(TypedDict):
+    """Deeds, the newest first."""
+
+    deeds: list[Deed]
+    cursor: str | None
+    """Give it as `cursor` for older ones; null where there are none."""
 
 
 class AxisInfo(TypedDict):
@@ -41,6 +151,13 @@ class AxisPlace(TypedDict):
     """mm, pulse or degree."""
     reason: Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"] | None
     """Why it is not known: not homed, homing or a macro or automatic operation under way, no user coordinates where the motors stand, or not to be found out."""
+
+
+class AxisPulses(TypedDict):
+    """Positions of all axes."""
+
+    pulses: list[int]
+    """Of axes 0, 1 and 2; belt-linked robots have two."""
 
 
 class AxisSensors(TypedDict):
@@ -119,6 +236,13 @@ class BodyEndFrameEvent(TypedDict):
     data: EndFrame
 
 
+class BodyErrorOutputs(TypedDict):
+    """The outputs that report errors."""
+
+    body_id: str
+    error_outputs: list[ErrorOutputState]
+
+
 class BodyInfo(TypedDict):
     """A body as the gateway knows it, without asking it."""
 
@@ -149,6 +273,224 @@ class BodyInfo(TypedDict):
     position_read_at: str | None
     status: list[str] | None
     """The status bits that were set when last read."""
+
+
+class BodyInputChangedEvent(TypedDict):
+    """An input is told to be another than before; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.input.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: InputChange
+
+
+class BodyInputs(TypedDict):
+    """The general inputs, after their logic (DIS) and their noise filters (DCS)."""
+
+    body_id: str
+    read_at: str
+    """When the controller's answer came."""
+    age_ms: float
+    """How old the answer was when it was passed on."""
+    inputs: list[SignalState]
+
+
+class BodyJog(TypedDict):
+    """A body that jogs, or has jogged."""
+
+    id: str
+    """Of the jog, and of the move it makes."""
+    state: Literal["jogging", "stopping", "ended", "lost", "stopped"]
+    """stopping: it is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with all that moves there, or at the end of the gateway."""
+    ends_as: Literal["ended", "lost", "stopped"] | None
+    """The state that follows when it stands still; null while it jogs."""
+    heartbeat_within_ms: int
+    """The next heartbeat has to come within this."""
+    body_id: str
+    direction: Literal["cw", "ccw"]
+    speed: Literal["high", "low"]
+    distance: int
+    """So far it goes at most, in pulses; encoder counts in encoder mode."""
+
+
+class BodyJogEndedEvent(TypedDict):
+    """The jog was ended by request, or by its move's end, and the motor stands still; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.jog.ended"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyJog
+
+
+class BodyJogLostEvent(TypedDict):
+    """Its heartbeat stayed away, and the motor stands still; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.jog.lost"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyJog
+
+
+class BodyJogRequest(TypedDict):
+    """Which way to jog, how fast, and how far at most."""
+
+    direction: Literal["cw", "ccw", "+", "-"]
+    """+ is cw, - is ccw."""
+    speed: NotRequired[Literal["high", "low"]]
+    """`low` runs at the start speed, without ramps. Left out: low."""
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    at_most: NotRequired[Length | None]
+    """The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits."""
+
+
+class BodyJogStartedEvent(TypedDict):
+    """It jogs; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.jog.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyJog
+
+
+class BodyJogStoppedEvent(TypedDict):
+    """A stop or the end of the gateway has ended it, and the motor stands still; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.jog.stopped"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyJog
+
+
+class BodyJogStoppingEvent(TypedDict):
+    """It is told to stop, and may still move; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.jog.stopping"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BodyJog
+
+
+class BodyLeaseBrokenEvent(TypedDict):
+    """Somebody else has ended a lease; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.lease.broken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class BodyLeaseExpiredEvent(TypedDict):
+    """A lease was not renewed in time; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.lease.expired"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class BodyLeaseReleasedEvent(TypedDict):
+    """Its holder has given a lease back; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.lease.released"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class BodyLeaseTakenEvent(TypedDict):
+    """Somebody has leased it: nobody else moves or sets it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.lease.taken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class BodyLeaseTakenOverEvent(TypedDict):
+    """An admin has leased it instead; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.lease.taken_over"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
 
 
 class BodyLeftMovingEvent(TypedDict):
@@ -349,6 +691,20 @@ class BodyMoveUnknownEvent(TypedDict):
     data: Move
 
 
+class BodyNow(TypedDict):
+    """A body, as far as is known."""
+
+    body_id: str
+    online: bool
+    moving: bool | None
+    move_id: str | None
+    position: int | None
+    """In pulses."""
+    homed: str
+    power_cycled: bool
+    status: list[str] | None
+
+
 class BodyOfflineEvent(TypedDict):
     """It does not answer any more; about `/bodies/{body_id}`."""
 
@@ -379,6 +735,50 @@ class BodyOnlineEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: Nothing
+
+
+class BodyOutputs(TypedDict):
+    """The general outputs; in servo mode output 0 is the CLR signal."""
+
+    body_id: str
+    read_at: str
+    """When the controller's answer came."""
+    age_ms: float
+    """How old the answer was when it was passed on."""
+    outputs: list[SignalState]
+
+
+class BodyPosition(TypedDict):
+    """Where a motor stands (6PD)."""
+
+    pulses: int
+    """Or encoder counts: see `counted_in`."""
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """Null where its operating mode was not read yet."""
+    value: float | None
+    """The same in `unit`; null without a scale."""
+    unit: str | None
+
+
+class BodyPositionEvent(TypedDict):
+    """Somebody watches it (`sample`); about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    data: BodyPosition
+    cursor: str
+
+
+class BodyPositions(TypedDict):
+    """Stored positions of a body."""
+
+    body_id: str
+    positions: list[NamedPosition]
 
 
 class BodyPowerCycleAcknowledgedEvent(TypedDict):
@@ -449,6 +849,22 @@ class BodyProgramEndedEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: ProgramRun
+
+
+class BodyProgramMessageEvent(TypedDict):
+    """Its user program tells something (SDC, SDD); about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.program.message"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ProgramText
 
 
 class BodyProgramStartedEvent(TypedDict):
@@ -547,6 +963,290 @@ class BodyProgramUploadSucceededEvent(TypedDict):
     data: ProgramUpload
 
 
+class BodyRestoreCancelledEvent(TypedDict):
+    """A request, a stop or the end of the gateway has ended it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodyRestoreDiffersEvent(TypedDict):
+    """It was read back, and `differences` is what is not as in the backup; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.differs"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodyRestoreFailedEvent(TypedDict):
+    """Nobody could read it back, or what flash memory holds is not known; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodyRestoreProgressEvent(TypedDict):
+    """A restore has come further; once a second at most; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodyRestoreRequest(TypedDict):
+    """A backup to be restored to one body."""
+
+    backup: str
+    """The text of a backup; comments after `;` mean nothing."""
+    dry_run: NotRequired[bool]
+    """Tell what would be written and what differs, and write nothing. Left out: false."""
+    flash: NotRequired[bool]
+    """Write it to flash memory, too, once it was read back. Left out: false."""
+    power_cycle: NotRequired[bool]
+    """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
+    from_body: NotRequired[str | None]
+    """Take what the backup has of another body: two hex digits. Else of the same number."""
+
+
+class BodyRestoreStartedEvent(TypedDict):
+    """A backup is being restored; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodyRestoreVerifiedEvent(TypedDict):
+    """All of the backup was read back; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.restore.verified"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class BodySample(TypedDict):
+    """Where a motor stood."""
+
+    time: str
+    """When the controller's answer came."""
+    time_s: float
+    """Seconds since the move's command was written."""
+    pulses: int
+    value: float | None
+    """The same in `unit`; null without a scale."""
+    planned_pulses: float | None
+    """Where the plan has it then; null without a plan."""
+
+
+class BodySamples(TypedDict):
+    """Where a body was seen during a move: each answer that told its position, 512 at most."""
+
+    move_id: str
+    body_id: str
+    unit: str | None
+    pulses_per_unit: float | None
+    """The body's scale; null without one."""
+    planned_s: float | None
+    """How long the plan has pulses run; null without a plan or an end."""
+    plan: list[PlannedPoint] | None
+    """Evenly spread, and where a part of the curve begins."""
+    note: str | None
+    """Why there is no plan."""
+    samples: list[BodySample]
+
+
+class BodySensorChangedEvent(TypedDict):
+    """A sensor is told to be another than before; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.sensor.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: SensorChange
+
+
+class BodySensors(TypedDict):
+    """The sensors, after their logic (DLS)."""
+
+    body_id: str
+    read_at: str
+    """When the controller's answer came."""
+    age_ms: float
+    """How old the answer was when it was passed on."""
+    sensors: SensorBits
+
+
+class BodySettings(TypedDict):
+    """The settings of a body."""
+
+    body_id: str
+    version: str
+    """Of the control software (9VD)."""
+    settings: Settings
+    """In RAM: those in force."""
+    in_unit: dict[str, Scaled]
+    """Those in pulses, in the body's unit, by their names; empty without a scale."""
+    unavailable: dict[str, str]
+    """Settings that cannot be read now, and why."""
+    flash: Settings | None
+    """In flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS. Position index and outputs change without a command, so they are never told."""
+    about: dict[str, AboutSetting]
+    """Units, ranges, and values of the factory, by name."""
+
+
+class BodySettingsChange(TypedDict):
+    """Settings to change; the others stay as they are.
+
+    Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
+    """
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+    operating_mode: NotRequired[Literal["stepping", "encoder", "servo"] | None]
+    """EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1)."""
+    pulse_format: NotRequired[Literal["pulse_direction", "cw_ccw"] | None]
+    """EDS."""
+    soft_limits: NotRequired[Stretch | None]
+    """EPS: moves that would end outside are refused; null where there are none."""
+    input_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DIS."""
+    sensor_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DLS: the sensor inputs, and the CLR output."""
+    noise_filters: NotRequired[dict[str, int] | None]
+    """DCS: equal samples, one each ms, that make a change of level."""
+    outputs: NotRequired[dict[str, bool] | None]
+    """COS: general outputs; FIS keeps them as they are then."""
+    error_outputs: NotRequired[dict[str, ErrorOutputSetting | None] | None]
+    """CES: the output that reports an error; each needs one of its own."""
+    interrupt_edges: NotRequired[dict[str, Literal["off", "falling", "rising"]] | None]
+    """CPS: the edge that interrupts; setting it clears what is recorded and pulsed."""
+    interrupt_ranges: NotRequired[dict[str, Stretch | None] | None]
+    """CSS: where an interrupt is heeded; null for everywhere."""
+    interrupt_records: NotRequired[dict[str, dict[str, int | None]] | None]
+    """CFS: the positions of the table that take a value."""
+    interrupt_pulses: NotRequired[dict[str, InterruptPulse | None] | None]
+    """CFS: the pulse that an interrupt gives."""
+    clear_pulse_ms: NotRequired[int | None]
+    """CCS: the CLR signal's pulse; 0 gives none; servo mode only."""
+    robot_type: NotRequired[Literal["three_axes", "two_axes_belt_linked"] | None]
+    """HTS; not in encoder mode."""
+    driven_axis: NotRequired[int | None]
+    """HCS: the axis of a SCARA robot that it drives; not in encoder mode."""
+    arm_length_um: NotRequired[int | None]
+    """HAS; not in encoder mode."""
+    finger_length_um: NotRequired[int | None]
+    """HFS; not in encoder mode."""
+    pulses_per_turn: NotRequired[dict[str, float] | None]
+    """HZS: of each axis, with up to eight decimals; not in encoder mode."""
+    position_index: NotRequired[int | None]
+    """3IS: moves that step it change it, too."""
+    comments: NotRequired[dict[str, str] | None]
+    """9VS: up to 40 printable ASCII characters; the mark of the gateway is not shown."""
+    autostart: NotRequired[bool | None]
+    """UAS: whether the user program starts at power-on (RC-420 manual 15)."""
+
+
+class BodySettingsChangedEvent(TypedDict):
+    """Settings were changed by one of its documents; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.settings.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: SettingsNews
+
+
 class BodyStatus(TypedDict):
     """The state of a controller."""
 
@@ -554,6 +1254,8 @@ class BodyStatus(TypedDict):
     moving: bool
     status: StatusBits
     sensors: SensorBits
+    stalls: list[StallFound]
+    """Which finder has raised a STALL error that stands."""
     end_causes: list[str]
     """Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; empty after a normal end, and while the motor moves."""
     read_at: str
@@ -641,6 +1343,151 @@ class BodyUnreadableEvent(TypedDict):
     data: Unreadable
 
 
+class CaptureBounds(TypedDict):
+    """The stretch of positions in which an edge counts."""
+
+    lower: int
+    """In pulses."""
+    upper: int
+    """In pulses."""
+
+
+class CapturePulse(TypedDict):
+    """A pulse that the edge sets off. Arming gives the output the opposite state."""
+
+    output: int
+    """General output, 0-7."""
+    on: bool
+    """Its state during the pulse."""
+    duration_ms: int
+
+
+class CaptureRequest(TypedDict):
+    """What an edge in the next move is to do; what is left out, it does not."""
+
+    edge: Literal["falling", "rising"]
+    position: NotRequired[int | None]
+    """Position number that takes the position."""
+    encoder: NotRequired[int | None]
+    """Position number that takes the encoder count."""
+    encoder_in_pulses: NotRequired[int | None]
+    """Position number that takes the encoder count converted to pulses."""
+    pulse: NotRequired[CapturePulse | None]
+    between: NotRequired[Section | None]
+    """Left out, the edge counts everywhere."""
+
+
+class CaptureState(TypedDict):
+    """How an input is set up to capture, and what it has captured."""
+
+    body_id: str
+    input: int
+    name: str | None
+    """From the configuration."""
+    edge: Literal["off", "falling", "rising"]
+    """What it waits for; off: it is not armed, or not any more."""
+    armed: bool
+    captured: bool | None
+    """Null where no entry takes a value."""
+    recorded: list[CapturedValue]
+    pulse: CapturePulse | None
+    between: CaptureBounds | None
+    """Null: everywhere."""
+
+
+class CapturedValue(TypedDict):
+    """An entry of the position table that takes a value."""
+
+    kind: Literal["position", "encoder", "encoder_in_pulses"]
+    number: int
+    """Position number."""
+    pulses: int | None
+    """Null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`."""
+    value: float | None
+    """The same in `unit`; null without a scale, and for `encoder`."""
+    unit: str | None
+
+
+class Captures(TypedDict):
+    """The captures of both inputs."""
+
+    body_id: str
+    captures: list[CaptureState]
+
+
+class ChangeStep(TypedDict):
+    """What became of one value that was asked for."""
+
+    name: str
+    command: str
+    """The command that sets it, without frame."""
+    outcome: Literal["unchanged", "changed"]
+    """unchanged: it was so already, and nothing was sent; changed: set, and read back."""
+    before: JsonValue
+
+
+class ChangedPattern(TypedDict):
+    """A pattern as it was read back after a change."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard one, which is made of set 30 and has no changes."""
+    acceleration_set: int | None
+    """Null where the pattern was never set."""
+    deceleration_set: int | None
+    changes: list[SpeedChangeInfo] | None
+    """Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them."""
+    flash: PatternSets | None
+    """What flash memory holds; null where that is not known."""
+    steps: list[ChangeStep]
+    """What the change took, in order."""
+
+
+class ChangedSettings(TypedDict):
+    """Settings after a change, as they were read back."""
+
+    body_id: str
+    settings: Settings
+    """Those that were named."""
+    steps: list[ChangeStep]
+    """What the change took, in order."""
+
+
+class ChangedSpeedSet(TypedDict):
+    """A set as it was read back after a change."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard set."""
+    start_speed_pps: int
+    """OL, 1-30,000; 0 where it was never set."""
+    maximum_speed_pps: int
+    """OH, 1-1,000,000; 0 where it was never set."""
+    acceleration_pps_s: int
+    """OS, 1-10,000,000; 0 where it was never set."""
+    rising_percent: int
+    """OA, 0-100."""
+    falling_percent: int
+    """OB, 0-100."""
+    start_speed: Scaled | None
+    """In the body's unit; null without a scale."""
+    maximum_speed: Scaled | None
+    acceleration: Scaled | None
+    flash: InFlash | None
+    """What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS."""
+    steps: list[ChangeStep]
+    """What the change took, in order."""
+
+
+class Changes(TypedDict):
+    """What differs between the configuration that is served and another."""
+
+    lines: list[LineChange]
+    """All others go on undisturbed."""
+    needs_restart: list[str]
+    """Keys whose change takes a restart of the gateway."""
+
+
 class Channel(TypedDict):
     """Eight inputs or outputs."""
 
@@ -704,6 +1551,8 @@ class CommandList(TypedDict):
 class ContinuousMoveRequest(TypedDict):
     """Move until stopped; only where the configuration has `allow_endless_moves`."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["continuous"]
     direction: Literal["cw", "ccw"]
     speed: NotRequired[Literal["high", "low"]]
@@ -713,19 +1562,34 @@ class ContinuousMoveRequest(TypedDict):
 
 
 class ControllerEvent(TypedDict):
-    """A frame 7E: the fields that its ESS setting names, in the order they came."""
+    """A frame 7E: the fields that its ESS setting names, in the order they came (RC-420 manual 13.11.3)."""
 
     C: NotRequired[int | None]
-    """Sensors (CLD)."""
-    M: NotRequired[int | None]
     """Controller status (9CD)."""
+    M: NotRequired[int | None]
+    """Cause of the end of the last move (9MD)."""
     S: NotRequired[int | None]
+    """Sensors (CLD)."""
     I: NotRequired[int | None]
     """Inputs."""
     O: NotRequired[int | None]
     """Outputs."""
     P: NotRequired[int | None]
     """Position in pulses."""
+
+
+class ControllerGeometry(TypedDict):
+    """What a controller holds."""
+
+    type: Literal["three_axes", "two_axes_belt_linked"]
+    arm: LinkLength
+    finger: LinkLength
+    pulses_per_turn: list[float]
+    body_id: str
+    axis: int
+    """The one that it drives."""
+    agrees: bool
+    """Whether it is what the configuration has."""
 
 
 class Crashed(TypedDict):
@@ -739,12 +1603,188 @@ class Crashed(TypedDict):
     """Commands of which nobody knows what has become of them."""
 
 
+class CurvePoint(TypedDict):
+    """A moment of the move, in the pulses that are put out."""
+
+    time_s: float
+    """Seconds since the first pulse."""
+    position: float
+    """Pulses since the start."""
+    speed: float
+    """Pulses per second."""
+    acceleration: float
+    """Pulses per second, per second; below 0 while it slows down."""
+    position_in_unit: float | None
+    """In the body's unit; null without a scale."""
+    speed_in_unit: float | None
+    acceleration_in_unit: float | None
+
+
+class Deed(TypedDict):
+    """Something with an effect that somebody wanted."""
+
+    id: str
+    """Sorts by time; also the cursor after which older deeds follow."""
+    at: str
+    caller: str
+    """Who wanted it: the name of a key, an interface and an address."""
+    request_id: str | None
+    """The X-Request-Id of the request."""
+    target: str
+    """Whom it was for: line1.3F, line1.80 for a group, r1."""
+    command: str
+    """The row of the command table."""
+    effect: str
+    """motion, stop, setting or maintenance."""
+    frame: str
+    """The exact bytes."""
+    moves: list[str]
+    """The moves it was to make."""
+    written_at: str | None
+    """When it was handed to the port; null if it was not."""
+    ended_at: str | None
+    """When its outcome was known; null while it is not."""
+    outcome: str | None
+    """answered, refusal, not_sent, or unknown where nobody knows whether it was executed."""
+    detail: str | None
+    """Why it was not carried out."""
+
+
+class Difference(TypedDict):
+    """Something that a controller holds otherwise than the backup has it."""
+
+    target: str
+    """The body or the robot."""
+    section: str
+    name: str
+    """What it is, in words."""
+    wanted: str | None
+    """What the backup has; null where it is empty or was never set."""
+    held: str | None
+    """What the controller holds."""
+    restorable: bool
+    """False where no command can bring it back."""
+
+
+class Distance(TypedDict):
+    """A length or a coordinate."""
+
+    value: float
+    unit: Literal["mm", "um"]
+
+
+class Encoder(TypedDict):
+    """The encoder of a body, and its set-up."""
+
+    body_id: str
+    operating_mode: Literal["stepping", "encoder", "servo"]
+    settings: EncoderSettings
+    """In RAM."""
+    in_unit: dict[str, Scaled]
+    """Those in pulses, in the body's unit, by their names."""
+    unavailable: dict[str, str]
+    """Settings that cannot be read now, and why."""
+    last: EncoderCounts
+    """What was counted when it was asked."""
+
+
+class EncoderChange(TypedDict):
+    """What of the set-up of the encoder shall change; the rest stays as it is."""
+
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+
+
+class EncoderCounts(TypedDict):
+    """Where the encoder is."""
+
+    counted_in: Literal["pulses", "encoder_counts"]
+    """What positions and amounts of this body are counted in."""
+    position: int
+    """6PD."""
+    position_in_unit: Scaled | None
+    count: int
+    """The encoder's count (6ED)."""
+    count_in_pulses: int
+    """The same, times the ratio (6MD)."""
+    difference: int | None
+    """Pulses put out beyond what the encoder has seen; null in encoder mode, where only the encoder is told."""
+    stalled: bool
+    """Whether the encoder has found a step-out that stands (PRD)."""
+
+
+class EncoderSettings(TypedDict):
+    """How the encoder is counted, watched and adjusted to (RC-420 manual 13.7)."""
+
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+
+
 class EndFrame(TypedDict):
     """A frame 7D of a body that is not in the configuration."""
 
     command: str
     cause: int
     """The byte of 9MD, 0 after a normal end."""
+
+
+class ErrorOutputChoice(TypedDict):
+    """Which output reports a cause, and how."""
+
+    output: int | None
+    """General output; null: nothing reports it."""
+    on: NotRequired[bool | None]
+    """The state it takes on an error; with `output`."""
+
+
+class ErrorOutputSetting(TypedDict):
+    """The output that reports an error."""
+
+    output: int
+    on: bool
+    """The state that it takes on an error."""
+
+
+class ErrorOutputState(TypedDict):
+    """The output that reports a cause of errors."""
+
+    cause: Literal["ems", "limit", "stall", "any"]
+    output: int | None
+    """Null: nothing reports it."""
+    name: str | None
+    """Of the output, from the configuration."""
+    on: bool | None
+    """The state it takes on an error."""
+    standing: bool
+    """Whether it has come, and was not taken back since."""
 
 
 class ErrorsReset(TypedDict):
@@ -767,6 +1807,17 @@ class EventList(TypedDict):
         | GatewayLoopHeldEvent
         | GatewayShuttingDownEvent
         | StreamGapEvent
+        | LineLeaseTakenEvent
+        | LineLeaseReleasedEvent
+        | LineLeaseExpiredEvent
+        | LineLeaseTakenOverEvent
+        | LineLeaseBrokenEvent
+        | AlarmRaisedEvent
+        | AlarmResetEvent
+        | IoEvent
+        | GatewayReloadedEvent
+        | GatewayReloadFailedEvent
+        | StreamSnapshotEvent
         | BodyMoveQueuedEvent
         | BodyMoveSentEvent
         | BodyMoveStartedEvent
@@ -777,6 +1828,11 @@ class EventList(TypedDict):
         | BodyMoveCancelledEvent
         | BodyMoveLostEvent
         | BodyMoveUnknownEvent
+        | BodyLeaseTakenEvent
+        | BodyLeaseReleasedEvent
+        | BodyLeaseExpiredEvent
+        | BodyLeaseTakenOverEvent
+        | BodyLeaseBrokenEvent
         | BodyStopRequestedEvent
         | BodyStopConfirmedEvent
         | BodyStopUnconfirmedEvent
@@ -789,15 +1845,52 @@ class EventList(TypedDict):
         | BodyPowerCycleAcknowledgedEvent
         | BodyPowerMarkMissingEvent
         | BodyControllerEventEvent
+        | BodySensorChangedEvent
+        | BodyInputChangedEvent
+        | BodyProgramMessageEvent
         | BodyEndFrameEvent
         | BodyProgramUploadStartedEvent
         | BodyProgramUploadProgressEvent
         | BodyProgramUploadSucceededEvent
         | BodyProgramUploadFailedEvent
         | BodyProgramUploadCancelledEvent
+        | BodyRestoreStartedEvent
+        | BodyRestoreProgressEvent
+        | BodyRestoreVerifiedEvent
+        | BodyRestoreDiffersEvent
+        | BodyRestoreFailedEvent
+        | BodyRestoreCancelledEvent
+        | BodyJogStartedEvent
+        | BodyJogStoppingEvent
+        | BodyJogEndedEvent
+        | BodyJogLostEvent
+        | BodyJogStoppedEvent
         | BodyProgramStartedEvent
         | BodyProgramEndedEvent
+        | BodyPositionEvent
+        | BodySettingsChangedEvent
         | BodyLeftMovingEvent
+        | ScaraMoveQueuedEvent
+        | ScaraMoveSentEvent
+        | ScaraMoveStartedEvent
+        | ScaraMoveSucceededEvent
+        | ScaraMoveFailedEvent
+        | ScaraMoveStoppedEvent
+        | ScaraMoveRejectedEvent
+        | ScaraMoveCancelledEvent
+        | ScaraMoveLostEvent
+        | ScaraMoveUnknownEvent
+        | LineRestoreStartedEvent
+        | LineRestoreProgressEvent
+        | LineRestoreVerifiedEvent
+        | LineRestoreDiffersEvent
+        | LineRestoreFailedEvent
+        | LineRestoreCancelledEvent
+        | GroupLeaseTakenEvent
+        | GroupLeaseReleasedEvent
+        | GroupLeaseExpiredEvent
+        | GroupLeaseTakenOverEvent
+        | GroupLeaseBrokenEvent
         | GroupStrangersEvent
         | LineStrictEvent
         | LineMessageEvent
@@ -814,6 +1907,11 @@ class EventList(TypedDict):
         | RobotMoveCancelledEvent
         | RobotMoveLostEvent
         | RobotMoveUnknownEvent
+        | RobotLeaseTakenEvent
+        | RobotLeaseReleasedEvent
+        | RobotLeaseExpiredEvent
+        | RobotLeaseTakenOverEvent
+        | RobotLeaseBrokenEvent
         | RobotMoveOverdueEvent
         | RobotStopRequestedEvent
         | RobotStopConfirmedEvent
@@ -836,6 +1934,13 @@ class EventList(TypedDict):
         | RobotJogLostEvent
         | RobotJogStoppedEvent
         | RobotJogNotStoppedEvent
+        | RobotRestoreStartedEvent
+        | RobotRestoreProgressEvent
+        | RobotRestoreVerifiedEvent
+        | RobotRestoreDiffersEvent
+        | RobotRestoreFailedEvent
+        | RobotRestoreCancelledEvent
+        | RobotPositionEvent
         | RobotLeftMovingEvent
     ]
     cursor: str
@@ -968,6 +2073,38 @@ class GatewayLoopHeldEvent(TypedDict):
     data: LoopHeld
 
 
+class GatewayReloadFailedEvent(TypedDict):
+    """The file was not taken; nothing has changed; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.reload_failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ReloadFailed
+
+
+class GatewayReloadedEvent(TypedDict):
+    """The lines are served as the file has them now; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.reloaded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Changes
+
+
 class GatewayShuttingDownEvent(TypedDict):
     """Nothing begins any more; about `/gateway`."""
 
@@ -982,6 +2119,22 @@ class GatewayShuttingDownEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: ShuttingDown
+
+
+class Geometry(TypedDict):
+    """A robot's mechanics."""
+
+    type: Literal["three_axes", "two_axes_belt_linked"]
+    arm: LinkLength
+    finger: LinkLength
+    pulses_per_turn: list[float]
+
+
+class GeometryApplication(TypedDict):
+    """How the geometry is given to the controllers."""
+
+    flash: NotRequired[bool]
+    """Write all their settings to flash memory too (FIS). Left out: false."""
 
 
 class GroupDefinition(TypedDict):
@@ -1002,6 +2155,86 @@ class GroupInfo(TypedDict):
     name: str
     members: list[str]
     """Addresses of the bodies, in the order of their replies."""
+
+
+class GroupLeaseBrokenEvent(TypedDict):
+    """Somebody else has ended a lease; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.lease.broken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class GroupLeaseExpiredEvent(TypedDict):
+    """A lease was not renewed in time; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.lease.expired"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class GroupLeaseReleasedEvent(TypedDict):
+    """Its holder has given a lease back; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.lease.released"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class GroupLeaseTakenEvent(TypedDict):
+    """Somebody has leased it: nobody else moves or sets it; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.lease.taken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class GroupLeaseTakenOverEvent(TypedDict):
+    """An admin has leased it instead; about `/groups/{group_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["group.lease.taken_over"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
 
 
 class GroupList(TypedDict):
@@ -1043,13 +2276,103 @@ class GroupStrangersEvent(TypedDict):
 
 
 class HomeRequest(TypedDict):
-    """Search the origin (RC-420 manual 13.5)."""
+    """Search the origin (RC-420 manual 13.5), or the centre of the stall dog after that (13.6.2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["home"]
     method: NotRequired[
-        Literal["standard", "stall_detection", "fast_then_stop", "fast_then_decelerate", "rc204"]
+        Literal[
+            "standard",
+            "stall_detection",
+            "fast_then_stop",
+            "fast_then_decelerate",
+            "rc204",
+            "centre_stall_dog",
+        ]
     ]
-    """Commands 00M, 01M, 02M, 03M and 04M, in this order. Left out: standard."""
+    """Commands 00M, 01M, 02M, 03M, 04M and 0QM, in this order. 0QM goes to the nearest dog, and makes no body `homed`. Left out: standard."""
+
+
+class Homing(TypedDict):
+    """How a body searches its origin."""
+
+    body_id: str
+    settings: HomingSettings
+    """In RAM; the speeds are those of the standard set."""
+    in_unit: dict[str, Scaled]
+    """Those in pulses, in the body's unit, by their names; empty without a scale."""
+    overrun: int
+    """Pulses to overrun the sensor: the offset times the factor."""
+    last: LastHoming
+
+
+class HomingChange(TypedDict):
+    """What of the set-up of homing shall change; the rest stays as it is."""
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+
+
+class HomingSettings(TypedDict):
+    """What origin searches and the centring of stall dogs go by (RC-420 manual 13.5, 13.6.2)."""
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+
+
+class InFlash(TypedDict):
+    """The parameters in flash memory."""
+
+    start_speed_pps: int | None
+    maximum_speed_pps: int | None
+    acceleration_pps_s: int | None
+    rising_percent: int | None
+    falling_percent: int | None
+
+
+class InputChange(TypedDict):
+    """A general input that is on or off now."""
+
+    number: int
+    name: str | None
+    """As the configuration has it."""
+    on: bool
+
+
+class InterruptPulse(TypedDict):
+    """A one-shot pulse on an output."""
+
+    output: int
+    on: bool
+    """The state during the pulse."""
+    duration_ms: int
 
 
 class InvalidField(TypedDict):
@@ -1062,6 +2385,20 @@ class InvalidField(TypedDict):
     """In a text of many lines: which one, from 1."""
     column: NotRequired[int | None]
     """Where in that line, from 1."""
+
+
+class IoEvent(TypedDict):
+    """Somebody watches it (`sample`); twice a second at most; about `/{bodies or robots}/{id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["io"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    data: Signals
+    cursor: str
 
 
 class JogRequest(TypedDict):
@@ -1077,15 +2414,15 @@ class JogSession(TypedDict):
     """An axis that jogs, or has jogged."""
 
     id: str
+    state: Literal["jogging", "stopping", "ended", "lost", "stopped"]
+    """stopping: it is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with all that moves there, or at the end of the gateway."""
+    ends_as: Literal["ended", "lost", "stopped"] | None
+    """The state that follows when it stands still; null while it jogs."""
+    heartbeat_within_ms: int
+    """The next heartbeat has to come within this."""
     unit: int
     axis: str
     direction: Literal["+", "-"]
-    state: Literal["jogging", "stopping", "ended", "lost", "stopped"]
-    """stopping: the axis is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with the robot or at the end of the gateway."""
-    ends_as: Literal["ended", "lost", "stopped"] | None
-    """The state that follows when the axis stands still; null while it jogs."""
-    heartbeat_within_ms: int
-    """The next heartbeat has to come within this."""
 
 
 class JournalSetAside(TypedDict):
@@ -1098,6 +2435,61 @@ class JournalTrouble(TypedDict):
     """Why the journal cannot be written."""
 
     reason: str
+
+
+class Kinematics(TypedDict):
+    """Positions of the axes, and where the finger is then."""
+
+    x: Micrometres
+    y: Micrometres
+    angle: Millidegrees
+    """Between finger and X axis, above -180 and up to 180 degrees."""
+    scara_id: str
+    pulses: list[int]
+    """Of axes 0, 1 and 2."""
+
+
+class LastHoming(TypedDict):
+    """What became of the last search."""
+
+    homed: Literal["yes", "no", "unknown"]
+    distance: int
+    """Pulses from its end back to its start (0PD); 0 after power-on."""
+    in_unit: Scaled | None
+
+
+class Lease(TypedDict):
+    """Who moves a part of the plant now."""
+
+    lease: str
+    """Its id."""
+    scope: str
+    """What was leased: a line, a body, a group or a robot."""
+    covers: list[str]
+    """The bodies and robots it is for, or the line."""
+    holder: str
+    """The name of the key that took it."""
+    ttl_s: float
+    """For how long it lasts after each renewal."""
+    expires_in_s: float
+    """For how long it lasts now, unless it is renewed."""
+
+
+class LeaseList(TypedDict):
+    """All leases that last."""
+
+    leases: list[Lease]
+
+
+class LeaseRequest(TypedDict):
+    """What to lease, and for how long."""
+
+    scope: str
+    """The address of a line, a body, a group or a robot."""
+    ttl_s: NotRequired[float]
+    """In seconds; it ends then, unless it is renewed before. Left out: 10.0."""
+    take_over: NotRequired[bool]
+    """End the leases of others that are in the way; takes the right `admin`. Left out: false."""
 
 
 class LeftMoving(TypedDict):
@@ -1115,6 +2507,15 @@ class Length(TypedDict):
     """Pulses are whole numbers, written without a point."""
     unit: Literal["pulse", "mm", "um", "deg", "mdeg"]
     """mm, um, deg and mdeg need the body's scale in the configuration."""
+
+
+class LineChange(TypedDict):
+    """What becomes of a line."""
+
+    line_id: str
+    change: Literal["added", "removed", "changed"]
+    keys: list[str]
+    """Which of its keys have changed: `bodies.40`, `reply_timeout_s`."""
 
 
 class LineDown(TypedDict):
@@ -1151,7 +2552,7 @@ class LineInfo(TypedDict):
     waiting: dict[str, int]
     """Requests waiting in each lane."""
     load: dict[str, float]
-    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up."""
+    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
     """What has happened on the line since the start."""
     protocol: Literal["rorze"]
@@ -1165,6 +2566,86 @@ class LineInfo(TypedDict):
     offline: list[str]
     """Bodies that do not answer."""
     groups: list[str]
+
+
+class LineLeaseBrokenEvent(TypedDict):
+    """Somebody else has ended a lease; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.lease.broken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class LineLeaseExpiredEvent(TypedDict):
+    """A lease was not renewed in time; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.lease.expired"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class LineLeaseReleasedEvent(TypedDict):
+    """Its holder has given a lease back; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.lease.released"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class LineLeaseTakenEvent(TypedDict):
+    """Somebody has leased it: nobody else moves or sets it; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.lease.taken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class LineLeaseTakenOverEvent(TypedDict):
+    """An admin has leased it instead; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.lease.taken_over"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
 
 
 class LineList(TypedDict):
@@ -1193,6 +2674,125 @@ class LineMessageEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: LineMessage
+
+
+class LineNow(TypedDict):
+    """A line."""
+
+    line_id: str
+    state: LineState
+    down_reason: str | None
+
+
+class LineRestoreCancelledEvent(TypedDict):
+    """A request, a stop or the end of the gateway has ended it; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class LineRestoreDiffersEvent(TypedDict):
+    """It was read back, and `differences` is what is not as in the backup; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.differs"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class LineRestoreFailedEvent(TypedDict):
+    """Nobody could read it back, or what flash memory holds is not known; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class LineRestoreProgressEvent(TypedDict):
+    """A restore has come further; once a second at most; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class LineRestoreRequest(TypedDict):
+    """A backup to be restored to bodies of a line."""
+
+    backup: str
+    """The text of a backup; comments after `;` mean nothing."""
+    dry_run: NotRequired[bool]
+    """Tell what would be written and what differs, and write nothing. Left out: false."""
+    flash: NotRequired[bool]
+    """Write it to flash memory, too, once it was read back. Left out: false."""
+    power_cycle: NotRequired[bool]
+    """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
+    bodies: NotRequired[list[str] | None]
+    """Restore these only: addresses such as 3F. Else all that the backup has."""
+
+
+class LineRestoreStartedEvent(TypedDict):
+    """A backup is being restored; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class LineRestoreVerifiedEvent(TypedDict):
+    """All of the backup was read back; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.restore.verified"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
 
 
 class LineScanFailedEvent(TypedDict):
@@ -1284,6 +2884,22 @@ class LineUpEvent(TypedDict):
     data: LineUp
 
 
+class LinkLength(TypedDict):
+    """A length of the mechanics."""
+
+    value: int
+    unit: Literal["um"]
+
+
+class LiveAxis(TypedDict):
+    """Where an axis stands."""
+
+    value: float | None
+    """Null while the robot does not know it."""
+    unit: str
+    """mm, pulse or degree."""
+
+
 class Liveness(TypedDict):
     """The gateway's process answers."""
 
@@ -1297,6 +2913,23 @@ class LoopHeld(TypedDict):
     """0.25 at least."""
     cancelled: bool
     """Whether what waited is not sent any more: above 2 s."""
+
+
+class MacroInfo(TypedDict):
+    """A macro by its name."""
+
+    name: str
+    title: str | None
+    """What it does, from the configuration; null where it is not there."""
+    refused: bool
+    """Whether the robot has refused it as unknown when it was last called."""
+
+
+class MacroList(TypedDict):
+    """The macros that are known: a robot cannot be asked for their names."""
+
+    robot_id: str
+    macros: list[MacroInfo]
 
 
 class MacroRunRequest(TypedDict):
@@ -1336,6 +2969,20 @@ class MemoryChange(TypedDict):
 
     value: int
     """A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."""
+
+
+class Micrometres(TypedDict):
+    """A coordinate."""
+
+    value: float
+    unit: Literal["um"]
+
+
+class Millidegrees(TypedDict):
+    """An angle, counterclockwise from X."""
+
+    value: float
+    unit: Literal["mdeg"]
 
 
 class ModeChange(TypedDict):
@@ -1381,15 +3028,17 @@ class Move(TypedDict):
     """Events after this cursor include all later news of the move."""
     group_id: str | None
     """The group it was sent to, if it was."""
-    kind: Literal["relative", "absolute", "home", "continuous", "interpolated"]
+    kind: Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
     end_cause: str | None
-    """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed or position_mismatch as the gateway found."""
+    """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed, position_mismatch or not_in_position as the gateway found."""
     start_position: int | None
     """In pulses, before the move."""
     target_position: int | None
     """In pulses, where it can be known beforehand."""
     position: int | None
     """In pulses, as last read."""
+    homing_distance: int | None
+    """Of a homing that ended well: pulses from its end back to its start (0PD)."""
     completion: Literal["frame", "polling"] | None
     """Whether the end was announced by the link master or found by polling."""
 
@@ -1406,6 +3055,8 @@ class MoveError(TypedDict):
     remedy: str
     controller_error: str | None
     """The controller's error code, such as 0x51."""
+    next: list[NextCall]
+    """The calls that help."""
 
 
 class MoveList(TypedDict):
@@ -1414,11 +3065,66 @@ class MoveList(TypedDict):
     moves: list[Move]
 
 
+class NamedPosition(TypedDict):
+    """A stored position."""
+
+    number: int
+    name: str | None
+    pulses: int
+    """Encoder counts in encoder mode."""
+    value: float | None
+    """The same in `unit`; null without a scale."""
+    unit: str | None
+
+
+class NewBodies(TypedDict):
+    """Bodies to be served, too."""
+
+    dry_run: NotRequired[bool]
+    """Tell what would change, and change nothing. Left out: false."""
+    bodies: list[dict[str, JsonValue]]
+    """Tables `[[lines.bodies]]` of the configuration."""
+
+
+class NewLine(TypedDict):
+    """A line to be served, too."""
+
+    dry_run: NotRequired[bool]
+    """Tell what would change, and change nothing. Left out: false."""
+    line: dict[str, JsonValue]
+    """A table `[[lines]]` of the configuration, with its `bodies` or its `robot`."""
+
+
+class NextCall(TypedDict):
+    """A request to this gateway that helps."""
+
+    method: Literal["GET", "POST", "PUT"]
+    path: str
+    body: NotRequired[dict[str, JsonValue] | None]
+    """What it takes; left out for nothing, or where only the sender can know."""
+    en: str
+    """What it does, in English."""
+    ja: str
+    """What it does, in Japanese."""
+
+
 class Nothing(TypedDict):
     """The type says all."""
 
 
+class OutputPulse(TypedDict):
+    """For how long an output is inverted."""
+
+    duration_ms: int
+
+
 class OutputState(TypedDict):
+    """What an output shall be."""
+
+    on: bool
+
+
+class OutputSwitch(TypedDict):
     """What an output shall be."""
 
     on: bool
@@ -1430,6 +3136,64 @@ class Overdue(TypedDict):
     move_id: str
     longest_s: float | None
     request_id: str | None
+
+
+class PathDefinition(TypedDict):
+    """A whole path; without points it is cleared."""
+
+    points: list[ViaPoint]
+    """In their order; the last is the end."""
+
+
+class Pattern(TypedDict):
+    """An acceleration pattern as the body holds it in RAM."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard one, which is made of set 30 and has no changes."""
+    acceleration_set: int | None
+    """Null where the pattern was never set."""
+    deceleration_set: int | None
+    changes: list[SpeedChangeInfo] | None
+    """Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them."""
+    flash: PatternSets | None
+    """What flash memory holds; null where that is not known."""
+
+
+class PatternChange(TypedDict):
+    """What of a pattern shall change; the rest stays as it is."""
+
+    acceleration_set: NotRequired[int | None]
+    """0-29."""
+    deceleration_set: NotRequired[int | None]
+    """0-29."""
+    changes: NotRequired[list[SpeedChangeRequest] | None]
+
+
+class PatternSets(TypedDict):
+    """The speed parameter sets of a pattern."""
+
+    acceleration_set: int
+    deceleration_set: int
+
+
+class PatternValues(TypedDict):
+    """A pattern: two speed parameter sets, and its changes of speed."""
+
+    acceleration_set: int
+    """Speed parameter set of the acceleration, 0-29."""
+    deceleration_set: int
+    """Speed parameter set of the deceleration, 0-29."""
+    changes: NotRequired[list[SpeedChangeRequest]]
+    """All that it shall have."""
+
+
+class Patterns(TypedDict):
+    """Acceleration patterns of a body."""
+
+    body_id: str
+    patterns: list[Pattern]
+    """In the order of their numbers."""
 
 
 class PlannedMove(TypedDict):
@@ -1446,6 +3210,15 @@ class PlannedMove(TypedDict):
     """How long pulses would run, with the settings of now."""
     note: str | None
     """Why something is not known, or would be refused."""
+
+
+class PlannedPoint(TypedDict):
+    """Where the plan has a motor, had it begun when its command was written."""
+
+    time_s: float
+    pulses: float
+    speed: float
+    """Pulses per second; below 0 where positions decrease."""
 
 
 class PlannedRobotMove(TypedDict):
@@ -1469,11 +3242,34 @@ class PlannedRobotMove(TypedDict):
     """Why something is not known, or would be refused."""
 
 
+class PlannedScaraMove(TypedDict):
+    """A robot's move that was worked out and not sent."""
+
+    scara_id: str
+    frames: list[str]
+    """The exact frames that would be sent, CR as \\r."""
+    start: ScaraPlace
+    target: ScaraPlace
+    start_positions: list[int]
+    """In pulses, in the order of the axes."""
+    target_positions: list[int]
+    """In pulses, as the gateway calculates them."""
+    length_um: float | None
+    """Of the way that the speed counts on, in micrometres; null where axes turn alone."""
+    duration_s: float | None
+    """How long pulses would run, with the settings of now."""
+    note: str | None
+    """Why something is not known, or would be refused."""
+
+
 class Position(TypedDict):
     """Where a motor stands."""
 
     body_id: str
     pulses: int
+    """Or encoder counts: see `counted_in`."""
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known."""
     value: float | None
     """The same in `unit`; null without a scale."""
     unit: str | None
@@ -1487,8 +3283,37 @@ class PositionEntry(TypedDict):
     """A position to be stored."""
 
     number: int
-    axes: dict[str, Any]
-    """By name; an axis that is not named is left out."""
+    axes: NotRequired[dict[str, Any] | None]
+    """By name; an axis that is not named is left out. Without axes, where the unit stands."""
+
+
+class PositionLabel(TypedDict):
+    """What a position is called now."""
+
+    body_id: str
+    number: int
+    name: str | None
+
+
+class PositionMoveRequest(TypedDict):
+    """Move to a position of the body's table (RC-420 manual 13.4)."""
+
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
+    kind: Literal["position"]
+    position: int
+    """Position number."""
+    speed: NotRequired[Literal["high", "low"]]
+    """`low` runs at the start speed, without ramps. Left out: high."""
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+
+
+class PositionName(TypedDict):
+    """What a position is called."""
+
+    name: str | None
+    """Null takes the name away."""
 
 
 class PositionTable(TypedDict):
@@ -1499,6 +3324,16 @@ class PositionTable(TypedDict):
     positions: list[StoredEntry]
     ended_at: int | None
     """The number that is not set, where the robot ended: what is stored behind it has to be asked for from there. Null where `last` was reached."""
+
+
+class PositionToStore(TypedDict):
+    """A position to be stored."""
+
+    number: int
+    position: NotRequired[Length | None]
+    """Left out, where the motor stands."""
+    name: NotRequired[str | None]
+    """Left out, it keeps the name it has."""
 
 
 class PositionUpload(TypedDict):
@@ -1513,6 +3348,14 @@ class Positions(TypedDict):
     line_id: str
     positions: list[Position]
     unanswered: list[Unanswered]
+
+
+class PositionsToStore(TypedDict):
+    """Positions to be stored; others stay as they are."""
+
+    positions: list[PositionToStore]
+    flash: NotRequired[bool]
+    """Write the whole table to flash memory too (FPS). Left out: false."""
 
 
 class Posture(TypedDict):
@@ -1557,6 +3400,8 @@ class Problem(TypedDict):
     """The header X-Request-Id of this answer, which the line's trace has too."""
     code: NotRequired[str | None]
     """The controller's error code, such as 0x51 or E05."""
+    next: NotRequired[list[NextCall] | None]
+    """The calls that help, in the order in which they do."""
     errors: NotRequired[list[InvalidField] | None]
     """Every part that is not valid."""
 
@@ -1617,6 +3462,12 @@ class ProgramState(TypedDict):
     """Null where the gateway has started none."""
 
 
+class ProgramText(TypedDict):
+    """What a user program tells (SDC, SDD)."""
+
+    text: str
+
+
 class ProgramUpload(TypedDict):
     """One upload of a user program to one body."""
 
@@ -1673,6 +3524,8 @@ class Readiness(TypedDict):
 class RelativeMoveRequest(TypedDict):
     """Move by a distance (RC-420 manual 13.2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["relative"]
     direction: Literal["cw", "ccw"]
     distance: Length
@@ -1682,9 +3535,121 @@ class RelativeMoveRequest(TypedDict):
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
 
 
+class ReloadFailed(TypedDict):
+    """Why the configuration is served as before."""
+
+    reason: str
+
+
+class ReloadRequest(TypedDict):
+    """How to read the configuration again."""
+
+    dry_run: NotRequired[bool]
+    """Tell what would change, and change nothing. Left out: false."""
+
+
+class Reloaded(TypedDict):
+    """What differed from what was served."""
+
+    lines: list[LineChange]
+    """All others go on undisturbed."""
+    needs_restart: list[str]
+    """Keys whose change takes a restart of the gateway."""
+    applied: bool
+    """Whether the lines are served so now; false after a dry run."""
+
+
+class Resolution(TypedDict):
+    """What comes of motor and encoder."""
+
+    body_id: str
+    encoder_multiplier: Literal["double", "quadruple"]
+    """PAS."""
+    encoder_ratio: float
+    """PBS: motor pulses for each count, rounded to two decimals."""
+    counts_per_turn: int
+    drift_per_turn: float
+    """Pulses by which motor and encoder come apart in each turn, because of the rounding."""
+    changed: ChangedSettings | None
+    """What was set; null after a dry run."""
+
+
+class ResolutionRequest(TypedDict):
+    """What a turn of the shaft is to the motor, and to the encoder."""
+
+    motor_steps_per_turn: int
+    """Pulses that turn the motor once."""
+    encoder_lines_per_turn: int
+    """Lines of the encoder, before any multiplication."""
+    multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """Left out: quadruple, or double where the ratio would be below 1."""
+    dry_run: NotRequired[bool]
+    """Only say what would be set. Left out: false."""
+
+
+class Restore(TypedDict):
+    """One restore of a backup."""
+
+    id: str
+    target: str
+    """The path of what it is for."""
+    status: Literal["running", "verified", "differs", "failed", "cancelled"]
+    """`verified`: read back, all of the backup is there. `differs`: `differences` is all that is not. `failed`: nobody could read it back, or it is not known what flash memory holds."""
+    phase: Literal[
+        "comparing", "writing", "reading_back", "saving", "awaiting_power_cycle", "verifying", "done"
+    ]
+    controllers: list[str]
+    """The bodies or the robot it writes to."""
+    commands: int
+    """Commands to be written, as far as is known."""
+    written: int
+    """Those that were."""
+    read: int
+    """What was read so far, before and after."""
+    flash: bool
+    """Whether it is to be written to flash memory."""
+    saved: bool
+    """Whether it was, of all controllers."""
+    power_cycle: bool
+    """Whether it is compared once more when the power was off and on."""
+    power_proved: bool
+    """False where no mark could prove that the power was kept while it was read back: a short loss of power may have gone unseen."""
+    differences: list[Difference] | None
+    """What the controllers hold otherwise than the backup; null while nobody knows. Events tell the first 20."""
+    error: RestoreError | None
+    """What has ended it early."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+
+
+class RestoreError(TypedDict):
+    """What has ended a restore early, in the words of a problem detail."""
+
+    type: str
+    """The kind of error; stable."""
+    detail: str
+    remedy: str
+
+
+class RestorePlan(TypedDict):
+    """What a restore would do; nothing was written."""
+
+    target: str
+    """The path of what it is for."""
+    dry_run: Literal[True]
+    commands: list[str]
+    """The exact commands, in their order."""
+    differences: list[Difference]
+    """Empty where the controllers hold the backup already."""
+
+
 class RobotAbsoluteMoveRequest(TypedDict):
     """Move axes to a position (C-HOST manual 2-6, 4-3)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
@@ -1777,6 +3742,8 @@ class RobotErrorsResetEvent(TypedDict):
 class RobotHomeRequest(TypedDict):
     """Home all axes, or the mechanism as its program does it (C-HOST manual 2-4)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["home"]
 
 
@@ -1900,6 +3867,86 @@ class RobotJogStoppingEvent(TypedDict):
     data: JogSession
 
 
+class RobotLeaseBrokenEvent(TypedDict):
+    """Somebody else has ended a lease; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.lease.broken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class RobotLeaseExpiredEvent(TypedDict):
+    """A lease was not renewed in time; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.lease.expired"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class RobotLeaseReleasedEvent(TypedDict):
+    """Its holder has given a lease back; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.lease.released"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class RobotLeaseTakenEvent(TypedDict):
+    """Somebody has leased it: nobody else moves or sets it; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.lease.taken"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
+class RobotLeaseTakenOverEvent(TypedDict):
+    """An admin has leased it instead; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.lease.taken_over"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Lease
+
+
 class RobotLeftMovingEvent(TypedDict):
     """The gateway ends, and it moves as far as is known; about `/robots/{robot_id}`."""
 
@@ -1928,7 +3975,7 @@ class RobotLineInfo(TypedDict):
     waiting: dict[str, int]
     """Requests waiting in each lane."""
     load: dict[str, float]
-    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up."""
+    """Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up."""
     counters: dict[str, int]
     """What has happened on the line since the start."""
     protocol: Literal["fics"]
@@ -2186,6 +4233,18 @@ class RobotMoveUnknownEvent(TypedDict):
     data: RobotMove
 
 
+class RobotNow(TypedDict):
+    """A robot, as far as is known."""
+
+    robot_id: str
+    online: bool
+    mode: int
+    moving: bool | None
+    power_cycled: bool
+    error: str | None
+    """The code of the error that stands."""
+
+
 class RobotOfflineEvent(TypedDict):
     """It does not answer any more; about `/robots/{robot_id}`."""
 
@@ -2218,9 +4277,33 @@ class RobotOnlineEvent(TypedDict):
     data: Nothing
 
 
+class RobotPosition(TypedDict):
+    """Where the axes of a unit stand (APS)."""
+
+    unit: int
+    coordinates: Literal["user", "motor"]
+    axes: dict[str, LiveAxis]
+
+
+class RobotPositionEvent(TypedDict):
+    """Somebody watches it (`sample`), and the robot acts on that unit; about `/robots/{robot_id}/units/{unit}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.position"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    data: RobotPosition
+    cursor: str
+
+
 class RobotPositionMoveRequest(TypedDict):
     """Move to a stored position (C-HOST manual 2-16)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["position"]
     position: int
     """Number of the position, 1-1999; it has to be set."""
@@ -2285,11 +4368,145 @@ class RobotRawRequest(TypedDict):
 class RobotRelativeMoveRequest(TypedDict):
     """Move axes by an amount (C-HOST manual 2-5, 4-2)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     coordinates: NotRequired[Literal["user", "motor"]]
     """Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user."""
     axes: dict[str, Any]
     """By name; an axis that is not named stays where it is."""
     kind: Literal["relative"]
+
+
+class RobotRestoreCancelledEvent(TypedDict):
+    """A request, a stop or the end of the gateway has ended it; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotRestoreDiffersEvent(TypedDict):
+    """It was read back, and `differences` is what is not as in the backup; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.differs"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotRestoreFailedEvent(TypedDict):
+    """Nobody could read it back, or what flash memory holds is not known; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotRestoreProgressEvent(TypedDict):
+    """A restore has come further; once a second at most; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotRestoreRequest(TypedDict):
+    """A backup to be restored to a robot."""
+
+    backup: str
+    """The text of a backup; comments after `;` mean nothing."""
+    dry_run: NotRequired[bool]
+    """Tell what would be written and what differs, and write nothing. Left out: false."""
+    flash: NotRequired[bool]
+    """Write it to flash memory, too, once it was read back. Left out: false."""
+    power_cycle: NotRequired[bool]
+    """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
+
+
+class RobotRestoreStartedEvent(TypedDict):
+    """A backup is being restored; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotRestoreVerifiedEvent(TypedDict):
+    """All of the backup was read back; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.restore.verified"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Restore
+
+
+class RobotSample(TypedDict):
+    """Where the axes stood."""
+
+    time: str
+    """When the robot's answer came."""
+    time_s: float
+    """Seconds since the move's command was written."""
+    axes: dict[str, float | None]
+    """Null while the robot does not know it."""
+
+
+class RobotSamples(TypedDict):
+    """Where a unit was seen during a move: 512 answers at most."""
+
+    move_id: str
+    robot_id: str
+    unit: int
+    coordinates: Literal["user", "motor"]
+    units: dict[str, str]
+    """What positions are counted in, by axis: mm, pulse or degree."""
+    samples: list[RobotSample]
 
 
 class RobotSpeedsRestoredEvent(TypedDict):
@@ -2311,6 +4528,8 @@ class RobotSpeedsRestoredEvent(TypedDict):
 class RobotStepRequest(TypedDict):
     """Move one axis by a few of the smallest amounts it displays (C-HOST manual 2-3)."""
 
+    start_within_s: NotRequired[float]
+    """Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0."""
     kind: Literal["step"]
     axis: str
     steps: int
@@ -2437,6 +4656,14 @@ class RunRequest(TypedDict):
     """Execute one instruction only; without label and address the next one. Left out: false."""
 
 
+class Scaled(TypedDict):
+    """A number of pulses, or of pulses per second, in the body's unit."""
+
+    value: float
+    unit: str
+    """Such as mm, mm/s or mm/s2."""
+
+
 class Scan(TypedDict):
     """One scan of a line."""
 
@@ -2451,6 +4678,402 @@ class Scan(TypedDict):
     ended_at: str | None
 
 
+class ScaraAlignRequest(TypedDict):
+    """Turn base and finger to the line of a place, or of the end of a stored path (RC-420 manual 13.10.6).
+
+    From there an extension ends there, through the centre if need be. At a speed in pulses per second.
+    """
+
+    kind: Literal["align"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    x: NotRequired[Distance | None]
+    y: NotRequired[Distance | None]
+    path: NotRequired[int | None]
+    """Interpolation path 0-63, in the place of x and y."""
+
+
+class ScaraAxis(TypedDict):
+    """An axis of a robot, and the body that drives it."""
+
+    axis: int
+    """0 is the base, 1 the arm, 2 the finger."""
+    body_id: str
+    position: int | None
+    """In pulses, as last read."""
+
+
+class ScaraAxisMove(TypedDict):
+    """What one axis does in a move of the robot."""
+
+    axis: int
+    """0 is the base, 1 the arm, 2 the finger."""
+    body_id: str
+    move_id: str | None
+    """The body's own move; null before it is begun."""
+    status: MoveStatus
+    end_cause: str | None
+    """As the body's move says."""
+    start_position: int
+    """In pulses, as the controllers were told (HPS)."""
+    target_position: int
+    """In pulses, as the gateway calculates it."""
+    position: int
+    """In pulses, as last read."""
+
+
+class ScaraCoordinates(TypedDict):
+    """Where the finger of a robot is now."""
+
+    x: Micrometres
+    y: Micrometres
+    angle: Millidegrees
+    """Between finger and X axis, above -180 and up to 180 degrees."""
+    scara_id: str
+    pulses: list[int]
+    """Of axes 0, 1 and 2."""
+    moving: bool | None
+    """Whether an axis moves, so that it is elsewhere by now."""
+    power_cycled: bool
+    """A body has lost its power: this means nothing then."""
+    read_at: str
+    """When the answer of all axes came."""
+    age_ms: float
+
+
+class ScaraExtendRequest(TypedDict):
+    """Extend the arm along its axis."""
+
+    kind: Literal["extend"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    distance: Distance
+
+
+class ScaraFingerRequest(TypedDict):
+    """Turn the finger alone to a direction, at a speed in pulses per second (three axes)."""
+
+    kind: Literal["finger"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    angle: Angle
+    """Between finger and X axis at the end."""
+
+
+class ScaraGeometry(TypedDict):
+    """The geometry as it is configured and as the controllers hold it."""
+
+    scara_id: str
+    agrees: bool
+    """Whether all controllers hold what the configuration has."""
+    configured: Geometry
+    controllers: list[ControllerGeometry]
+
+
+class ScaraInfo(TypedDict):
+    """A SCARA robot as the gateway knows it, without asking it."""
+
+    scara_id: str
+    name: str
+    line_id: str
+    group_id: str
+    """The virtual body that stands for all its bodies."""
+    online: bool
+    """Whether all its bodies can be asked now, as far as is known."""
+    moving: bool | None
+    """Whether an axis moves; null while that is not known."""
+    move_id: str | None
+    """The move that is not over yet."""
+    homed: Literal["yes", "no", "unknown"]
+    """yes where all its bodies are, no where one has lost its power."""
+    power_cycled: bool
+    """A body has lost its power: where the finger is means nothing, and moves are refused."""
+    axes: list[ScaraAxis]
+    geometry: Geometry
+    """As it is configured."""
+    own_path: int
+    """The stored path that the gateway overwrites for its lines."""
+
+
+class ScaraLineRequest(TypedDict):
+    """Move the finger's end straight to a place; the finger keeps its direction (RC-420 manual 13.10.3)."""
+
+    kind: Literal["line"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    x: Distance
+    y: Distance
+
+
+class ScaraList(TypedDict):
+    """All SCARA robots of the configuration."""
+
+    scaras: list[ScaraInfo]
+
+
+class ScaraMove(TypedDict):
+    """One move of a SCARA robot: all its axes from one start."""
+
+    id: str
+    body_id: str
+    """Address of what moves: a body, LINE.3F, or a unit, ROBOT/units/1."""
+    status: MoveStatus
+    command: str
+    """The three characters of the controller's command."""
+    frame: str
+    """The exact bytes, CR as \\r."""
+    evidence: list[str]
+    """How the gateway knows what it says."""
+    error: MoveError | None
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    created_at: str
+    sent_at: str | None
+    acknowledged_at: str | None
+    ended_at: str | None
+    event_cursor: str
+    """Events after this cursor include all later news of the move."""
+    scara_id: str
+    kind: Literal["line", "path", "offset", "extend", "retract", "rotate", "finger", "align"]
+    preparation: list[str]
+    """The frames before the one that starts it, CR as \\r."""
+    end_cause: str | None
+    """normal, stop_command, or what has ended the axes that failed: ems, stall, cw_limit, ccw_limit as a controller says; not_executed, position_mismatch, lost, unknown as the gateway does."""
+    failed_axes: list[int]
+    """The axes that made it fail."""
+    start: ScaraPlace | None
+    """Where the finger ended before."""
+    target: ScaraPlace | None
+    """Where it should come to."""
+    coordinates: ScaraPlace | None
+    """Where it ends by the positions last read; null while one is not known."""
+    axes: list[ScaraAxisMove]
+    """In the order of the axes."""
+
+
+class ScaraMoveCancelledEvent(TypedDict):
+    """It was not sent, and will not be; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveFailedEvent(TypedDict):
+    """It has ended otherwise; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveList(TypedDict):
+    """Moves of a robot, newest first."""
+
+    moves: list[ScaraMove]
+
+
+class ScaraMoveLostEvent(TypedDict):
+    """It could not be followed to its end; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.lost"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveQueuedEvent(TypedDict):
+    """A move waits for its turn; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.queued"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveRejectedEvent(TypedDict):
+    """The controller has refused its command, or has not executed it: nothing moved; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.rejected"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveSentEvent(TypedDict):
+    """Its command is on the wire; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.sent"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveStartedEvent(TypedDict):
+    """It is seen to move; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveStoppedEvent(TypedDict):
+    """A stop has ended it; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.stopped"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveSucceededEvent(TypedDict):
+    """It has ended as it should; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraMoveUnknownEvent(TypedDict):
+    """Nobody can tell whether it was executed, or how it has ended; about `/scaras/{scara_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["scara.move.unknown"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: ScaraMove
+
+
+class ScaraOffsetRequest(TypedDict):
+    """Move the finger's end straight by an amount in X, in Y or in both."""
+
+    kind: Literal["offset"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    x: NotRequired[Distance | None]
+    y: NotRequired[Distance | None]
+
+
+class ScaraPathRequest(TypedDict):
+    """Move the finger's end along a stored path (RC-420 manual 13.10.5)."""
+
+    kind: Literal["path"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    path: int
+    """Interpolation path 0-63."""
+
+
+class ScaraPlace(TypedDict):
+    """Where the finger ends, and where it points (RC-420 manual 13.10.8)."""
+
+    x: Micrometres
+    y: Micrometres
+    angle: Millidegrees
+    """Between finger and X axis, above -180 and up to 180 degrees."""
+
+
+class ScaraRetractRequest(TypedDict):
+    """Retract the arm along its axis."""
+
+    kind: Literal["retract"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    distance: Distance
+
+
+class ScaraRotateRequest(TypedDict):
+    """Turn the finger to a direction about a point on its line, the arm following (three axes)."""
+
+    kind: Literal["rotate"]
+    pattern: NotRequired[int | None]
+    """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
+    radius: Distance
+    """From the third joint to the centre of the turn."""
+    angle: Angle
+    """Between finger and X axis at the end."""
+
+
+class Section(TypedDict):
+    """The stretch of positions in which an edge counts."""
+
+    lower: Length
+    upper: Length
+
+
 class SensorBits(TypedDict):
     """The sensors, bits of CLD (RC-420 manual 14)."""
 
@@ -2460,6 +5083,92 @@ class SensorBits(TypedDict):
     ccw_limit: bool
     in_position: bool
     ems: bool
+
+
+class SensorChange(TypedDict):
+    """A sensor that is on or off now."""
+
+    sensor: str
+    """stall, origin, cw_limit, ccw_limit, in_position or ems."""
+    on: bool
+
+
+class Settings(TypedDict):
+    """Settings by name; null is one that is not set, or not known."""
+
+    origin_offset: NotRequired[int | None]
+    """0SS: pulses from the CW edge of the origin sensor to the origin."""
+    overrun_factor: NotRequired[int | None]
+    """0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."""
+    homing_retries: NotRequired[int | None]
+    """0RS: how often a failed origin search is tried again."""
+    stall_sensor_interval: NotRequired[int | None]
+    """QIS: period of the stall dogs in pulses, from ON edge to ON edge."""
+    stall_sensor_detection: NotRequired[bool | None]
+    """QSS."""
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+    encoder_multiplier: NotRequired[Literal["double", "quadruple"] | None]
+    """PAS: edges counted for each encoder line (RC-420 manual 13.7.3)."""
+    encoder_ratio: NotRequired[float | None]
+    """PBS: motor pulses for each encoder count, at most two decimals."""
+    encoder_stall_threshold: NotRequired[int | None]
+    """PES: pulses between motor and encoder that are a step-out."""
+    encoder_stall_detection: NotRequired[bool | None]
+    """PSS."""
+    adjustment: NotRequired[bool | None]
+    """PJS: adjust to the encoder after a move; encoder mode only."""
+    adjustment_limit: NotRequired[int | None]
+    """PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only."""
+    adjustment_speed_pps: NotRequired[int | None]
+    """PLS: 0 is the start speed of speed set 30; encoder mode only."""
+    adjustment_delay_ms: NotRequired[int | None]
+    """PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only."""
+    operating_mode: NotRequired[Literal["stepping", "encoder", "servo"] | None]
+    """EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1)."""
+    pulse_format: NotRequired[Literal["pulse_direction", "cw_ccw"] | None]
+    """EDS."""
+    soft_limits: NotRequired[Stretch | None]
+    """EPS: moves that would end outside are refused; null where there are none."""
+    input_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DIS."""
+    sensor_logic: NotRequired[dict[str, Literal["normally_open", "normally_closed"]] | None]
+    """DLS: the sensor inputs, and the CLR output."""
+    noise_filters: NotRequired[dict[str, int] | None]
+    """DCS: equal samples, one each ms, that make a change of level."""
+    outputs: NotRequired[dict[str, bool] | None]
+    """COS: general outputs; FIS keeps them as they are then."""
+    error_outputs: NotRequired[dict[str, ErrorOutputSetting | None] | None]
+    """CES: the output that reports an error; each needs one of its own."""
+    interrupt_edges: NotRequired[dict[str, Literal["off", "falling", "rising"]] | None]
+    """CPS: the edge that interrupts; setting it clears what is recorded and pulsed."""
+    interrupt_ranges: NotRequired[dict[str, Stretch | None] | None]
+    """CSS: where an interrupt is heeded; null for everywhere."""
+    interrupt_records: NotRequired[dict[str, dict[str, int | None]] | None]
+    """CFS: the positions of the table that take a value."""
+    interrupt_pulses: NotRequired[dict[str, InterruptPulse | None] | None]
+    """CFS: the pulse that an interrupt gives."""
+    clear_pulse_ms: NotRequired[int | None]
+    """CCS: the CLR signal's pulse; 0 gives none; servo mode only."""
+    robot_type: NotRequired[Literal["three_axes", "two_axes_belt_linked"] | None]
+    """HTS; not in encoder mode."""
+    driven_axis: NotRequired[int | None]
+    """HCS: the axis of a SCARA robot that it drives; not in encoder mode."""
+    arm_length_um: NotRequired[int | None]
+    """HAS; not in encoder mode."""
+    finger_length_um: NotRequired[int | None]
+    """HFS; not in encoder mode."""
+    pulses_per_turn: NotRequired[dict[str, float] | None]
+    """HZS: of each axis, with up to eight decimals; not in encoder mode."""
+    position_index: NotRequired[int | None]
+    """3IS: moves that step it change it, too."""
+    comments: NotRequired[dict[str, str] | None]
+    """9VS: up to 40 printable ASCII characters; the mark of the gateway is not shown."""
+    autostart: NotRequired[bool | None]
+    """UAS: whether the user program starts at power-on (RC-420 manual 15)."""
 
 
 class SettingsChange(TypedDict):
@@ -2494,11 +5203,61 @@ class SettingsChange(TypedDict):
     motor_lower_soft_limit: NotRequired[dict[str, Any] | None]
 
 
+class SettingsNews(TypedDict):
+    """What of its settings, speed sets or patterns is otherwise now."""
+
+    commands: list[str]
+    """What was sent and read back, in order, without frames."""
+    saved: bool
+    """Whether all its settings were written to flash memory then (FIS)."""
+
+
 class ShuttingDown(TypedDict):
     """How the gateway ends."""
 
     on_exit: str
     """What becomes of motors that move, as configured."""
+
+
+class Signal(TypedDict):
+    """One input or output."""
+
+    channel: NotRequired[int | None]
+    """Of a robot: eight inputs or outputs, from 1."""
+    number: int
+    """From 0; of a robot, within its channel."""
+    name: NotRequired[str | None]
+    """As the configuration has it."""
+    on: bool
+
+
+class SignalState(TypedDict):
+    """An input or an output."""
+
+    number: int
+    name: str | None
+    """From the configuration."""
+    on: bool
+
+
+class Signals(TypedDict):
+    """The inputs and outputs of a body, or of a robot's first channel."""
+
+    inputs: list[Signal]
+    outputs: list[Signal]
+
+
+class Snapshot(TypedDict):
+    """The plant when the event was made; later events up to `as_of` are in it already."""
+
+    as_of: str
+    """The cursor of the newest event that it takes account of."""
+    lines: list[LineNow]
+    """None where only some bodies or robots are wanted."""
+    bodies: list[BodyNow]
+    robots: list[RobotNow]
+    moves: list[Move | RobotMove]
+    """Those that are not over."""
 
 
 class SpeedAccepted(TypedDict):
@@ -2507,6 +5266,53 @@ class SpeedAccepted(TypedDict):
     body_id: str
     command: str
     """The three characters of the controller's command."""
+
+
+class SpeedChangeInfo(TypedDict):
+    """A change of speed as the body works it out."""
+
+    point: int
+    begin: int
+    """Pulses after the start at which it begins."""
+    end: int
+    """Pulses after the start at which it is done."""
+    speed_pps: int
+    begin_in_unit: Scaled | None
+    """In the body's unit; null without a scale."""
+    end_in_unit: Scaled | None
+    speed: Scaled | None
+
+
+class SpeedChangeRequest(TypedDict):
+    """A change of speed on the way: placed by where it begins, or by where it is done."""
+
+    point: int
+    """Number of the change, 0-15."""
+    begin: NotRequired[int | None]
+    """Pulses after the start at which it begins; or `end`."""
+    end: NotRequired[int | None]
+    """Pulses after the start at which it is done; or `begin`."""
+    speed_pps: int
+    """Speed after the change, 1-1,000,000 pps."""
+
+
+class SpeedCurve(TypedDict):
+    """The speed of a move from its first pulse to its last."""
+
+    body_id: str
+    pattern: int
+    distance: int
+    """In pulses; in encoder mode in encoder counts."""
+    pulses: int
+    """How many are put out."""
+    distance_in_unit: Scaled | None
+    unit: str | None
+    """The body's; null without a scale."""
+    total_time_s: float
+    top_speed: float
+    """The highest speed it comes to, in pulses per second."""
+    points: list[CurvePoint]
+    """Evenly spread, and each moment in which a part of the curve begins."""
 
 
 class SpeedDecrease(TypedDict):
@@ -2519,6 +5325,63 @@ class SpeedIncrease(TypedDict):
     """Accelerate to the maximum speed: command 5AS."""
 
     mode: Literal["accelerate"]
+
+
+class SpeedSet(TypedDict):
+    """A speed parameter set as the body holds it in RAM; a speed of 0 was never set."""
+
+    body_id: str
+    number: int
+    """0-29, or 30: the standard set."""
+    start_speed_pps: int
+    """OL, 1-30,000; 0 where it was never set."""
+    maximum_speed_pps: int
+    """OH, 1-1,000,000; 0 where it was never set."""
+    acceleration_pps_s: int
+    """OS, 1-10,000,000; 0 where it was never set."""
+    rising_percent: int
+    """OA, 0-100."""
+    falling_percent: int
+    """OB, 0-100."""
+    start_speed: Scaled | None
+    """In the body's unit; null without a scale."""
+    maximum_speed: Scaled | None
+    acceleration: Scaled | None
+    flash: InFlash | None
+    """What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS."""
+
+
+class SpeedSetChange(TypedDict):
+    """Parameters of a set to change; the others stay as they are."""
+
+    start_speed_pps: NotRequired[int | None]
+    maximum_speed_pps: NotRequired[int | None]
+    acceleration_pps_s: NotRequired[int | None]
+    rising_percent: NotRequired[int | None]
+    falling_percent: NotRequired[int | None]
+
+
+class SpeedSetValues(TypedDict):
+    """The five parameters of a set."""
+
+    start_speed_pps: int
+    """OL: 1 to 30,000 pps; 50 at first."""
+    maximum_speed_pps: int
+    """OH: 1 to 1,000,000 pps; 50,000 at first."""
+    acceleration_pps_s: int
+    """OS: 1 to 10,000,000 pps/s; 100,000 at first."""
+    rising_percent: int
+    """OA: percent of the ramp's time in which the acceleration rises; 50 at first."""
+    falling_percent: int
+    """OB: percent of the ramp's time in which it falls; 50 at first."""
+
+
+class SpeedSets(TypedDict):
+    """Speed parameter sets of a body."""
+
+    body_id: str
+    speed_sets: list[SpeedSet]
+    """In the order of their numbers."""
 
 
 class SpeedSetting(TypedDict):
@@ -2534,6 +5397,15 @@ class SpeedsKnown(TypedDict):
 
     speeds: dict[str, dict[str, dict[str, float]]]
     full_speed: dict[str, dict[str, list[str]]]
+
+
+class StallFound(TypedDict):
+    """A STALL error that stands: moves are refused until it is cleared or the axis homed."""
+
+    finder: Literal["stall_sensor", "encoder"]
+    """By QRD, or by PRD."""
+    reset: str
+    """The route that clears it: POST, with {}."""
 
 
 class StatusBits(TypedDict):
@@ -2617,6 +5489,24 @@ class StoredEntry(TypedDict):
     """By name, without the axes it has no coordinate for."""
 
 
+class StoredPath(TypedDict):
+    """A path as the controllers hold it."""
+
+    scara_id: str
+    path: int
+    points: list[StoredPoint]
+    """In their order; empty where the path is."""
+
+
+class StoredPoint(TypedDict):
+    """A point of a path as the controllers hold it."""
+
+    x: Micrometres | None
+    y: Micrometres | None
+    radius: Micrometres | None
+    place: Literal["center"] | None
+
+
 class Strangers(TypedDict):
     """Bodies that have obeyed a command to a group, and are no members of it."""
 
@@ -2639,10 +5529,53 @@ class StreamGapEvent(TypedDict):
     data: Gap
 
 
+class StreamSnapshotEvent(TypedDict):
+    """Follows each gap: all that is known now of what is wanted; about `/events`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["stream.snapshot"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Snapshot
+
+
+class Stretch(TypedDict):
+    """Positions from the lower to the upper, in pulses."""
+
+    lower: int
+    """Below `upper`."""
+    upper: int
+
+
 class Strictness(TypedDict):
     """Whether acknowledgements are believed only between two fences."""
 
     strict: bool
+
+
+class Taken(TypedDict):
+    """A lease as its holder sees it."""
+
+    lease: str
+    """Its id."""
+    scope: str
+    """What was leased: a line, a body, a group or a robot."""
+    covers: list[str]
+    """The bodies and robots it is for, or the line."""
+    holder: str
+    """The name of the key that took it."""
+    ttl_s: float
+    """For how long it lasts after each renewal."""
+    expires_in_s: float
+    """For how long it lasts now, unless it is renewed."""
+    token: int
+    """What the header Lease-Token of motions and settings shows."""
 
 
 class Ticket(TypedDict):
@@ -2815,6 +5748,26 @@ class Version(TypedDict):
     """Semantic version of the gateway."""
 
 
+class ViaPoint(TypedDict):
+    """A point that a path leads through, or the centre (RC-420 manual 13.10.5, 13.10.6)."""
+
+    x: NotRequired[Distance | None]
+    y: NotRequired[Distance | None]
+    radius: NotRequired[Distance | None]
+    """Of the arc that rounds the corner; left out, 0. The last point has none."""
+    place: NotRequired[Literal["center"] | None]
+    """`center`: the third joint is over the origin of coordinates."""
+
+
+class WantedPlace(TypedDict):
+    """A place of the finger."""
+
+    x: Distance
+    y: Distance
+    angle: NotRequired[Angle | None]
+    """Between finger and X axis; belt-linked robots need none, others take 0."""
+
+
 class Weakened(TypedDict):
     """A setting that protects less than its default."""
 
@@ -2837,6 +5790,9 @@ Block: TypeAlias = Literal["a", "b", "c", "d"]
 
 
 DetailKind: TypeAlias = Literal["none", "emergency", "driver", "connection", "timeout", "fics", "unreadable"]
+
+
+JsonValue: TypeAlias = Any
 
 
 LineState: TypeAlias = Literal["down", "silent", "setting_up", "ready", "out_of_step"]
@@ -2863,6 +5819,17 @@ Event: TypeAlias = (
     | GatewayLoopHeldEvent
     | GatewayShuttingDownEvent
     | StreamGapEvent
+    | LineLeaseTakenEvent
+    | LineLeaseReleasedEvent
+    | LineLeaseExpiredEvent
+    | LineLeaseTakenOverEvent
+    | LineLeaseBrokenEvent
+    | AlarmRaisedEvent
+    | AlarmResetEvent
+    | IoEvent
+    | GatewayReloadedEvent
+    | GatewayReloadFailedEvent
+    | StreamSnapshotEvent
     | BodyMoveQueuedEvent
     | BodyMoveSentEvent
     | BodyMoveStartedEvent
@@ -2873,6 +5840,11 @@ Event: TypeAlias = (
     | BodyMoveCancelledEvent
     | BodyMoveLostEvent
     | BodyMoveUnknownEvent
+    | BodyLeaseTakenEvent
+    | BodyLeaseReleasedEvent
+    | BodyLeaseExpiredEvent
+    | BodyLeaseTakenOverEvent
+    | BodyLeaseBrokenEvent
     | BodyStopRequestedEvent
     | BodyStopConfirmedEvent
     | BodyStopUnconfirmedEvent
@@ -2885,15 +5857,52 @@ Event: TypeAlias = (
     | BodyPowerCycleAcknowledgedEvent
     | BodyPowerMarkMissingEvent
     | BodyControllerEventEvent
+    | BodySensorChangedEvent
+    | BodyInputChangedEvent
+    | BodyProgramMessageEvent
     | BodyEndFrameEvent
     | BodyProgramUploadStartedEvent
     | BodyProgramUploadProgressEvent
     | BodyProgramUploadSucceededEvent
     | BodyProgramUploadFailedEvent
     | BodyProgramUploadCancelledEvent
+    | BodyRestoreStartedEvent
+    | BodyRestoreProgressEvent
+    | BodyRestoreVerifiedEvent
+    | BodyRestoreDiffersEvent
+    | BodyRestoreFailedEvent
+    | BodyRestoreCancelledEvent
+    | BodyJogStartedEvent
+    | BodyJogStoppingEvent
+    | BodyJogEndedEvent
+    | BodyJogLostEvent
+    | BodyJogStoppedEvent
     | BodyProgramStartedEvent
     | BodyProgramEndedEvent
+    | BodyPositionEvent
+    | BodySettingsChangedEvent
     | BodyLeftMovingEvent
+    | ScaraMoveQueuedEvent
+    | ScaraMoveSentEvent
+    | ScaraMoveStartedEvent
+    | ScaraMoveSucceededEvent
+    | ScaraMoveFailedEvent
+    | ScaraMoveStoppedEvent
+    | ScaraMoveRejectedEvent
+    | ScaraMoveCancelledEvent
+    | ScaraMoveLostEvent
+    | ScaraMoveUnknownEvent
+    | LineRestoreStartedEvent
+    | LineRestoreProgressEvent
+    | LineRestoreVerifiedEvent
+    | LineRestoreDiffersEvent
+    | LineRestoreFailedEvent
+    | LineRestoreCancelledEvent
+    | GroupLeaseTakenEvent
+    | GroupLeaseReleasedEvent
+    | GroupLeaseExpiredEvent
+    | GroupLeaseTakenOverEvent
+    | GroupLeaseBrokenEvent
     | GroupStrangersEvent
     | LineStrictEvent
     | LineMessageEvent
@@ -2910,6 +5919,11 @@ Event: TypeAlias = (
     | RobotMoveCancelledEvent
     | RobotMoveLostEvent
     | RobotMoveUnknownEvent
+    | RobotLeaseTakenEvent
+    | RobotLeaseReleasedEvent
+    | RobotLeaseExpiredEvent
+    | RobotLeaseTakenOverEvent
+    | RobotLeaseBrokenEvent
     | RobotMoveOverdueEvent
     | RobotStopRequestedEvent
     | RobotStopConfirmedEvent
@@ -2932,5 +5946,12 @@ Event: TypeAlias = (
     | RobotJogLostEvent
     | RobotJogStoppedEvent
     | RobotJogNotStoppedEvent
+    | RobotRestoreStartedEvent
+    | RobotRestoreProgressEvent
+    | RobotRestoreVerifiedEvent
+    | RobotRestoreDiffersEvent
+    | RobotRestoreFailedEvent
+    | RobotRestoreCancelledEvent
+    | RobotPositionEvent
     | RobotLeftMovingEvent
 )

@@ -13,7 +13,7 @@ export interface paths {
         };
         /**
          * Read Position
-         * @description Ask the controller where the motor stands (6PD).
+         * @description Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD).
          */
         get: operations["readPosition"];
         /**
@@ -38,6 +38,8 @@ export interface paths {
         /**
          * Read Status
          * @description Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
+         *
+         *     Where a STALL error stands it is asked who has found it (QRD, PRD).
          */
         get: operations["readStatus"];
         put?: never;
@@ -218,6 +220,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/bodies/{body_id}/moves/{move_id}/speed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Change Speed Of One Move
+         * @description Change the speed of this move on its way (5AS, 5CS, 5DS); 409 when it is over, or homes.
+         */
+        post: operations["changeSpeedOfOneMove"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/groups/{group_id}/moves": {
         parameters: {
             query?: never;
@@ -232,6 +254,89 @@ export interface paths {
          * @description Start a move of all members of a group by one command; each has a move of its own.
          */
         post: operations["startGroupMove"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/moves/{move_id}/samples": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Samples
+         * @description Get where a body was seen during a move, and where the plan has it, for the settings of the move.
+         *
+         *     The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
+         *     samples until the gateway ends; one that is under way has those until now.
+         */
+        get: operations["getSamples"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/moves/{move_id}/samples.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Samples
+         * @description Get the same as CSV: time, time_s, pulses, the planned pulses, and the value in the body's unit.
+         */
+        get: operations["downloadSamples"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Robot Samples
+         * @description Get where a unit was seen during a move. No command tells a robot's speed curve: nothing is planned.
+         */
+        get: operations["getRobotSamples"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Robot Samples
+         * @description Get the same as CSV: time, time_s, and a column for each axis with its unit.
+         */
+        get: operations["downloadRobotSamples"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -298,6 +403,88 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/alarms": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Alarms
+         * @description List alarms over restarts: what has happened, what the motor did, and the calls that help.
+         */
+        get: operations["listAlarms"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/alarms/{alarm_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Alarm
+         * @description Get an alarm.
+         */
+        get: operations["getAlarm"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/alarms/{alarm_id}/reset": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reset Alarm
+         * @description Reset an alarm, once its cause is over. Nothing moves, and nothing is sent.
+         */
+        post: operations["resetAlarm"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/audit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Deeds
+         * @description List all that had an effect, or was to have one, over restarts: who, what, for whom, and the outcome.
+         *
+         *     A key with a scope names a target in it.
+         */
+        get: operations["listDeeds"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/groups": {
         parameters: {
             query?: never;
@@ -357,7 +544,11 @@ export interface paths {
          */
         get: operations["listLines"];
         put?: never;
-        post?: never;
+        /**
+         * Add Line
+         * @description Write one more line into the configuration file, and serve it; the file keeps its comments.
+         */
+        post: operations["addLine"];
         delete?: never;
         options?: never;
         head?: never;
@@ -458,6 +649,7 @@ export interface paths {
          * @description List what has happened after a cursor, or from the oldest event that is kept.
          *
          *     Ask again after the answer's `cursor` to go on. The event `stream.gap` stands for events no longer kept.
+         *     With `sample` the values that are watched follow the events, as read within a second.
          */
         get: operations["listEvents"];
         put?: never;
@@ -775,6 +967,1160 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/bodies/{body_id}/settings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Body Settings
+         * @description Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
+         *
+         *     Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
+         */
+        get: operations["readBodySettings"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Body Settings
+         * @description Set those of the named settings that differ, one by one, and read each back; refused while it moves.
+         *
+         *     Null ends soft limits, error outputs and what interrupts do. With `If-Match` all settings are read before,
+         *     and nothing is sent where they are otherwise than they were.
+         */
+        patch: operations["changeBodySettings"];
+        trace?: never;
+    };
+    "/bodies/{body_id}/homing": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Homing
+         * @description Ask a body how it searches its origin, and how far its last search went (0PD).
+         */
+        get: operations["readHoming"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Homing
+         * @description Set what differs of the set-up of homing, and read it back; refused while the motor moves.
+         */
+        patch: operations["changeHoming"];
+        trace?: never;
+    };
+    "/bodies/{body_id}/encoder": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Encoder
+         * @description Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7).
+         */
+        get: operations["readEncoder"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Encoder
+         * @description Set what differs of the set-up of the encoder, and read it back; refused while the motor moves.
+         */
+        patch: operations["changeEncoder"];
+        trace?: never;
+    };
+    "/bodies/{body_id}/encoder/resolution": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Set Encoder Resolution
+         * @description Set multiplier and ratio (PAS, PBS) by what a turn is to motor and encoder (RC-420 manual 13.7.2).
+         */
+        put: operations["setEncoderResolution"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/speed-sets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Speed Sets
+         * @description Ask a body for its speed parameter sets, five frames for each.
+         */
+        get: operations["listSpeedSets"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/speed-sets/{n}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Speed Set
+         * @description Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD).
+         */
+        get: operations["readSpeedSet"];
+        /**
+         * Set Speed Set
+         * @description Set the parameters of a set that differ, and read each back; refused while the motor moves.
+         */
+        put: operations["setSpeedSet"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Speed Set
+         * @description Set those of the named parameters that differ, and read each back; refused while the motor moves.
+         */
+        patch: operations["changeSpeedSet"];
+        trace?: never;
+    };
+    "/bodies/{body_id}/patterns": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Patterns
+         * @description Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set.
+         */
+        get: operations["listPatterns"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/patterns/{n}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Pattern
+         * @description Ask a body for an acceleration pattern (SPD) with its speed changes (SED).
+         */
+        get: operations["readPattern"];
+        /**
+         * Set Pattern
+         * @description Set what differs of a pattern and its speed changes, and read it back; refused while the motor moves.
+         *
+         *     Where a change shall go, all are cleared (SES) and those that stay are set again.
+         */
+        put: operations["setPattern"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Pattern
+         * @description Set what differs of what is named, and read it back; refused while the motor moves.
+         */
+        patch: operations["changePattern"];
+        trace?: never;
+    };
+    "/bodies/{body_id}/patterns/{n}/curve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Curve
+         * @description Work out how a move with this pattern would go, with the settings of now; nothing moves.
+         */
+        get: operations["readCurve"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/backup": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Body Backup
+         * @description Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
+         *
+         *     It takes two minutes at 9600 baud; others are served meanwhile.
+         */
+        get: operations["readBodyBackup"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/restores": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Restore Body
+         * @description Bring a body back to a backup: write what differs, read it back, and tell what differs still.
+         *
+         *     Refused while the motor moves or a program runs. A stop ends it.
+         */
+        post: operations["restoreBody"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/restores/{restore_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Body Restore
+         * @description Get a restore, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getBodyRestore"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/restores/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Body Restore
+         * @description Write no more; what differs is still read and told, unless it is cancelled once more.
+         */
+        delete: operations["cancelBodyRestore"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/backup": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Line Backup
+         * @description Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
+         *
+         *     All of them have to answer; `bodies` leaves out who does not.
+         */
+        get: operations["readLineBackup"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/restores": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Restore Line
+         * @description Bring the bodies of a line, or chosen ones, back to a backup, one after the other.
+         */
+        post: operations["restoreLine"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/restores/{restore_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Line Restore
+         * @description Get a restore, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getLineRestore"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/restores/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Line Restore
+         * @description Write no more; what differs is still read and told, unless it is cancelled once more.
+         */
+        delete: operations["cancelLineRestore"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/backup": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Robot Backup
+         * @description Read what a robot tells of what it keeps: variables, and of each unit settings and positions.
+         */
+        get: operations["readRobotBackup"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/restores": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Restore Robot
+         * @description Bring a robot back to a backup: write what differs, read it back, and tell what differs still.
+         *
+         *     Refused while it moves. A stop ends it. There is no `flash`: C-HOST has no command for it.
+         */
+        post: operations["restoreRobot"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/restores/{restore_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Robot Restore
+         * @description Get a restore, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getRobotRestore"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/restores/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Robot Restore
+         * @description Write no more; what differs is still read and told, unless it is cancelled once more.
+         */
+        delete: operations["cancelRobotRestore"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/leases": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Leases
+         * @description List who has leased what; a key with a scope sees those within it.
+         */
+        get: operations["listLeases"];
+        put?: never;
+        /**
+         * Take Lease
+         * @description Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
+         *
+         *     Whoever has it sends its `token` as the header `Lease-Token` with each motion and each setting; several
+         *     tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
+         *     a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
+         *     JOG, a move without an end) is stopped.
+         */
+        post: operations["takeLease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/leases/{lease_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Lease
+         * @description Tell who has a lease, and for how long.
+         */
+        get: operations["getLease"];
+        put?: never;
+        post?: never;
+        /**
+         * End Lease
+         * @description Give a lease back; an admin ends that of anybody.
+         */
+        delete: operations["endLease"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/leases/{lease_id}/renew": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Renew Lease
+         * @description Let a lease last for its whole time from now on; its token stands in the header Lease-Token.
+         */
+        post: operations["renewLease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/system/reload": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reload Configuration
+         * @description Read the configuration file again, and serve the lines in it.
+         *
+         *     Lines that did not change go on undisturbed, and so do moves and events. One that did is closed and opened
+         *     anew, which is refused while something moves on it. `needs_restart` names what a restart alone changes.
+         */
+        post: operations["reloadConfiguration"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/bodies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Add Bodies
+         * @description Write bodies that a scan has found into the configuration file, and serve them.
+         *
+         *     Their line is opened anew, which is refused while something moves on it.
+         */
+        post: operations["addBodies"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Scaras
+         * @description List all SCARA robots; nothing is sent.
+         */
+        get: operations["listScaras"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scara
+         * @description Tell what is known of a SCARA robot; nothing is sent.
+         */
+        get: operations["getScara"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/coordinates": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Scara Coordinates
+         * @description Ask all axes in one frame where they stand (6PD), and calculate where the finger ends.
+         */
+        get: operations["readScaraCoordinates"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/kinematics/forward": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Calculate Coordinates
+         * @description Calculate where the finger ends at positions of the axes; nothing is sent.
+         */
+        post: operations["calculateCoordinates"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/kinematics/inverse": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Calculate Positions
+         * @description Calculate the positions of the axes for a place, the elbow bent as in the manual's example.
+         *
+         *     The place in the answer is that of the whole pulses. Nothing is sent; 422 where the arm does not come.
+         */
+        post: operations["calculatePositions"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/geometry": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Scara Geometry
+         * @description Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare.
+         */
+        get: operations["readScaraGeometry"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/geometry/apply": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Apply Scara Geometry
+         * @description Give the controllers the configured geometry (HTS, HCS, HAS, HFS, HZS), and read it back.
+         */
+        post: operations["applyScaraGeometry"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stop Scara
+         * @description Stop all axes of a robot by software, with one frame for all and then one for each.
+         */
+        post: operations["stopScara"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/moves": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Scara Moves
+         * @description List the robot's moves, newest first.
+         */
+        get: operations["listScaraMoves"];
+        put?: never;
+        /**
+         * Start Scara Move
+         * @description Start a move of all axes, or with `validate_only` say what it would be.
+         *
+         *     In one undivided turn of the line the gateway reads where the axes stand (6PD), tells all controllers
+         *     (HPS), prepares the move, sees that they agree and that nothing has moved, and starts it by one frame
+         *     (HMM; HFM and HNM for `finger` and `align`). 202 when it is accepted and not over, 200 when it ended while
+         *     the request waited. When one axis fails all are stopped: see `status`, `failed_axes` and `error`.
+         */
+        post: operations["startScaraMove"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/moves/{move_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scara Move
+         * @description Get a move, at once or when it is over.
+         */
+        get: operations["getScaraMove"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/scaras/{scara_id}/paths/{path}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Scara Path
+         * @description Read a path from all controllers (HDD); 409 where they hold different ones.
+         */
+        get: operations["readScaraPath"];
+        /**
+         * Write Scara Path
+         * @description Store a path in all controllers, undivided (HDS), in RAM; read it back.
+         */
+        put: operations["writeScaraPath"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/jogs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Body Jog
+         * @description Start to jog a body. It stops by itself unless a heartbeat comes at least every half second.
+         *
+         *     It is a move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.
+         */
+        post: operations["startBodyJog"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/jogs/{jog_id}/heartbeat": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Keep Jogging Body
+         * @description Let the motor move for another half second; 409 when it is being stopped, or nobody can reach it.
+         */
+        post: operations["keepJoggingBody"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/jogs/{jog_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Body Jog
+         * @description Stop the motor, and answer when it stands still.
+         *
+         *     Where that was not seen in time, the state is `stopping`; ask again until the state is another.
+         */
+        post: operations["endBodyJog"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/positions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Body Positions
+         * @description Read stored positions (3ND), each in a frame of its own: all 2048 take 90 s at 9600 baud.
+         */
+        get: operations["listBodyPositions"];
+        /**
+         * Store Body Positions
+         * @description Store positions (3PS) and read them back; without a position, where the motor stands.
+         *
+         *     `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
+         */
+        put: operations["storeBodyPositions"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/positions/{number}/name": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Name Body Position
+         * @description Name a position. The gateway keeps the name; nothing is sent.
+         */
+        put: operations["nameBodyPosition"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/positions.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Download Body Positions
+         * @description Read stored positions as CSV: the columns `number` and `pulse`.
+         */
+        get: operations["downloadBodyPositions"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/inputs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Body Inputs
+         * @description Ask the controller for all ten inputs (CID).
+         */
+        get: operations["readBodyInputs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/outputs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Body Outputs
+         * @description Ask the controller for all sixteen outputs (COD).
+         */
+        get: operations["readBodyOutputs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/outputs/{output}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Switch Body Output
+         * @description Switch an output (COS), which ends its pulse, and read it back; `not-done` where it is not as asked.
+         */
+        put: operations["switchBodyOutput"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/outputs/{output}/pulses": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Pulse Body Output
+         * @description Invert an output for a time (CBS); refused while it is inverted, and where it reports an error.
+         */
+        post: operations["pulseBodyOutput"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/sensors": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Body Sensors
+         * @description Ask the controller for all six sensors (CLD).
+         */
+        get: operations["readBodySensors"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/error-outputs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Error Outputs
+         * @description Ask the controller which outputs report errors (CED), and which errors stand (CRD).
+         */
+        get: operations["readErrorOutputs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/error-outputs/{cause}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Set Error Output
+         * @description Set the output that reports a cause (CES), and read it back. Each cause takes one of its own.
+         */
+        put: operations["setErrorOutput"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/error-outputs/reset": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reset Error Outputs
+         * @description Take back all error outputs (CRS), which refuse moves while they stand.
+         */
+        post: operations["resetErrorOutputs"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/captures": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Captures
+         * @description Ask the controller how both inputs capture, and what they have captured (CPD, CFD, CSD, 3ND).
+         */
+        get: operations["listCaptures"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/captures/{port}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Capture
+         * @description Ask for a capture, at once or when an edge has come; a move that ends without one disarms it too.
+         */
+        get: operations["getCapture"];
+        /**
+         * Arm Capture
+         * @description Let an input capture in the next move (CSS, CFS, CPS), once; refused while the motor moves.
+         */
+        put: operations["armCapture"];
+        post?: never;
+        /**
+         * Disarm Capture
+         * @description Let an input capture nothing (CPS), which sets its entries to 0; refused while the motor moves.
+         */
+        delete: operations["disarmCapture"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/robots": {
         parameters: {
             query?: never;
@@ -1064,6 +2410,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/robots/{robot_id}/macros": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Macros
+         * @description List the macros of the configuration, and those the robot has refused; nothing is sent.
+         */
+        get: operations["listMacros"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/robots/{robot_id}/jogs": {
         parameters: {
             query?: never;
@@ -1142,6 +2508,8 @@ export interface paths {
         /**
          * Store Positions
          * @description Store positions undivided (POF, POS); a stop in the middle ends the upload first.
+         *
+         *     A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
          */
         put: operations["storePositions"];
         post?: never;
@@ -1345,6 +2713,28 @@ export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
         /**
+         * AboutSetting
+         * @description What the manual says of a setting.
+         */
+        AboutSetting: {
+            /**
+             * Command
+             * @description The code that sets it.
+             */
+            command: string;
+            /**
+             * Unit
+             * @description pulse, pps, pps/s, percent, ms, um, pulse/count; null for none.
+             */
+            unit: string | null;
+            /** Minimum */
+            minimum: number | null;
+            /** Maximum */
+            maximum: number | null;
+            /** @description What it is when nothing was written to flash memory. */
+            default: components["schemas"]["JsonValue"];
+        };
+        /**
          * AbsoluteMoveRequest
          * @description Move to a position (RC-420 manual 13.2).
          * @example {
@@ -1361,6 +2751,11 @@ export interface components {
              * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1380,6 +2775,193 @@ export interface components {
             pattern?: number | null;
         };
         /**
+         * Alarm
+         * @description Something that has gone wrong, from then until somebody has reset it.
+         */
+        Alarm: {
+            /** Id */
+            id: string;
+            /**
+             * Cause
+             * @description What it is, such as `body.offline`; never changes.
+             */
+            cause: string;
+            /**
+             * Subject
+             * @description What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway.
+             */
+            subject: string;
+            /**
+             * Raised At
+             * Format: date-time
+             */
+            raised_at: string;
+            /**
+             * Ended At
+             * @description When its cause was seen to be over; null while it lasts.
+             */
+            ended_at: string | null;
+            /**
+             * Reset At
+             * @description Null while the alarm stands.
+             */
+            reset_at: string | null;
+            /**
+             * Reset By
+             * @description Who has reset it.
+             */
+            reset_by: string | null;
+            /**
+             * Caller
+             * @description In whose name the gateway was at work when it came.
+             */
+            caller: string;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request behind that.
+             */
+            request_id: string | null;
+            /**
+             * Move Id
+             * @description The move it has ended, if it has.
+             */
+            move_id: string | null;
+            /**
+             * Code
+             * @description The controller's own error code.
+             */
+            code: string | null;
+            /**
+             * Manual
+             * @description Where the manual tells of it; empty where it is no matter of a controller.
+             */
+            manual: string;
+            en: components["schemas"]["AlarmText"];
+            ja: components["schemas"]["AlarmText"];
+            /**
+             * Next
+             * @description The calls that help, in the order in which they do.
+             */
+            next: components["schemas"]["NextCall"][];
+        };
+        /**
+         * AlarmList
+         * @description Alarms: those that stand first, then those that were reset, each newest first.
+         */
+        AlarmList: {
+            /** Alarms */
+            alarms: components["schemas"]["Alarm"][];
+        };
+        /**
+         * AlarmRaisedEvent
+         * @description Something has gone wrong; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`.
+         */
+        AlarmRaisedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "alarm.raised";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Alarm"];
+        };
+        /**
+         * AlarmResetEvent
+         * @description Somebody has seen to it, or a newer alarm stands in its place; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`.
+         */
+        AlarmResetEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "alarm.reset";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Alarm"];
+        };
+        /**
+         * AlarmText
+         * @description An alarm in one language.
+         */
+        AlarmText: {
+            /**
+             * Happened
+             * @description What has happened.
+             */
+            happened: string;
+            /**
+             * Motor
+             * @description What the motor did, or may do.
+             */
+            motor: string;
+            /**
+             * Remedy
+             * @description What to do next.
+             */
+            remedy: string;
+        };
+        /**
          * Amount
          * @description A coordinate, or an amount to move by, in the unit its axis is set up for.
          */
@@ -1391,6 +2973,36 @@ export interface components {
              * @enum {string}
              */
             unit: "mm" | "pulse" | "degree";
+        };
+        /**
+         * Angle
+         * @description An angle, counterclockwise from X.
+         * @example {
+         *       "unit": "deg",
+         *       "value": 90
+         *     }
+         */
+        Angle: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @enum {string}
+             */
+            unit: "deg" | "mdeg";
+        };
+        /**
+         * Audit
+         * @description Deeds, the newest first.
+         */
+        Audit: {
+            /** Deeds */
+            deeds: components["schemas"]["Deed"][];
+            /**
+             * Cursor
+             * @description Give it as `cursor` for older ones; null where there are none.
+             */
+            cursor: string | null;
         };
         /**
          * AxisInfo
@@ -1427,6 +3039,24 @@ export interface components {
              * @description Why it is not known: not homed, homing or a macro or automatic operation under way, no user coordinates where the motors stand, or not to be found out.
              */
             reason: ("not_homed" | "homing" | "macro" | "automatic" | "no_conversion" | "not_known") | null;
+        };
+        /**
+         * AxisPulses
+         * @description Positions of all axes.
+         * @example {
+         *       "pulses": [
+         *         -10149,
+         *         -10000,
+         *         -16666
+         *       ]
+         *     }
+         */
+        AxisPulses: {
+            /**
+             * Pulses
+             * @description Of axes 0, 1 and 2; belt-linked robots have two.
+             */
+            pulses: number[];
         };
         /**
          * AxisSensors
@@ -1597,6 +3227,16 @@ export interface components {
             data: components["schemas"]["EndFrame"];
         };
         /**
+         * BodyErrorOutputs
+         * @description The outputs that report errors.
+         */
+        BodyErrorOutputs: {
+            /** Body Id */
+            body_id: string;
+            /** Error Outputs */
+            error_outputs: components["schemas"]["ErrorOutputState"][];
+        };
+        /**
          * BodyInfo
          * @description A body as the gateway knows it, without asking it.
          */
@@ -1667,6 +3307,585 @@ export interface components {
              * @description The status bits that were set when last read.
              */
             status: string[] | null;
+        };
+        /**
+         * BodyInputChangedEvent
+         * @description An input is told to be another than before; about `/bodies/{body_id}`.
+         */
+        BodyInputChangedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.input.changed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["InputChange"];
+        };
+        /**
+         * BodyInputs
+         * @description The general inputs, after their logic (DIS) and their noise filters (DCS).
+         */
+        BodyInputs: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Read At
+             * Format: date-time
+             * @description When the controller's answer came.
+             */
+            read_at: string;
+            /**
+             * Age Ms
+             * @description How old the answer was when it was passed on.
+             */
+            age_ms: number;
+            /** Inputs */
+            inputs: components["schemas"]["SignalState"][];
+        };
+        /**
+         * BodyJog
+         * @description A body that jogs, or has jogged.
+         */
+        BodyJog: {
+            /**
+             * Id
+             * @description Of the jog, and of the move it makes.
+             */
+            id: string;
+            /**
+             * State
+             * @description stopping: it is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with all that moves there, or at the end of the gateway.
+             * @default jogging
+             * @enum {string}
+             */
+            state: "jogging" | "stopping" | "ended" | "lost" | "stopped";
+            /**
+             * Ends As
+             * @description The state that follows when it stands still; null while it jogs.
+             */
+            ends_as: ("ended" | "lost" | "stopped") | null;
+            /**
+             * Heartbeat Within Ms
+             * @description The next heartbeat has to come within this.
+             * @default 500
+             */
+            heartbeat_within_ms: number;
+            /** Body Id */
+            body_id: string;
+            /**
+             * Direction
+             * @enum {string}
+             */
+            direction: "cw" | "ccw";
+            /**
+             * Speed
+             * @enum {string}
+             */
+            speed: "high" | "low";
+            /**
+             * Distance
+             * @description So far it goes at most, in pulses; encoder counts in encoder mode.
+             */
+            distance: number;
+        };
+        /**
+         * BodyJogEndedEvent
+         * @description The jog was ended by request, or by its move's end, and the motor stands still; about `/bodies/{body_id}`.
+         */
+        BodyJogEndedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.jog.ended";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["BodyJog"];
+        };
+        /**
+         * BodyJogLostEvent
+         * @description Its heartbeat stayed away, and the motor stands still; about `/bodies/{body_id}`.
+         */
+        BodyJogLostEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.jog.lost";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["BodyJog"];
+        };
+        /**
+         * BodyJogRequest
+         * @description Which way to jog, how fast, and how far at most.
+         * @example {
+         *       "direction": "cw"
+         *     }
+         */
+        BodyJogRequest: {
+            /**
+             * Direction
+             * @description + is cw, - is ccw.
+             * @enum {string}
+             */
+            direction: "cw" | "ccw" | "+" | "-";
+            /**
+             * Speed
+             * @description `low` runs at the start speed, without ramps. Left out: low.
+             * @enum {string}
+             */
+            speed?: "high" | "low";
+            /**
+             * Pattern
+             * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
+             */
+            pattern?: number | null;
+            /** @description The jog ends after this distance; never further than 10 s take at its top speed, nor beyond the soft limits. */
+            at_most?: components["schemas"]["Length"] | null;
+        };
+        /**
+         * BodyJogStartedEvent
+         * @description It jogs; about `/bodies/{body_id}`.
+         */
+        BodyJogStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.jog.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["BodyJog"];
+        };
+        /**
+         * BodyJogStoppedEvent
+         * @description A stop or the end of the gateway has ended it, and the motor stands still; about `/bodies/{body_id}`.
+         */
+        BodyJogStoppedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.jog.stopped";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["BodyJog"];
+        };
+        /**
+         * BodyJogStoppingEvent
+         * @description It is told to stop, and may still move; about `/bodies/{body_id}`.
+         */
+        BodyJogStoppingEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.jog.stopping";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["BodyJog"];
+        };
+        /**
+         * BodyLeaseBrokenEvent
+         * @description Somebody else has ended a lease; about `/bodies/{body_id}`.
+         */
+        BodyLeaseBrokenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.lease.broken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * BodyLeaseExpiredEvent
+         * @description A lease was not renewed in time; about `/bodies/{body_id}`.
+         */
+        BodyLeaseExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.lease.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * BodyLeaseReleasedEvent
+         * @description Its holder has given a lease back; about `/bodies/{body_id}`.
+         */
+        BodyLeaseReleasedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.lease.released";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * BodyLeaseTakenEvent
+         * @description Somebody has leased it: nobody else moves or sets it; about `/bodies/{body_id}`.
+         */
+        BodyLeaseTakenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.lease.taken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * BodyLeaseTakenOverEvent
+         * @description An admin has leased it instead; about `/bodies/{body_id}`.
+         */
+        BodyLeaseTakenOverEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.lease.taken_over";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
         };
         /**
          * BodyLeftMovingEvent
@@ -2205,6 +4424,31 @@ export interface components {
             data: components["schemas"]["Move"];
         };
         /**
+         * BodyNow
+         * @description A body, as far as is known.
+         */
+        BodyNow: {
+            /** Body Id */
+            body_id: string;
+            /** Online */
+            online: boolean;
+            /** Moving */
+            moving: boolean | null;
+            /** Move Id */
+            move_id: string | null;
+            /**
+             * Position
+             * @description In pulses.
+             */
+            position: number | null;
+            /** Homed */
+            homed: string;
+            /** Power Cycled */
+            power_cycled: boolean;
+            /** Status */
+            status: string[] | null;
+        };
+        /**
          * BodyOfflineEvent
          * @description It does not answer any more; about `/bodies/{body_id}`.
          */
@@ -2291,6 +4535,100 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["Nothing"];
+        };
+        /**
+         * BodyOutputs
+         * @description The general outputs; in servo mode output 0 is the CLR signal.
+         */
+        BodyOutputs: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Read At
+             * Format: date-time
+             * @description When the controller's answer came.
+             */
+            read_at: string;
+            /**
+             * Age Ms
+             * @description How old the answer was when it was passed on.
+             */
+            age_ms: number;
+            /** Outputs */
+            outputs: components["schemas"]["SignalState"][];
+        };
+        /**
+         * BodyPosition
+         * @description Where a motor stands (6PD).
+         */
+        BodyPosition: {
+            /**
+             * Pulses
+             * @description Or encoder counts: see `counted_in`.
+             */
+            pulses: number;
+            /**
+             * Counted In
+             * @description Null where its operating mode was not read yet.
+             */
+            counted_in: ("pulses" | "encoder_counts") | null;
+            /**
+             * Value
+             * @description The same in `unit`; null without a scale.
+             */
+            value: number | null;
+            /** Unit */
+            unit: string | null;
+        };
+        /**
+         * BodyPositionEvent
+         * @description Somebody watches it (`sample`); about `/bodies/{body_id}`.
+         */
+        BodyPositionEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.position";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            data: components["schemas"]["BodyPosition"];
+            /** Cursor */
+            cursor: string;
+        };
+        /**
+         * BodyPositions
+         * @description Stored positions of a body.
+         */
+        BodyPositions: {
+            /** Body Id */
+            body_id: string;
+            /** Positions */
+            positions: components["schemas"]["NamedPosition"][];
         };
         /**
          * BodyPowerCycleAcknowledgedEvent
@@ -2475,6 +4813,50 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["ProgramRun"];
+        };
+        /**
+         * BodyProgramMessageEvent
+         * @description Its user program tells something (SDC, SDD); about `/bodies/{body_id}`.
+         */
+        BodyProgramMessageEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.program.message";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ProgramText"];
         };
         /**
          * BodyProgramStartedEvent
@@ -2741,6 +5123,727 @@ export interface components {
             data: components["schemas"]["ProgramUpload"];
         };
         /**
+         * BodyRestoreCancelledEvent
+         * @description A request, a stop or the end of the gateway has ended it; about `/bodies/{body_id}`.
+         */
+        BodyRestoreCancelledEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.restore.cancelled";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * BodyRestoreDiffersEvent
+         * @description It was read back, and `differences` is what is not as in the backup; about `/bodies/{body_id}`.
+         */
+        BodyRestoreDiffersEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.restore.differs";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * BodyRestoreFailedEvent
+         * @description Nobody could read it back, or what flash memory holds is not known; about `/bodies/{body_id}`.
+         */
+        BodyRestoreFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.restore.failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * BodyRestoreProgressEvent
+         * @description A restore has come further; once a second at most; about `/bodies/{body_id}`.
+         */
+        BodyRestoreProgressEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.restore.progress";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * BodyRestoreRequest
+         * @description A backup to be restored to one body.
+         * @example {
+         *       "backup": "[body 3F]\n[settings]\n0SS10 ; origin offset, pulses\n",
+         *       "dry_run": true
+         *     }
+         */
+        BodyRestoreRequest: {
+            /**
+             * Backup
+             * @description The text of a backup; comments after `;` mean nothing.
+             */
+            backup: string;
+            /**
+             * Dry Run
+             * @description Tell what would be written and what differs, and write nothing. Left out: false.
+             */
+            dry_run?: boolean;
+            /**
+             * Flash
+             * @description Write it to flash memory, too, once it was read back. Left out: false.
+             */
+            flash?: boolean;
+            /**
+             * Power Cycle
+             * @description With `flash`: wait until the power was off and on, and compare once more. Left out: false.
+             */
+            power_cycle?: boolean;
+            /**
+             * From Body
+             * @description Take what the backup has of another body: two hex digits. Else of the same number.
+             */
+            from_body?: string | null;
+        };
+        /**
+         * BodyRestoreStartedEvent
+         * @description A backup is being restored; about `/bodies/{body_id}`.
+         */
+        BodyRestoreStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.restore.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * BodyRestoreVerifiedEvent
+         * @description All of the backup was read back; about `/bodies/{body_id}`.
+         */
+        BodyRestoreVerifiedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.restore.verified";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * BodySample
+         * @description Where a motor stood.
+         */
+        BodySample: {
+            /**
+             * Time
+             * Format: date-time
+             * @description When the controller's answer came.
+             */
+            time: string;
+            /**
+             * Time S
+             * @description Seconds since the move's command was written.
+             */
+            time_s: number;
+            /** Pulses */
+            pulses: number;
+            /**
+             * Value
+             * @description The same in `unit`; null without a scale.
+             */
+            value: number | null;
+            /**
+             * Planned Pulses
+             * @description Where the plan has it then; null without a plan.
+             */
+            planned_pulses: number | null;
+        };
+        /**
+         * BodySamples
+         * @description Where a body was seen during a move: each answer that told its position, 512 at most.
+         */
+        BodySamples: {
+            /** Move Id */
+            move_id: string;
+            /** Body Id */
+            body_id: string;
+            /** Unit */
+            unit: string | null;
+            /**
+             * Pulses Per Unit
+             * @description The body's scale; null without one.
+             */
+            pulses_per_unit: number | null;
+            /**
+             * Planned S
+             * @description How long the plan has pulses run; null without a plan or an end.
+             */
+            planned_s: number | null;
+            /**
+             * Plan
+             * @description Evenly spread, and where a part of the curve begins.
+             */
+            plan: components["schemas"]["PlannedPoint"][] | null;
+            /**
+             * Note
+             * @description Why there is no plan.
+             */
+            note: string | null;
+            /** Samples */
+            samples: components["schemas"]["BodySample"][];
+        };
+        /**
+         * BodySensorChangedEvent
+         * @description A sensor is told to be another than before; about `/bodies/{body_id}`.
+         */
+        BodySensorChangedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.sensor.changed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["SensorChange"];
+        };
+        /**
+         * BodySensors
+         * @description The sensors, after their logic (DLS).
+         */
+        BodySensors: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Read At
+             * Format: date-time
+             * @description When the controller's answer came.
+             */
+            read_at: string;
+            /**
+             * Age Ms
+             * @description How old the answer was when it was passed on.
+             */
+            age_ms: number;
+            sensors: components["schemas"]["SensorBits"];
+        };
+        /**
+         * BodySettings
+         * @description The settings of a body.
+         */
+        BodySettings: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Version
+             * @description Of the control software (9VD).
+             */
+            version: string;
+            /** @description In RAM: those in force. */
+            settings: components["schemas"]["Settings"];
+            /**
+             * In Unit
+             * @description Those in pulses, in the body's unit, by their names; empty without a scale.
+             */
+            in_unit: {
+                [key: string]: components["schemas"]["Scaled"];
+            };
+            /**
+             * Unavailable
+             * @description Settings that cannot be read now, and why.
+             */
+            unavailable: {
+                [key: string]: string;
+            };
+            /** @description In flash memory, as far as is known; null where the gateway has seen neither the power come on nor FIS. Position index and outputs change without a command, so they are never told. */
+            flash: components["schemas"]["Settings"] | null;
+            /**
+             * About
+             * @description Units, ranges, and values of the factory, by name.
+             */
+            about: {
+                [key: string]: components["schemas"]["AboutSetting"];
+            };
+        };
+        /**
+         * BodySettingsChange
+         * @description Settings to change; the others stay as they are.
+         *
+         *     Null ends soft limits, error outputs, and what interrupts are heeded for, record and pulse.
+         * @example {
+         *       "homing_retries": 1,
+         *       "origin_offset": 20
+         *     }
+         */
+        BodySettingsChange: {
+            /**
+             * Origin Offset
+             * @description 0SS: pulses from the CW edge of the origin sensor to the origin.
+             */
+            origin_offset?: number | null;
+            /**
+             * Overrun Factor
+             * @description 0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1).
+             */
+            overrun_factor?: number | null;
+            /**
+             * Homing Retries
+             * @description 0RS: how often a failed origin search is tried again.
+             */
+            homing_retries?: number | null;
+            /**
+             * Stall Sensor Interval
+             * @description QIS: period of the stall dogs in pulses, from ON edge to ON edge.
+             */
+            stall_sensor_interval?: number | null;
+            /**
+             * Stall Sensor Detection
+             * @description QSS.
+             */
+            stall_sensor_detection?: boolean | null;
+            /** Start Speed Pps */
+            start_speed_pps?: number | null;
+            /** Maximum Speed Pps */
+            maximum_speed_pps?: number | null;
+            /** Acceleration Pps S */
+            acceleration_pps_s?: number | null;
+            /** Rising Percent */
+            rising_percent?: number | null;
+            /** Falling Percent */
+            falling_percent?: number | null;
+            /**
+             * Encoder Multiplier
+             * @description PAS: edges counted for each encoder line (RC-420 manual 13.7.3).
+             */
+            encoder_multiplier?: ("double" | "quadruple") | null;
+            /**
+             * Encoder Ratio
+             * @description PBS: motor pulses for each encoder count, at most two decimals.
+             */
+            encoder_ratio?: number | null;
+            /**
+             * Encoder Stall Threshold
+             * @description PES: pulses between motor and encoder that are a step-out.
+             */
+            encoder_stall_threshold?: number | null;
+            /**
+             * Encoder Stall Detection
+             * @description PSS.
+             */
+            encoder_stall_detection?: boolean | null;
+            /**
+             * Adjustment
+             * @description PJS: adjust to the encoder after a move; encoder mode only.
+             */
+            adjustment?: boolean | null;
+            /**
+             * Adjustment Limit
+             * @description PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only.
+             */
+            adjustment_limit?: number | null;
+            /**
+             * Adjustment Speed Pps
+             * @description PLS: 0 is the start speed of speed set 30; encoder mode only.
+             */
+            adjustment_speed_pps?: number | null;
+            /**
+             * Adjustment Delay Ms
+             * @description PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only.
+             */
+            adjustment_delay_ms?: number | null;
+            /**
+             * Operating Mode
+             * @description EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1).
+             */
+            operating_mode?: ("stepping" | "encoder" | "servo") | null;
+            /**
+             * Pulse Format
+             * @description EDS.
+             */
+            pulse_format?: ("pulse_direction" | "cw_ccw") | null;
+            /** @description EPS: moves that would end outside are refused; null where there are none. */
+            soft_limits?: components["schemas"]["Stretch"] | null;
+            /**
+             * Input Logic
+             * @description DIS.
+             */
+            input_logic?: {
+                [key: string]: "normally_open" | "normally_closed";
+            } | null;
+            /**
+             * Sensor Logic
+             * @description DLS: the sensor inputs, and the CLR output.
+             */
+            sensor_logic?: {
+                [key: string]: "normally_open" | "normally_closed";
+            } | null;
+            /**
+             * Noise Filters
+             * @description DCS: equal samples, one each ms, that make a change of level.
+             */
+            noise_filters?: {
+                [key: string]: number;
+            } | null;
+            /**
+             * Outputs
+             * @description COS: general outputs; FIS keeps them as they are then.
+             */
+            outputs?: {
+                [key: string]: boolean;
+            } | null;
+            /**
+             * Error Outputs
+             * @description CES: the output that reports an error; each needs one of its own.
+             */
+            error_outputs?: {
+                [key: string]: components["schemas"]["ErrorOutputSetting"] | null;
+            } | null;
+            /**
+             * Interrupt Edges
+             * @description CPS: the edge that interrupts; setting it clears what is recorded and pulsed.
+             */
+            interrupt_edges?: {
+                [key: string]: "off" | "falling" | "rising";
+            } | null;
+            /**
+             * Interrupt Ranges
+             * @description CSS: where an interrupt is heeded; null for everywhere.
+             */
+            interrupt_ranges?: {
+                [key: string]: components["schemas"]["Stretch"] | null;
+            } | null;
+            /**
+             * Interrupt Records
+             * @description CFS: the positions of the table that take a value.
+             */
+            interrupt_records?: {
+                [key: string]: {
+                    [key: string]: number | null;
+                };
+            } | null;
+            /**
+             * Interrupt Pulses
+             * @description CFS: the pulse that an interrupt gives.
+             */
+            interrupt_pulses?: {
+                [key: string]: components["schemas"]["InterruptPulse"] | null;
+            } | null;
+            /**
+             * Clear Pulse Ms
+             * @description CCS: the CLR signal's pulse; 0 gives none; servo mode only.
+             */
+            clear_pulse_ms?: number | null;
+            /**
+             * Robot Type
+             * @description HTS; not in encoder mode.
+             */
+            robot_type?: ("three_axes" | "two_axes_belt_linked") | null;
+            /**
+             * Driven Axis
+             * @description HCS: the axis of a SCARA robot that it drives; not in encoder mode.
+             */
+            driven_axis?: number | null;
+            /**
+             * Arm Length Um
+             * @description HAS; not in encoder mode.
+             */
+            arm_length_um?: number | null;
+            /**
+             * Finger Length Um
+             * @description HFS; not in encoder mode.
+             */
+            finger_length_um?: number | null;
+            /**
+             * Pulses Per Turn
+             * @description HZS: of each axis, with up to eight decimals; not in encoder mode.
+             */
+            pulses_per_turn?: {
+                [key: string]: number;
+            } | null;
+            /**
+             * Position Index
+             * @description 3IS: moves that step it change it, too.
+             */
+            position_index?: number | null;
+            /**
+             * Comments
+             * @description 9VS: up to 40 printable ASCII characters; the mark of the gateway is not shown.
+             */
+            comments?: {
+                [key: string]: string;
+            } | null;
+            /**
+             * Autostart
+             * @description UAS: whether the user program starts at power-on (RC-420 manual 15).
+             */
+            autostart?: boolean | null;
+        };
+        /**
+         * BodySettingsChangedEvent
+         * @description Settings were changed by one of its documents; about `/bodies/{body_id}`.
+         */
+        BodySettingsChangedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.settings.changed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["SettingsNews"];
+        };
+        /**
          * BodyStatus
          * @description The state of a controller.
          */
@@ -2751,6 +5854,11 @@ export interface components {
             moving: boolean;
             status: components["schemas"]["StatusBits"];
             sensors: components["schemas"]["SensorBits"];
+            /**
+             * Stalls
+             * @description Which finder has raised a STALL error that stands.
+             */
+            stalls: components["schemas"]["StallFound"][];
             /**
              * End Causes
              * @description Why the last move ended: stall, cw_limit, ccw_limit, ems, stop_command; empty after a normal end, and while the motor moves.
@@ -2986,6 +6094,276 @@ export interface components {
             data: components["schemas"]["Unreadable"];
         };
         /**
+         * CaptureBounds
+         * @description The stretch of positions in which an edge counts.
+         */
+        CaptureBounds: {
+            /**
+             * Lower
+             * @description In pulses.
+             */
+            lower: number;
+            /**
+             * Upper
+             * @description In pulses.
+             */
+            upper: number;
+        };
+        /**
+         * CapturePulse
+         * @description A pulse that the edge sets off. Arming gives the output the opposite state.
+         */
+        CapturePulse: {
+            /**
+             * Output
+             * @description General output, 0-7.
+             */
+            output: number;
+            /**
+             * On
+             * @description Its state during the pulse.
+             */
+            on: boolean;
+            /** Duration Ms */
+            duration_ms: number;
+        };
+        /**
+         * CaptureRequest
+         * @description What an edge in the next move is to do; what is left out, it does not.
+         * @example {
+         *       "edge": "rising",
+         *       "position": 25
+         *     }
+         */
+        CaptureRequest: {
+            /**
+             * Edge
+             * @enum {string}
+             */
+            edge: "falling" | "rising";
+            /**
+             * Position
+             * @description Position number that takes the position.
+             */
+            position?: number | null;
+            /**
+             * Encoder
+             * @description Position number that takes the encoder count.
+             */
+            encoder?: number | null;
+            /**
+             * Encoder In Pulses
+             * @description Position number that takes the encoder count converted to pulses.
+             */
+            encoder_in_pulses?: number | null;
+            pulse?: components["schemas"]["CapturePulse"] | null;
+            /** @description Left out, the edge counts everywhere. */
+            between?: components["schemas"]["Section"] | null;
+        };
+        /**
+         * CaptureState
+         * @description How an input is set up to capture, and what it has captured.
+         */
+        CaptureState: {
+            /** Body Id */
+            body_id: string;
+            /** Input */
+            input: number;
+            /**
+             * Name
+             * @description From the configuration.
+             */
+            name: string | null;
+            /**
+             * Edge
+             * @description What it waits for; off: it is not armed, or not any more.
+             * @enum {string}
+             */
+            edge: "off" | "falling" | "rising";
+            /** Armed */
+            armed: boolean;
+            /**
+             * Captured
+             * @description Null where no entry takes a value.
+             */
+            captured: boolean | null;
+            /** Recorded */
+            recorded: components["schemas"]["CapturedValue"][];
+            pulse: components["schemas"]["CapturePulse"] | null;
+            /** @description Null: everywhere. */
+            between: components["schemas"]["CaptureBounds"] | null;
+        };
+        /**
+         * CapturedValue
+         * @description An entry of the position table that takes a value.
+         */
+        CapturedValue: {
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "position" | "encoder" | "encoder_in_pulses";
+            /**
+             * Number
+             * @description Position number.
+             */
+            number: number;
+            /**
+             * Pulses
+             * @description Null until an edge comes; where another host has armed the input, 0. Encoder counts for `encoder`.
+             */
+            pulses: number | null;
+            /**
+             * Value
+             * @description The same in `unit`; null without a scale, and for `encoder`.
+             */
+            value: number | null;
+            /** Unit */
+            unit: string | null;
+        };
+        /**
+         * Captures
+         * @description The captures of both inputs.
+         */
+        Captures: {
+            /** Body Id */
+            body_id: string;
+            /** Captures */
+            captures: components["schemas"]["CaptureState"][];
+        };
+        /**
+         * ChangeStep
+         * @description What became of one value that was asked for.
+         */
+        ChangeStep: {
+            /** Name */
+            name: string;
+            /**
+             * Command
+             * @description The command that sets it, without frame.
+             */
+            command: string;
+            /**
+             * Outcome
+             * @description unchanged: it was so already, and nothing was sent; changed: set, and read back.
+             * @enum {string}
+             */
+            outcome: "unchanged" | "changed";
+            before: components["schemas"]["JsonValue"];
+        };
+        /**
+         * ChangedPattern
+         * @description A pattern as it was read back after a change.
+         */
+        ChangedPattern: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Number
+             * @description 0-29, or 30: the standard one, which is made of set 30 and has no changes.
+             */
+            number: number;
+            /**
+             * Acceleration Set
+             * @description Null where the pattern was never set.
+             */
+            acceleration_set: number | null;
+            /** Deceleration Set */
+            deceleration_set: number | null;
+            /**
+             * Changes
+             * @description Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them.
+             */
+            changes: components["schemas"]["SpeedChangeInfo"][] | null;
+            /** @description What flash memory holds; null where that is not known. */
+            flash: components["schemas"]["PatternSets"] | null;
+            /**
+             * Steps
+             * @description What the change took, in order.
+             */
+            steps: components["schemas"]["ChangeStep"][];
+        };
+        /**
+         * ChangedSettings
+         * @description Settings after a change, as they were read back.
+         */
+        ChangedSettings: {
+            /** Body Id */
+            body_id: string;
+            /** @description Those that were named. */
+            settings: components["schemas"]["Settings"];
+            /**
+             * Steps
+             * @description What the change took, in order.
+             */
+            steps: components["schemas"]["ChangeStep"][];
+        };
+        /**
+         * ChangedSpeedSet
+         * @description A set as it was read back after a change.
+         */
+        ChangedSpeedSet: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Number
+             * @description 0-29, or 30: the standard set.
+             */
+            number: number;
+            /**
+             * Start Speed Pps
+             * @description OL, 1-30,000; 0 where it was never set.
+             */
+            start_speed_pps: number;
+            /**
+             * Maximum Speed Pps
+             * @description OH, 1-1,000,000; 0 where it was never set.
+             */
+            maximum_speed_pps: number;
+            /**
+             * Acceleration Pps S
+             * @description OS, 1-10,000,000; 0 where it was never set.
+             */
+            acceleration_pps_s: number;
+            /**
+             * Rising Percent
+             * @description OA, 0-100.
+             */
+            rising_percent: number;
+            /**
+             * Falling Percent
+             * @description OB, 0-100.
+             */
+            falling_percent: number;
+            /** @description In the body's unit; null without a scale. */
+            start_speed: components["schemas"]["Scaled"] | null;
+            maximum_speed: components["schemas"]["Scaled"] | null;
+            acceleration: components["schemas"]["Scaled"] | null;
+            /** @description What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS. */
+            flash: components["schemas"]["InFlash"] | null;
+            /**
+             * Steps
+             * @description What the change took, in order.
+             */
+            steps: components["schemas"]["ChangeStep"][];
+        };
+        /**
+         * Changes
+         * @description What differs between the configuration that is served and another.
+         */
+        Changes: {
+            /**
+             * Lines
+             * @description All others go on undisturbed.
+             */
+            lines: components["schemas"]["LineChange"][];
+            /**
+             * Needs Restart
+             * @description Keys whose change takes a restart of the gateway.
+             */
+            needs_restart: string[];
+        };
+        /**
          * Channel
          * @description Eight inputs or outputs.
          */
@@ -3119,6 +6497,11 @@ export interface components {
              */
             validate_only?: boolean;
             /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
+            /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
@@ -3142,20 +6525,23 @@ export interface components {
         };
         /**
          * ControllerEvent
-         * @description A frame 7E: the fields that its ESS setting names, in the order they came.
+         * @description A frame 7E: the fields that its ESS setting names, in the order they came (RC-420 manual 13.11.3).
          */
         ControllerEvent: {
             /**
              * C
-             * @description Sensors (CLD).
+             * @description Controller status (9CD).
              */
             C?: number | null;
             /**
              * M
-             * @description Controller status (9CD).
+             * @description Cause of the end of the last move (9MD).
              */
             M?: number | null;
-            /** S */
+            /**
+             * S
+             * @description Sensors (CLD).
+             */
             S?: number | null;
             /**
              * I
@@ -3172,6 +6558,33 @@ export interface components {
              * @description Position in pulses.
              */
             P?: number | null;
+        };
+        /**
+         * ControllerGeometry
+         * @description What a controller holds.
+         */
+        ControllerGeometry: {
+            /**
+             * Type
+             * @enum {string}
+             */
+            type: "three_axes" | "two_axes_belt_linked";
+            arm: components["schemas"]["LinkLength"];
+            finger: components["schemas"]["LinkLength"];
+            /** Pulses Per Turn */
+            pulses_per_turn: number[];
+            /** Body Id */
+            body_id: string;
+            /**
+             * Axis
+             * @description The one that it drives.
+             */
+            axis: number;
+            /**
+             * Agrees
+             * @description Whether it is what the configuration has.
+             */
+            agrees: boolean;
         };
         /**
          * Crashed
@@ -3195,11 +6608,331 @@ export interface components {
             commands: string[];
         };
         /**
+         * CurvePoint
+         * @description A moment of the move, in the pulses that are put out.
+         */
+        CurvePoint: {
+            /**
+             * Time S
+             * @description Seconds since the first pulse.
+             */
+            time_s: number;
+            /**
+             * Position
+             * @description Pulses since the start.
+             */
+            position: number;
+            /**
+             * Speed
+             * @description Pulses per second.
+             */
+            speed: number;
+            /**
+             * Acceleration
+             * @description Pulses per second, per second; below 0 while it slows down.
+             */
+            acceleration: number;
+            /**
+             * Position In Unit
+             * @description In the body's unit; null without a scale.
+             */
+            position_in_unit: number | null;
+            /** Speed In Unit */
+            speed_in_unit: number | null;
+            /** Acceleration In Unit */
+            acceleration_in_unit: number | null;
+        };
+        /**
+         * Deed
+         * @description Something with an effect that somebody wanted.
+         */
+        Deed: {
+            /**
+             * Id
+             * @description Sorts by time; also the cursor after which older deeds follow.
+             */
+            id: string;
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /**
+             * Caller
+             * @description Who wanted it: the name of a key, an interface and an address.
+             */
+            caller: string;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request.
+             */
+            request_id: string | null;
+            /**
+             * Target
+             * @description Whom it was for: line1.3F, line1.80 for a group, r1.
+             */
+            target: string;
+            /**
+             * Command
+             * @description The row of the command table.
+             */
+            command: string;
+            /**
+             * Effect
+             * @description motion, stop, setting or maintenance.
+             */
+            effect: string;
+            /**
+             * Frame
+             * @description The exact bytes.
+             */
+            frame: string;
+            /**
+             * Moves
+             * @description The moves it was to make.
+             */
+            moves: string[];
+            /**
+             * Written At
+             * @description When it was handed to the port; null if it was not.
+             */
+            written_at: string | null;
+            /**
+             * Ended At
+             * @description When its outcome was known; null while it is not.
+             */
+            ended_at: string | null;
+            /**
+             * Outcome
+             * @description answered, refusal, not_sent, or unknown where nobody knows whether it was executed.
+             */
+            outcome: string | null;
+            /**
+             * Detail
+             * @description Why it was not carried out.
+             */
+            detail: string | null;
+        };
+        /**
          * DetailKind
          * @description The lines of the table in C-HOST manual 2-13.
          * @enum {string}
          */
         DetailKind: "none" | "emergency" | "driver" | "connection" | "timeout" | "fics" | "unreadable";
+        /**
+         * Difference
+         * @description Something that a controller holds otherwise than the backup has it.
+         */
+        Difference: {
+            /**
+             * Target
+             * @description The body or the robot.
+             */
+            target: string;
+            /** Section */
+            section: string;
+            /**
+             * Name
+             * @description What it is, in words.
+             */
+            name: string;
+            /**
+             * Wanted
+             * @description What the backup has; null where it is empty or was never set.
+             */
+            wanted: string | null;
+            /**
+             * Held
+             * @description What the controller holds.
+             */
+            held: string | null;
+            /**
+             * Restorable
+             * @description False where no command can bring it back.
+             */
+            restorable: boolean;
+        };
+        /**
+         * Distance
+         * @description A length or a coordinate.
+         * @example {
+         *       "unit": "mm",
+         *       "value": 1
+         *     }
+         */
+        Distance: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @enum {string}
+             */
+            unit: "mm" | "um";
+        };
+        /**
+         * Encoder
+         * @description The encoder of a body, and its set-up.
+         */
+        Encoder: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Operating Mode
+             * @enum {string}
+             */
+            operating_mode: "stepping" | "encoder" | "servo";
+            /** @description In RAM. */
+            settings: components["schemas"]["EncoderSettings"];
+            /**
+             * In Unit
+             * @description Those in pulses, in the body's unit, by their names.
+             */
+            in_unit: {
+                [key: string]: components["schemas"]["Scaled"];
+            };
+            /**
+             * Unavailable
+             * @description Settings that cannot be read now, and why.
+             */
+            unavailable: {
+                [key: string]: string;
+            };
+            /** @description What was counted when it was asked. */
+            last: components["schemas"]["EncoderCounts"];
+        };
+        /**
+         * EncoderChange
+         * @description What of the set-up of the encoder shall change; the rest stays as it is.
+         * @example {
+         *       "encoder_stall_threshold": 128
+         *     }
+         */
+        EncoderChange: {
+            /**
+             * Encoder Multiplier
+             * @description PAS: edges counted for each encoder line (RC-420 manual 13.7.3).
+             */
+            encoder_multiplier?: ("double" | "quadruple") | null;
+            /**
+             * Encoder Ratio
+             * @description PBS: motor pulses for each encoder count, at most two decimals.
+             */
+            encoder_ratio?: number | null;
+            /**
+             * Encoder Stall Threshold
+             * @description PES: pulses between motor and encoder that are a step-out.
+             */
+            encoder_stall_threshold?: number | null;
+            /**
+             * Encoder Stall Detection
+             * @description PSS.
+             */
+            encoder_stall_detection?: boolean | null;
+            /**
+             * Adjustment
+             * @description PJS: adjust to the encoder after a move; encoder mode only.
+             */
+            adjustment?: boolean | null;
+            /**
+             * Adjustment Limit
+             * @description PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only.
+             */
+            adjustment_limit?: number | null;
+            /**
+             * Adjustment Speed Pps
+             * @description PLS: 0 is the start speed of speed set 30; encoder mode only.
+             */
+            adjustment_speed_pps?: number | null;
+            /**
+             * Adjustment Delay Ms
+             * @description PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only.
+             */
+            adjustment_delay_ms?: number | null;
+        };
+        /**
+         * EncoderCounts
+         * @description Where the encoder is.
+         */
+        EncoderCounts: {
+            /**
+             * Counted In
+             * @description What positions and amounts of this body are counted in.
+             * @enum {string}
+             */
+            counted_in: "pulses" | "encoder_counts";
+            /**
+             * Position
+             * @description 6PD.
+             */
+            position: number;
+            position_in_unit: components["schemas"]["Scaled"] | null;
+            /**
+             * Count
+             * @description The encoder's count (6ED).
+             */
+            count: number;
+            /**
+             * Count In Pulses
+             * @description The same, times the ratio (6MD).
+             */
+            count_in_pulses: number;
+            /**
+             * Difference
+             * @description Pulses put out beyond what the encoder has seen; null in encoder mode, where only the encoder is told.
+             */
+            difference: number | null;
+            /**
+             * Stalled
+             * @description Whether the encoder has found a step-out that stands (PRD).
+             */
+            stalled: boolean;
+        };
+        /**
+         * EncoderSettings
+         * @description How the encoder is counted, watched and adjusted to (RC-420 manual 13.7).
+         */
+        EncoderSettings: {
+            /**
+             * Encoder Multiplier
+             * @description PAS: edges counted for each encoder line (RC-420 manual 13.7.3).
+             */
+            encoder_multiplier?: ("double" | "quadruple") | null;
+            /**
+             * Encoder Ratio
+             * @description PBS: motor pulses for each encoder count, at most two decimals.
+             */
+            encoder_ratio?: number | null;
+            /**
+             * Encoder Stall Threshold
+             * @description PES: pulses between motor and encoder that are a step-out.
+             */
+            encoder_stall_threshold?: number | null;
+            /**
+             * Encoder Stall Detection
+             * @description PSS.
+             */
+            encoder_stall_detection?: boolean | null;
+            /**
+             * Adjustment
+             * @description PJS: adjust to the encoder after a move; encoder mode only.
+             */
+            adjustment?: boolean | null;
+            /**
+             * Adjustment Limit
+             * @description PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only.
+             */
+            adjustment_limit?: number | null;
+            /**
+             * Adjustment Speed Pps
+             * @description PLS: 0 is the start speed of speed set 30; encoder mode only.
+             */
+            adjustment_speed_pps?: number | null;
+            /**
+             * Adjustment Delay Ms
+             * @description PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only.
+             */
+            adjustment_delay_ms?: number | null;
+        };
         /**
          * EndFrame
          * @description A frame 7D of a body that is not in the configuration.
@@ -3212,6 +6945,70 @@ export interface components {
              * @description The byte of 9MD, 0 after a normal end.
              */
             cause: number;
+        };
+        /**
+         * ErrorOutputChoice
+         * @description Which output reports a cause, and how.
+         * @example {
+         *       "on": true,
+         *       "output": 7
+         *     }
+         */
+        ErrorOutputChoice: {
+            /**
+             * Output
+             * @description General output; null: nothing reports it.
+             */
+            output: number | null;
+            /**
+             * On
+             * @description The state it takes on an error; with `output`.
+             */
+            on?: boolean | null;
+        };
+        /**
+         * ErrorOutputSetting
+         * @description The output that reports an error.
+         */
+        ErrorOutputSetting: {
+            /** Output */
+            output: number;
+            /**
+             * On
+             * @description The state that it takes on an error.
+             */
+            on: boolean;
+        };
+        /**
+         * ErrorOutputState
+         * @description The output that reports a cause of errors.
+         */
+        ErrorOutputState: {
+            /**
+             * Cause
+             * @enum {string}
+             */
+            cause: "ems" | "limit" | "stall" | "any";
+            /**
+             * Output
+             * @description Null: nothing reports it.
+             */
+            output: number | null;
+            /**
+             * Name
+             * @description Of the output, from the configuration.
+             */
+            name: string | null;
+            /**
+             * On
+             * @description The state it takes on an error.
+             */
+            on: boolean | null;
+            /**
+             * Standing
+             * @description Whether it has come, and was not taken back since.
+             */
+            standing: boolean;
         };
         /**
          * ErrorsReset
@@ -3230,7 +7027,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -3554,6 +7351,94 @@ export interface components {
             data: components["schemas"]["LoopHeld"];
         };
         /**
+         * GatewayReloadFailedEvent
+         * @description The file was not taken; nothing has changed; about `/gateway`.
+         */
+        GatewayReloadFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.reload_failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ReloadFailed"];
+        };
+        /**
+         * GatewayReloadedEvent
+         * @description The lines are served as the file has them now; about `/gateway`.
+         */
+        GatewayReloadedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.reloaded";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Changes"];
+        };
+        /**
          * GatewayShuttingDownEvent
          * @description Nothing begins any more; about `/gateway`.
          */
@@ -3598,6 +7483,35 @@ export interface components {
             data: components["schemas"]["ShuttingDown"];
         };
         /**
+         * Geometry
+         * @description A robot's mechanics.
+         */
+        Geometry: {
+            /**
+             * Type
+             * @enum {string}
+             */
+            type: "three_axes" | "two_axes_belt_linked";
+            arm: components["schemas"]["LinkLength"];
+            finger: components["schemas"]["LinkLength"];
+            /** Pulses Per Turn */
+            pulses_per_turn: number[];
+        };
+        /**
+         * GeometryApplication
+         * @description How the geometry is given to the controllers.
+         * @example {
+         *       "flash": false
+         *     }
+         */
+        GeometryApplication: {
+            /**
+             * Flash
+             * @description Write all their settings to flash memory too (FIS). Left out: false.
+             */
+            flash?: boolean;
+        };
+        /**
          * GroupDefinition
          * @description What a group shall be.
          * @example {
@@ -3639,6 +7553,226 @@ export interface components {
              * @description Addresses of the bodies, in the order of their replies.
              */
             members: string[];
+        };
+        /**
+         * GroupLeaseBrokenEvent
+         * @description Somebody else has ended a lease; about `/groups/{group_id}`.
+         */
+        GroupLeaseBrokenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "group.lease.broken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * GroupLeaseExpiredEvent
+         * @description A lease was not renewed in time; about `/groups/{group_id}`.
+         */
+        GroupLeaseExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "group.lease.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * GroupLeaseReleasedEvent
+         * @description Its holder has given a lease back; about `/groups/{group_id}`.
+         */
+        GroupLeaseReleasedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "group.lease.released";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * GroupLeaseTakenEvent
+         * @description Somebody has leased it: nobody else moves or sets it; about `/groups/{group_id}`.
+         */
+        GroupLeaseTakenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "group.lease.taken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * GroupLeaseTakenOverEvent
+         * @description An admin has leased it instead; about `/groups/{group_id}`.
+         */
+        GroupLeaseTakenOverEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "group.lease.taken_over";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
         };
         /**
          * GroupList
@@ -3719,7 +7853,7 @@ export interface components {
         };
         /**
          * HomeRequest
-         * @description Search the origin (RC-420 manual 13.5).
+         * @description Search the origin (RC-420 manual 13.5), or the centre of the stall dog after that (13.6.2).
          * @example {
          *       "kind": "home"
          *     }
@@ -3731,16 +7865,176 @@ export interface components {
              */
             validate_only?: boolean;
             /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
+            /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
             kind: "home";
             /**
              * Method
-             * @description Commands 00M, 01M, 02M, 03M and 04M, in this order. Left out: standard.
+             * @description Commands 00M, 01M, 02M, 03M, 04M and 0QM, in this order. 0QM goes to the nearest dog, and makes no body `homed`. Left out: standard.
              * @enum {string}
              */
-            method?: "standard" | "stall_detection" | "fast_then_stop" | "fast_then_decelerate" | "rc204";
+            method?: "standard" | "stall_detection" | "fast_then_stop" | "fast_then_decelerate" | "rc204" | "centre_stall_dog";
+        };
+        /**
+         * Homing
+         * @description How a body searches its origin.
+         */
+        Homing: {
+            /** Body Id */
+            body_id: string;
+            /** @description In RAM; the speeds are those of the standard set. */
+            settings: components["schemas"]["HomingSettings"];
+            /**
+             * In Unit
+             * @description Those in pulses, in the body's unit, by their names; empty without a scale.
+             */
+            in_unit: {
+                [key: string]: components["schemas"]["Scaled"];
+            };
+            /**
+             * Overrun
+             * @description Pulses to overrun the sensor: the offset times the factor.
+             */
+            overrun: number;
+            last: components["schemas"]["LastHoming"];
+        };
+        /**
+         * HomingChange
+         * @description What of the set-up of homing shall change; the rest stays as it is.
+         * @example {
+         *       "homing_retries": 1,
+         *       "origin_offset": 20
+         *     }
+         */
+        HomingChange: {
+            /**
+             * Origin Offset
+             * @description 0SS: pulses from the CW edge of the origin sensor to the origin.
+             */
+            origin_offset?: number | null;
+            /**
+             * Overrun Factor
+             * @description 0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1).
+             */
+            overrun_factor?: number | null;
+            /**
+             * Homing Retries
+             * @description 0RS: how often a failed origin search is tried again.
+             */
+            homing_retries?: number | null;
+            /**
+             * Stall Sensor Interval
+             * @description QIS: period of the stall dogs in pulses, from ON edge to ON edge.
+             */
+            stall_sensor_interval?: number | null;
+            /**
+             * Stall Sensor Detection
+             * @description QSS.
+             */
+            stall_sensor_detection?: boolean | null;
+            /** Start Speed Pps */
+            start_speed_pps?: number | null;
+            /** Maximum Speed Pps */
+            maximum_speed_pps?: number | null;
+            /** Acceleration Pps S */
+            acceleration_pps_s?: number | null;
+            /** Rising Percent */
+            rising_percent?: number | null;
+            /** Falling Percent */
+            falling_percent?: number | null;
+        };
+        /**
+         * HomingSettings
+         * @description What origin searches and the centring of stall dogs go by (RC-420 manual 13.5, 13.6.2).
+         */
+        HomingSettings: {
+            /**
+             * Origin Offset
+             * @description 0SS: pulses from the CW edge of the origin sensor to the origin.
+             */
+            origin_offset?: number | null;
+            /**
+             * Overrun Factor
+             * @description 0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1).
+             */
+            overrun_factor?: number | null;
+            /**
+             * Homing Retries
+             * @description 0RS: how often a failed origin search is tried again.
+             */
+            homing_retries?: number | null;
+            /**
+             * Stall Sensor Interval
+             * @description QIS: period of the stall dogs in pulses, from ON edge to ON edge.
+             */
+            stall_sensor_interval?: number | null;
+            /**
+             * Stall Sensor Detection
+             * @description QSS.
+             */
+            stall_sensor_detection?: boolean | null;
+            /** Start Speed Pps */
+            start_speed_pps?: number | null;
+            /** Maximum Speed Pps */
+            maximum_speed_pps?: number | null;
+            /** Acceleration Pps S */
+            acceleration_pps_s?: number | null;
+            /** Rising Percent */
+            rising_percent?: number | null;
+            /** Falling Percent */
+            falling_percent?: number | null;
+        };
+        /**
+         * InFlash
+         * @description The parameters in flash memory.
+         */
+        InFlash: {
+            /** Start Speed Pps */
+            start_speed_pps: number | null;
+            /** Maximum Speed Pps */
+            maximum_speed_pps: number | null;
+            /** Acceleration Pps S */
+            acceleration_pps_s: number | null;
+            /** Rising Percent */
+            rising_percent: number | null;
+            /** Falling Percent */
+            falling_percent: number | null;
+        };
+        /**
+         * InputChange
+         * @description A general input that is on or off now.
+         */
+        InputChange: {
+            /** Number */
+            number: number;
+            /**
+             * Name
+             * @description As the configuration has it.
+             */
+            name: string | null;
+            /** On */
+            on: boolean;
+        };
+        /**
+         * InterruptPulse
+         * @description A one-shot pulse on an output.
+         */
+        InterruptPulse: {
+            /** Output */
+            output: number;
+            /**
+             * On
+             * @description The state during the pulse.
+             */
+            on: boolean;
+            /** Duration Ms */
+            duration_ms: number;
         };
         /**
          * InvalidField
@@ -3764,6 +8058,46 @@ export interface components {
              * @description Where in that line, from 1.
              */
             column?: number | null;
+        };
+        /**
+         * IoEvent
+         * @description Somebody watches it (`sample`); twice a second at most; about `/{bodies or robots}/{id}`.
+         */
+        IoEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "io";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            data: components["schemas"]["Signals"];
+            /** Cursor */
+            cursor: string;
         };
         /**
          * JogRequest
@@ -3795,6 +8129,24 @@ export interface components {
         JogSession: {
             /** Id */
             id: string;
+            /**
+             * State
+             * @description stopping: it is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with all that moves there, or at the end of the gateway.
+             * @default jogging
+             * @enum {string}
+             */
+            state: "jogging" | "stopping" | "ended" | "lost" | "stopped";
+            /**
+             * Ends As
+             * @description The state that follows when it stands still; null while it jogs.
+             */
+            ends_as: ("ended" | "lost" | "stopped") | null;
+            /**
+             * Heartbeat Within Ms
+             * @description The next heartbeat has to come within this.
+             * @default 500
+             */
+            heartbeat_within_ms: number;
             /** Unit */
             unit: number;
             /** Axis */
@@ -3804,24 +8156,6 @@ export interface components {
              * @enum {string}
              */
             direction: "+" | "-";
-            /**
-             * State
-             * @description stopping: the axis is told to stop, and may still move. The others mean that it was seen to stand still: ended by request or because it stood still, as at its limit; lost for want of a heartbeat; stopped with the robot or at the end of the gateway.
-             * @default jogging
-             * @enum {string}
-             */
-            state: "jogging" | "stopping" | "ended" | "lost" | "stopped";
-            /**
-             * Ends As
-             * @description The state that follows when the axis stands still; null while it jogs.
-             */
-            ends_as: ("ended" | "lost" | "stopped") | null;
-            /**
-             * Heartbeat Within Ms
-             * @description The next heartbeat has to come within this.
-             * @default 500
-             */
-            heartbeat_within_ms: number;
         };
         /**
          * JournalSetAside
@@ -3838,6 +8172,110 @@ export interface components {
         JournalTrouble: {
             /** Reason */
             reason: string;
+        };
+        JsonValue: unknown;
+        /**
+         * Kinematics
+         * @description Positions of the axes, and where the finger is then.
+         */
+        Kinematics: {
+            x: components["schemas"]["Micrometres"];
+            y: components["schemas"]["Micrometres"];
+            /** @description Between finger and X axis, above -180 and up to 180 degrees. */
+            angle: components["schemas"]["Millidegrees"];
+            /** Scara Id */
+            scara_id: string;
+            /**
+             * Pulses
+             * @description Of axes 0, 1 and 2.
+             */
+            pulses: number[];
+        };
+        /**
+         * LastHoming
+         * @description What became of the last search.
+         */
+        LastHoming: {
+            /**
+             * Homed
+             * @enum {string}
+             */
+            homed: "yes" | "no" | "unknown";
+            /**
+             * Distance
+             * @description Pulses from its end back to its start (0PD); 0 after power-on.
+             */
+            distance: number;
+            in_unit: components["schemas"]["Scaled"] | null;
+        };
+        /**
+         * Lease
+         * @description Who moves a part of the plant now.
+         */
+        Lease: {
+            /**
+             * Lease
+             * @description Its id.
+             */
+            lease: string;
+            /**
+             * Scope
+             * @description What was leased: a line, a body, a group or a robot.
+             */
+            scope: string;
+            /**
+             * Covers
+             * @description The bodies and robots it is for, or the line.
+             */
+            covers: string[];
+            /**
+             * Holder
+             * @description The name of the key that took it.
+             */
+            holder: string;
+            /**
+             * Ttl S
+             * @description For how long it lasts after each renewal.
+             */
+            ttl_s: number;
+            /**
+             * Expires In S
+             * @description For how long it lasts now, unless it is renewed.
+             */
+            expires_in_s: number;
+        };
+        /**
+         * LeaseList
+         * @description All leases that last.
+         */
+        LeaseList: {
+            /** Leases */
+            leases: components["schemas"]["Lease"][];
+        };
+        /**
+         * LeaseRequest
+         * @description What to lease, and for how long.
+         * @example {
+         *       "scope": "line1.3F",
+         *       "ttl_s": 10
+         *     }
+         */
+        LeaseRequest: {
+            /**
+             * Scope
+             * @description The address of a line, a body, a group or a robot.
+             */
+            scope: string;
+            /**
+             * Ttl S
+             * @description In seconds; it ends then, unless it is renewed before. Left out: 10.0.
+             */
+            ttl_s?: number;
+            /**
+             * Take Over
+             * @description End the leases of others that are in the way; takes the right `admin`. Left out: false.
+             */
+            take_over?: boolean;
         };
         /**
          * LeftMoving
@@ -3872,6 +8310,24 @@ export interface components {
              * @enum {string}
              */
             unit: "pulse" | "mm" | "um" | "deg" | "mdeg";
+        };
+        /**
+         * LineChange
+         * @description What becomes of a line.
+         */
+        LineChange: {
+            /** Line Id */
+            line_id: string;
+            /**
+             * Change
+             * @enum {string}
+             */
+            change: "added" | "removed" | "changed";
+            /**
+             * Keys
+             * @description Which of its keys have changed: `bodies.40`, `reply_timeout_s`.
+             */
+            keys: string[];
         };
         /**
          * LineDown
@@ -3952,7 +8408,7 @@ export interface components {
             };
             /**
              * Load
-             * @description Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up.
+             * @description Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up.
              */
             load: {
                 [key: string]: number;
@@ -3994,6 +8450,226 @@ export interface components {
             offline: string[];
             /** Groups */
             groups: string[];
+        };
+        /**
+         * LineLeaseBrokenEvent
+         * @description Somebody else has ended a lease; about `/lines/{line_id}`.
+         */
+        LineLeaseBrokenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.lease.broken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * LineLeaseExpiredEvent
+         * @description A lease was not renewed in time; about `/lines/{line_id}`.
+         */
+        LineLeaseExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.lease.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * LineLeaseReleasedEvent
+         * @description Its holder has given a lease back; about `/lines/{line_id}`.
+         */
+        LineLeaseReleasedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.lease.released";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * LineLeaseTakenEvent
+         * @description Somebody has leased it: nobody else moves or sets it; about `/lines/{line_id}`.
+         */
+        LineLeaseTakenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.lease.taken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * LineLeaseTakenOverEvent
+         * @description An admin has leased it instead; about `/lines/{line_id}`.
+         */
+        LineLeaseTakenOverEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.lease.taken_over";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
         };
         /**
          * LineList
@@ -4054,6 +8730,316 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["LineMessage"];
+        };
+        /**
+         * LineNow
+         * @description A line.
+         */
+        LineNow: {
+            /** Line Id */
+            line_id: string;
+            state: components["schemas"]["LineState"];
+            /** Down Reason */
+            down_reason: string | null;
+        };
+        /**
+         * LineRestoreCancelledEvent
+         * @description A request, a stop or the end of the gateway has ended it; about `/lines/{line_id}`.
+         */
+        LineRestoreCancelledEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.restore.cancelled";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * LineRestoreDiffersEvent
+         * @description It was read back, and `differences` is what is not as in the backup; about `/lines/{line_id}`.
+         */
+        LineRestoreDiffersEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.restore.differs";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * LineRestoreFailedEvent
+         * @description Nobody could read it back, or what flash memory holds is not known; about `/lines/{line_id}`.
+         */
+        LineRestoreFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.restore.failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * LineRestoreProgressEvent
+         * @description A restore has come further; once a second at most; about `/lines/{line_id}`.
+         */
+        LineRestoreProgressEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.restore.progress";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * LineRestoreRequest
+         * @description A backup to be restored to bodies of a line.
+         * @example {
+         *       "backup": "[body 3F]\n[settings]\n0SS10 ; origin offset, pulses\n",
+         *       "dry_run": true
+         *     }
+         */
+        LineRestoreRequest: {
+            /**
+             * Backup
+             * @description The text of a backup; comments after `;` mean nothing.
+             */
+            backup: string;
+            /**
+             * Dry Run
+             * @description Tell what would be written and what differs, and write nothing. Left out: false.
+             */
+            dry_run?: boolean;
+            /**
+             * Flash
+             * @description Write it to flash memory, too, once it was read back. Left out: false.
+             */
+            flash?: boolean;
+            /**
+             * Power Cycle
+             * @description With `flash`: wait until the power was off and on, and compare once more. Left out: false.
+             */
+            power_cycle?: boolean;
+            /**
+             * Bodies
+             * @description Restore these only: addresses such as 3F. Else all that the backup has.
+             */
+            bodies?: string[] | null;
+        };
+        /**
+         * LineRestoreStartedEvent
+         * @description A backup is being restored; about `/lines/{line_id}`.
+         */
+        LineRestoreStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.restore.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * LineRestoreVerifiedEvent
+         * @description All of the backup was read back; about `/lines/{line_id}`.
+         */
+        LineRestoreVerifiedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.restore.verified";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
         };
         /**
          * LineScanFailedEvent
@@ -4298,6 +9284,36 @@ export interface components {
             data: components["schemas"]["LineUp"];
         };
         /**
+         * LinkLength
+         * @description A length of the mechanics.
+         */
+        LinkLength: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @default um
+             * @constant
+             */
+            unit: "um";
+        };
+        /**
+         * LiveAxis
+         * @description Where an axis stands.
+         */
+        LiveAxis: {
+            /**
+             * Value
+             * @description Null while the robot does not know it.
+             */
+            value: number | null;
+            /**
+             * Unit
+             * @description mm, pulse or degree.
+             */
+            unit: string;
+        };
+        /**
          * Liveness
          * @description The gateway's process answers.
          */
@@ -4323,6 +9339,34 @@ export interface components {
              * @description Whether what waited is not sent any more: above 2 s.
              */
             cancelled: boolean;
+        };
+        /**
+         * MacroInfo
+         * @description A macro by its name.
+         */
+        MacroInfo: {
+            /** Name */
+            name: string;
+            /**
+             * Title
+             * @description What it does, from the configuration; null where it is not there.
+             */
+            title: string | null;
+            /**
+             * Refused
+             * @description Whether the robot has refused it as unknown when it was last called.
+             */
+            refused: boolean;
+        };
+        /**
+         * MacroList
+         * @description The macros that are known: a robot cannot be asked for their names.
+         */
+        MacroList: {
+            /** Robot Id */
+            robot_id: string;
+            /** Macros */
+            macros: components["schemas"]["MacroInfo"][];
         };
         /**
          * MacroRunRequest
@@ -4392,6 +9436,34 @@ export interface components {
              * @description A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999.
              */
             value: number;
+        };
+        /**
+         * Micrometres
+         * @description A coordinate.
+         */
+        Micrometres: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @default um
+             * @constant
+             */
+            unit: "um";
+        };
+        /**
+         * Millidegrees
+         * @description An angle, counterclockwise from X.
+         */
+        Millidegrees: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @default mdeg
+             * @constant
+             */
+            unit: "mdeg";
         };
         /**
          * ModeChange
@@ -4491,10 +9563,10 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "relative" | "absolute" | "home" | "continuous" | "interpolated";
+            kind: "relative" | "absolute" | "home" | "continuous" | "jog" | "interpolated";
             /**
              * End Cause
-             * @description normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed or position_mismatch as the gateway found.
+             * @description normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed, position_mismatch or not_in_position as the gateway found.
              */
             end_cause: string | null;
             /**
@@ -4512,6 +9584,11 @@ export interface components {
              * @description In pulses, as last read.
              */
             position: number | null;
+            /**
+             * Homing Distance
+             * @description Of a homing that ended well: pulses from its end back to its start (0PD).
+             */
+            homing_distance: number | null;
             /**
              * Completion
              * @description Whether the end was announced by the link master or found by polling.
@@ -4545,6 +9622,11 @@ export interface components {
              * @description The controller's error code, such as 0x51.
              */
             controller_error: string | null;
+            /**
+             * Next
+             * @description The calls that help.
+             */
+            next: components["schemas"]["NextCall"][];
         };
         /**
          * MoveList
@@ -4561,10 +9643,130 @@ export interface components {
          */
         MoveStatus: "queued" | "sent" | "moving" | "succeeded" | "failed" | "stopped" | "rejected" | "cancelled" | "lost" | "unknown";
         /**
+         * NamedPosition
+         * @description A stored position.
+         */
+        NamedPosition: {
+            /** Number */
+            number: number;
+            /** Name */
+            name: string | null;
+            /**
+             * Pulses
+             * @description Encoder counts in encoder mode.
+             */
+            pulses: number;
+            /**
+             * Value
+             * @description The same in `unit`; null without a scale.
+             */
+            value: number | null;
+            /** Unit */
+            unit: string | null;
+        };
+        /**
+         * NewBodies
+         * @description Bodies to be served, too.
+         * @example {
+         *       "bodies": [
+         *         {
+         *           "id": "40",
+         *           "name": "grip"
+         *         }
+         *       ],
+         *       "dry_run": true
+         *     }
+         */
+        NewBodies: {
+            /**
+             * Dry Run
+             * @description Tell what would change, and change nothing. Left out: false.
+             */
+            dry_run?: boolean;
+            /**
+             * Bodies
+             * @description Tables `[[lines.bodies]]` of the configuration.
+             */
+            bodies: {
+                [key: string]: components["schemas"]["JsonValue"];
+            }[];
+        };
+        /**
+         * NewLine
+         * @description A line to be served, too.
+         * @example {
+         *       "dry_run": true,
+         *       "line": {
+         *         "address": "tcp://192.0.2.7:4001",
+         *         "bodies": [
+         *           {
+         *             "id": "40"
+         *           }
+         *         ],
+         *         "id": "line2"
+         *       }
+         *     }
+         */
+        NewLine: {
+            /**
+             * Dry Run
+             * @description Tell what would change, and change nothing. Left out: false.
+             */
+            dry_run?: boolean;
+            /**
+             * Line
+             * @description A table `[[lines]]` of the configuration, with its `bodies` or its `robot`.
+             */
+            line: {
+                [key: string]: components["schemas"]["JsonValue"];
+            };
+        };
+        /**
+         * NextCall
+         * @description A request to this gateway that helps.
+         */
+        NextCall: {
+            /**
+             * Method
+             * @enum {string}
+             */
+            method: "GET" | "POST" | "PUT";
+            /** Path */
+            path: string;
+            /**
+             * Body
+             * @description What it takes; left out for nothing, or where only the sender can know.
+             */
+            body?: {
+                [key: string]: components["schemas"]["JsonValue"];
+            } | null;
+            /**
+             * En
+             * @description What it does, in English.
+             */
+            en: string;
+            /**
+             * Ja
+             * @description What it does, in Japanese.
+             */
+            ja: string;
+        };
+        /**
          * Nothing
          * @description The type says all.
          */
         Nothing: Record<string, never>;
+        /**
+         * OutputPulse
+         * @description For how long an output is inverted.
+         * @example {
+         *       "duration_ms": 200
+         *     }
+         */
+        OutputPulse: {
+            /** Duration Ms */
+            duration_ms: number;
+        };
         /**
          * OutputState
          * @description What an output shall be.
@@ -4573,6 +9775,17 @@ export interface components {
          *     }
          */
         OutputState: {
+            /** On */
+            on: boolean;
+        };
+        /**
+         * OutputSwitch
+         * @description What an output shall be.
+         * @example {
+         *       "on": true
+         *     }
+         */
+        OutputSwitch: {
             /** On */
             on: boolean;
         };
@@ -4587,6 +9800,142 @@ export interface components {
             longest_s: number | null;
             /** Request Id */
             request_id: string | null;
+        };
+        /**
+         * PathDefinition
+         * @description A whole path; without points it is cleared.
+         * @example {
+         *       "points": [
+         *         {
+         *           "radius": {
+         *             "unit": "mm",
+         *             "value": 120
+         *           },
+         *           "x": {
+         *             "unit": "mm",
+         *             "value": 255
+         *           },
+         *           "y": {
+         *             "unit": "mm",
+         *             "value": 300
+         *           }
+         *         },
+         *         {
+         *           "x": {
+         *             "unit": "mm",
+         *             "value": 255
+         *           },
+         *           "y": {
+         *             "unit": "mm",
+         *             "value": 450
+         *           }
+         *         }
+         *       ]
+         *     }
+         */
+        PathDefinition: {
+            /**
+             * Points
+             * @description In their order; the last is the end.
+             */
+            points: components["schemas"]["ViaPoint"][];
+        };
+        /**
+         * Pattern
+         * @description An acceleration pattern as the body holds it in RAM.
+         */
+        Pattern: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Number
+             * @description 0-29, or 30: the standard one, which is made of set 30 and has no changes.
+             */
+            number: number;
+            /**
+             * Acceleration Set
+             * @description Null where the pattern was never set.
+             */
+            acceleration_set: number | null;
+            /** Deceleration Set */
+            deceleration_set: number | null;
+            /**
+             * Changes
+             * @description Kept in RAM only; null where the body cannot work them out: its speed sets are not complete, or the changes do not suit them.
+             */
+            changes: components["schemas"]["SpeedChangeInfo"][] | null;
+            /** @description What flash memory holds; null where that is not known. */
+            flash: components["schemas"]["PatternSets"] | null;
+        };
+        /**
+         * PatternChange
+         * @description What of a pattern shall change; the rest stays as it is.
+         * @example {
+         *       "deceleration_set": 13
+         *     }
+         */
+        PatternChange: {
+            /**
+             * Acceleration Set
+             * @description 0-29.
+             */
+            acceleration_set?: number | null;
+            /**
+             * Deceleration Set
+             * @description 0-29.
+             */
+            deceleration_set?: number | null;
+            /** Changes */
+            changes?: components["schemas"]["SpeedChangeRequest"][] | null;
+        };
+        /**
+         * PatternSets
+         * @description The speed parameter sets of a pattern.
+         */
+        PatternSets: {
+            /** Acceleration Set */
+            acceleration_set: number;
+            /** Deceleration Set */
+            deceleration_set: number;
+        };
+        /**
+         * PatternValues
+         * @description A pattern: two speed parameter sets, and its changes of speed.
+         * @example {
+         *       "acceleration_set": 12,
+         *       "changes": [],
+         *       "deceleration_set": 13
+         *     }
+         */
+        PatternValues: {
+            /**
+             * Acceleration Set
+             * @description Speed parameter set of the acceleration, 0-29.
+             */
+            acceleration_set: number;
+            /**
+             * Deceleration Set
+             * @description Speed parameter set of the deceleration, 0-29.
+             */
+            deceleration_set: number;
+            /**
+             * Changes
+             * @description All that it shall have.
+             */
+            changes?: components["schemas"]["SpeedChangeRequest"][];
+        };
+        /**
+         * Patterns
+         * @description Acceleration patterns of a body.
+         */
+        Patterns: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Patterns
+             * @description In the order of their numbers.
+             */
+            patterns: components["schemas"]["Pattern"][];
         };
         /**
          * PlannedMove
@@ -4620,6 +9969,21 @@ export interface components {
              * @description Why something is not known, or would be refused.
              */
             note: string | null;
+        };
+        /**
+         * PlannedPoint
+         * @description Where the plan has a motor, had it begun when its command was written.
+         */
+        PlannedPoint: {
+            /** Time S */
+            time_s: number;
+            /** Pulses */
+            pulses: number;
+            /**
+             * Speed
+             * @description Pulses per second; below 0 where positions decrease.
+             */
+            speed: number;
         };
         /**
          * PlannedRobotMove
@@ -4675,14 +10039,62 @@ export interface components {
             note: string | null;
         };
         /**
+         * PlannedScaraMove
+         * @description A robot's move that was worked out and not sent.
+         */
+        PlannedScaraMove: {
+            /** Scara Id */
+            scara_id: string;
+            /**
+             * Frames
+             * @description The exact frames that would be sent, CR as \r.
+             */
+            frames: string[];
+            start: components["schemas"]["ScaraPlace"];
+            target: components["schemas"]["ScaraPlace"];
+            /**
+             * Start Positions
+             * @description In pulses, in the order of the axes.
+             */
+            start_positions: number[];
+            /**
+             * Target Positions
+             * @description In pulses, as the gateway calculates them.
+             */
+            target_positions: number[];
+            /**
+             * Length Um
+             * @description Of the way that the speed counts on, in micrometres; null where axes turn alone.
+             */
+            length_um: number | null;
+            /**
+             * Duration S
+             * @description How long pulses would run, with the settings of now.
+             */
+            duration_s: number | null;
+            /**
+             * Note
+             * @description Why something is not known, or would be refused.
+             */
+            note: string | null;
+        };
+        /**
          * Position
          * @description Where a motor stands.
          */
         Position: {
             /** Body Id */
             body_id: string;
-            /** Pulses */
+            /**
+             * Pulses
+             * @description Or encoder counts: see `counted_in`.
+             */
             pulses: number;
+            /**
+             * Counted In
+             * @description encoder_counts in encoder mode (RC-420 manual 13.1.3); null where the mode is not known.
+             */
+            counted_in: ("pulses" | "encoder_counts") | null;
             /**
              * Value
              * @description The same in `unit`; null without a scale.
@@ -4711,11 +10123,78 @@ export interface components {
             number: number;
             /**
              * Axes
-             * @description By name; an axis that is not named is left out.
+             * @description By name; an axis that is not named is left out. Without axes, where the unit stands.
              */
-            axes: {
+            axes?: {
                 [key: string]: components["schemas"]["Amount"];
-            };
+            } | null;
+        };
+        /**
+         * PositionLabel
+         * @description What a position is called now.
+         */
+        PositionLabel: {
+            /** Body Id */
+            body_id: string;
+            /** Number */
+            number: number;
+            /** Name */
+            name: string | null;
+        };
+        /**
+         * PositionMoveRequest
+         * @description Move to a position of the body's table (RC-420 manual 13.4).
+         * @example {
+         *       "kind": "position",
+         *       "position": 5
+         *     }
+         */
+        PositionMoveRequest: {
+            /**
+             * Validate Only
+             * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
+             */
+            validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "position";
+            /**
+             * Position
+             * @description Position number.
+             */
+            position: number;
+            /**
+             * Speed
+             * @description `low` runs at the start speed, without ramps. Left out: high.
+             * @enum {string}
+             */
+            speed?: "high" | "low";
+            /**
+             * Pattern
+             * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
+             */
+            pattern?: number | null;
+        };
+        /**
+         * PositionName
+         * @description What a position is called.
+         * @example {
+         *       "name": "unload"
+         *     }
+         */
+        PositionName: {
+            /**
+             * Name
+             * @description Null takes the name away.
+             */
+            name: string | null;
         };
         /**
          * PositionTable
@@ -4733,6 +10212,21 @@ export interface components {
              * @description The number that is not set, where the robot ended: what is stored behind it has to be asked for from there. Null where `last` was reached.
              */
             ended_at: number | null;
+        };
+        /**
+         * PositionToStore
+         * @description A position to be stored.
+         */
+        PositionToStore: {
+            /** Number */
+            number: number;
+            /** @description Left out, where the motor stands. */
+            position?: components["schemas"]["Length"] | null;
+            /**
+             * Name
+             * @description Left out, it keeps the name it has.
+             */
+            name?: string | null;
         };
         /**
          * PositionUpload
@@ -4766,6 +10260,33 @@ export interface components {
             positions: components["schemas"]["Position"][];
             /** Unanswered */
             unanswered: components["schemas"]["Unanswered"][];
+        };
+        /**
+         * PositionsToStore
+         * @description Positions to be stored; others stay as they are.
+         * @example {
+         *       "positions": [
+         *         {
+         *           "number": 7
+         *         },
+         *         {
+         *           "number": 8,
+         *           "position": {
+         *             "unit": "pulse",
+         *             "value": 500
+         *           }
+         *         }
+         *       ]
+         *     }
+         */
+        PositionsToStore: {
+            /** Positions */
+            positions: components["schemas"]["PositionToStore"][];
+            /**
+             * Flash
+             * @description Write the whole table to flash memory too (FPS). Left out: false.
+             */
+            flash?: boolean;
         };
         /**
          * Posture
@@ -4861,6 +10382,11 @@ export interface components {
              * @description The controller's error code, such as 0x51 or E05.
              */
             code?: string | null;
+            /**
+             * Next
+             * @description The calls that help, in the order in which they do.
+             */
+            next?: components["schemas"]["NextCall"][] | null;
             /**
              * Errors
              * @description Every part that is not valid.
@@ -4987,6 +10513,14 @@ export interface components {
             elapsed_s: number | null;
             /** @description Null where the gateway has started none. */
             run: components["schemas"]["ProgramRun"] | null;
+        };
+        /**
+         * ProgramText
+         * @description What a user program tells (SDC, SDD).
+         */
+        ProgramText: {
+            /** Text */
+            text: string;
         };
         /**
          * ProgramUpload
@@ -5128,6 +10662,11 @@ export interface components {
              */
             validate_only?: boolean;
             /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
+            /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
@@ -5149,6 +10688,239 @@ export interface components {
              * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
              */
             pattern?: number | null;
+        };
+        /**
+         * ReloadFailed
+         * @description Why the configuration is served as before.
+         */
+        ReloadFailed: {
+            /** Reason */
+            reason: string;
+        };
+        /**
+         * ReloadRequest
+         * @description How to read the configuration again.
+         * @example {
+         *       "dry_run": true
+         *     }
+         */
+        ReloadRequest: {
+            /**
+             * Dry Run
+             * @description Tell what would change, and change nothing. Left out: false.
+             */
+            dry_run?: boolean;
+        };
+        /**
+         * Reloaded
+         * @description What differed from what was served.
+         */
+        Reloaded: {
+            /**
+             * Lines
+             * @description All others go on undisturbed.
+             */
+            lines: components["schemas"]["LineChange"][];
+            /**
+             * Needs Restart
+             * @description Keys whose change takes a restart of the gateway.
+             */
+            needs_restart: string[];
+            /**
+             * Applied
+             * @description Whether the lines are served so now; false after a dry run.
+             */
+            applied: boolean;
+        };
+        /**
+         * Resolution
+         * @description What comes of motor and encoder.
+         */
+        Resolution: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Encoder Multiplier
+             * @description PAS.
+             * @enum {string}
+             */
+            encoder_multiplier: "double" | "quadruple";
+            /**
+             * Encoder Ratio
+             * @description PBS: motor pulses for each count, rounded to two decimals.
+             */
+            encoder_ratio: number;
+            /** Counts Per Turn */
+            counts_per_turn: number;
+            /**
+             * Drift Per Turn
+             * @description Pulses by which motor and encoder come apart in each turn, because of the rounding.
+             */
+            drift_per_turn: number;
+            /** @description What was set; null after a dry run. */
+            changed: components["schemas"]["ChangedSettings"] | null;
+        };
+        /**
+         * ResolutionRequest
+         * @description What a turn of the shaft is to the motor, and to the encoder.
+         * @example {
+         *       "encoder_lines_per_turn": 100,
+         *       "motor_steps_per_turn": 1000
+         *     }
+         */
+        ResolutionRequest: {
+            /**
+             * Motor Steps Per Turn
+             * @description Pulses that turn the motor once.
+             */
+            motor_steps_per_turn: number;
+            /**
+             * Encoder Lines Per Turn
+             * @description Lines of the encoder, before any multiplication.
+             */
+            encoder_lines_per_turn: number;
+            /**
+             * Multiplier
+             * @description Left out: quadruple, or double where the ratio would be below 1.
+             */
+            multiplier?: ("double" | "quadruple") | null;
+            /**
+             * Dry Run
+             * @description Only say what would be set. Left out: false.
+             */
+            dry_run?: boolean;
+        };
+        /**
+         * Restore
+         * @description One restore of a backup.
+         */
+        Restore: {
+            /** Id */
+            id: string;
+            /**
+             * Target
+             * @description The path of what it is for.
+             */
+            target: string;
+            /**
+             * Status
+             * @description `verified`: read back, all of the backup is there. `differs`: `differences` is all that is not. `failed`: nobody could read it back, or it is not known what flash memory holds.
+             * @default running
+             * @enum {string}
+             */
+            status: "running" | "verified" | "differs" | "failed" | "cancelled";
+            /**
+             * Phase
+             * @default comparing
+             * @enum {string}
+             */
+            phase: "comparing" | "writing" | "reading_back" | "saving" | "awaiting_power_cycle" | "verifying" | "done";
+            /**
+             * Controllers
+             * @description The bodies or the robot it writes to.
+             */
+            controllers: string[];
+            /**
+             * Commands
+             * @description Commands to be written, as far as is known.
+             * @default 0
+             */
+            commands: number;
+            /**
+             * Written
+             * @description Those that were.
+             * @default 0
+             */
+            written: number;
+            /**
+             * Read
+             * @description What was read so far, before and after.
+             * @default 0
+             */
+            read: number;
+            /**
+             * Flash
+             * @description Whether it is to be written to flash memory.
+             */
+            flash: boolean;
+            /**
+             * Saved
+             * @description Whether it was, of all controllers.
+             * @default false
+             */
+            saved: boolean;
+            /**
+             * Power Cycle
+             * @description Whether it is compared once more when the power was off and on.
+             */
+            power_cycle: boolean;
+            /**
+             * Power Proved
+             * @description False where no mark could prove that the power was kept while it was read back: a short loss of power may have gone unseen.
+             * @default true
+             */
+            power_proved: boolean;
+            /**
+             * Differences
+             * @description What the controllers hold otherwise than the backup; null while nobody knows. Events tell the first 20.
+             */
+            differences: components["schemas"]["Difference"][] | null;
+            /** @description What has ended it early. */
+            error: components["schemas"]["RestoreError"] | null;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request that asked for it.
+             */
+            request_id: string | null;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Ended At */
+            ended_at: string | null;
+        };
+        /**
+         * RestoreError
+         * @description What has ended a restore early, in the words of a problem detail.
+         */
+        RestoreError: {
+            /**
+             * Type
+             * @description The kind of error; stable.
+             */
+            type: string;
+            /** Detail */
+            detail: string;
+            /** Remedy */
+            remedy: string;
+        };
+        /**
+         * RestorePlan
+         * @description What a restore would do; nothing was written.
+         */
+        RestorePlan: {
+            /**
+             * Target
+             * @description The path of what it is for.
+             */
+            target: string;
+            /**
+             * Dry Run
+             * @default true
+             * @constant
+             */
+            dry_run: true;
+            /**
+             * Commands
+             * @description The exact commands, in their order.
+             */
+            commands: string[];
+            /**
+             * Differences
+             * @description Empty where the controllers hold the backup already.
+             */
+            differences: components["schemas"]["Difference"][];
         };
         /**
          * Retry
@@ -5175,6 +10947,11 @@ export interface components {
              * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
             /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
@@ -5407,6 +11184,11 @@ export interface components {
              * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -5725,6 +11507,226 @@ export interface components {
             data: components["schemas"]["JogSession"];
         };
         /**
+         * RobotLeaseBrokenEvent
+         * @description Somebody else has ended a lease; about `/robots/{robot_id}`.
+         */
+        RobotLeaseBrokenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.lease.broken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * RobotLeaseExpiredEvent
+         * @description A lease was not renewed in time; about `/robots/{robot_id}`.
+         */
+        RobotLeaseExpiredEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.lease.expired";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * RobotLeaseReleasedEvent
+         * @description Its holder has given a lease back; about `/robots/{robot_id}`.
+         */
+        RobotLeaseReleasedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.lease.released";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * RobotLeaseTakenEvent
+         * @description Somebody has leased it: nobody else moves or sets it; about `/robots/{robot_id}`.
+         */
+        RobotLeaseTakenEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.lease.taken";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
+         * RobotLeaseTakenOverEvent
+         * @description An admin has leased it instead; about `/robots/{robot_id}`.
+         */
+        RobotLeaseTakenOverEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.lease.taken_over";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Lease"];
+        };
+        /**
          * RobotLeftMovingEvent
          * @description The gateway ends, and it moves as far as is known; about `/robots/{robot_id}`.
          */
@@ -5795,7 +11797,7 @@ export interface components {
             };
             /**
              * Load
-             * @description Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, probes (of the silent), fences, stops and set_up.
+             * @description Percent of the last ten seconds that the line was taken up by clients, followers (they see moves to their ends), health, live (values that somebody watches), probes (of the silent), fences, stops and set_up.
              */
             load: {
                 [key: string]: number;
@@ -6481,6 +12483,27 @@ export interface components {
             data: components["schemas"]["RobotMove"];
         };
         /**
+         * RobotNow
+         * @description A robot, as far as is known.
+         */
+        RobotNow: {
+            /** Robot Id */
+            robot_id: string;
+            /** Online */
+            online: boolean;
+            /** Mode */
+            mode: number;
+            /** Moving */
+            moving: boolean | null;
+            /** Power Cycled */
+            power_cycled: boolean;
+            /**
+             * Error
+             * @description The code of the error that stands.
+             */
+            error: string | null;
+        };
+        /**
          * RobotOfflineEvent
          * @description It does not answer any more; about `/robots/{robot_id}`.
          */
@@ -6569,6 +12592,63 @@ export interface components {
             data: components["schemas"]["Nothing"];
         };
         /**
+         * RobotPosition
+         * @description Where the axes of a unit stand (APS).
+         */
+        RobotPosition: {
+            /** Unit */
+            unit: number;
+            /**
+             * Coordinates
+             * @enum {string}
+             */
+            coordinates: "user" | "motor";
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["LiveAxis"];
+            };
+        };
+        /**
+         * RobotPositionEvent
+         * @description Somebody watches it (`sample`), and the robot acts on that unit; about `/robots/{robot_id}/units/{unit}`.
+         */
+        RobotPositionEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.position";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            data: components["schemas"]["RobotPosition"];
+            /** Cursor */
+            cursor: string;
+        };
+        /**
          * RobotPositionMoveRequest
          * @description Move to a stored position (C-HOST manual 2-16).
          * @example {
@@ -6582,6 +12662,11 @@ export interface components {
              * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -6755,6 +12840,11 @@ export interface components {
              */
             validate_only?: boolean;
             /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
+            /**
              * Coordinates
              * @description Whether axes are those of the user or the motors (C-HOST manual 1-6). Left out: user.
              * @enum {string}
@@ -6772,6 +12862,350 @@ export interface components {
              * @enum {string}
              */
             kind: "relative";
+        };
+        /**
+         * RobotRestoreCancelledEvent
+         * @description A request, a stop or the end of the gateway has ended it; about `/robots/{robot_id}`.
+         */
+        RobotRestoreCancelledEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.restore.cancelled";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * RobotRestoreDiffersEvent
+         * @description It was read back, and `differences` is what is not as in the backup; about `/robots/{robot_id}`.
+         */
+        RobotRestoreDiffersEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.restore.differs";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * RobotRestoreFailedEvent
+         * @description Nobody could read it back, or what flash memory holds is not known; about `/robots/{robot_id}`.
+         */
+        RobotRestoreFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.restore.failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * RobotRestoreProgressEvent
+         * @description A restore has come further; once a second at most; about `/robots/{robot_id}`.
+         */
+        RobotRestoreProgressEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.restore.progress";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * RobotRestoreRequest
+         * @description A backup to be restored to a robot.
+         * @example {
+         *       "backup": "[robot r1]\n[variables]\nV01 12.5\n",
+         *       "dry_run": true
+         *     }
+         */
+        RobotRestoreRequest: {
+            /**
+             * Backup
+             * @description The text of a backup; comments after `;` mean nothing.
+             */
+            backup: string;
+            /**
+             * Dry Run
+             * @description Tell what would be written and what differs, and write nothing. Left out: false.
+             */
+            dry_run?: boolean;
+            /**
+             * Flash
+             * @description Write it to flash memory, too, once it was read back. Left out: false.
+             */
+            flash?: boolean;
+            /**
+             * Power Cycle
+             * @description With `flash`: wait until the power was off and on, and compare once more. Left out: false.
+             */
+            power_cycle?: boolean;
+        };
+        /**
+         * RobotRestoreStartedEvent
+         * @description A backup is being restored; about `/robots/{robot_id}`.
+         */
+        RobotRestoreStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.restore.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * RobotRestoreVerifiedEvent
+         * @description All of the backup was read back; about `/robots/{robot_id}`.
+         */
+        RobotRestoreVerifiedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.restore.verified";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Restore"];
+        };
+        /**
+         * RobotSample
+         * @description Where the axes stood.
+         */
+        RobotSample: {
+            /**
+             * Time
+             * Format: date-time
+             * @description When the robot's answer came.
+             */
+            time: string;
+            /**
+             * Time S
+             * @description Seconds since the move's command was written.
+             */
+            time_s: number;
+            /**
+             * Axes
+             * @description Null while the robot does not know it.
+             */
+            axes: {
+                [key: string]: number | null;
+            };
+        };
+        /**
+         * RobotSamples
+         * @description Where a unit was seen during a move: 512 answers at most.
+         */
+        RobotSamples: {
+            /** Move Id */
+            move_id: string;
+            /** Robot Id */
+            robot_id: string;
+            /** Unit */
+            unit: number;
+            /**
+             * Coordinates
+             * @enum {string}
+             */
+            coordinates: "user" | "motor";
+            /**
+             * Units
+             * @description What positions are counted in, by axis: mm, pulse or degree.
+             */
+            units: {
+                [key: string]: string;
+            };
+            /** Samples */
+            samples: components["schemas"]["RobotSample"][];
         };
         /**
          * RobotSpeedsRestoredEvent
@@ -6832,6 +13266,11 @@ export interface components {
              * @description Only say what would be sent and how long it would take; nothing moves. Left out: false.
              */
             validate_only?: boolean;
+            /**
+             * Start Within S
+             * @description Seconds the move may wait for its turn; if it is not sent by then, it never is. Left out: 5.0.
+             */
+            start_within_s?: number;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -7161,6 +13600,19 @@ export interface components {
             single_step?: boolean;
         };
         /**
+         * Scaled
+         * @description A number of pulses, or of pulses per second, in the body's unit.
+         */
+        Scaled: {
+            /** Value */
+            value: number;
+            /**
+             * Unit
+             * @description Such as mm, mm/s or mm/s2.
+             */
+            unit: string;
+        };
+        /**
          * Scan
          * @description One scan of a line.
          */
@@ -7194,6 +13646,986 @@ export interface components {
             ended_at: string | null;
         };
         /**
+         * ScaraAlignRequest
+         * @description Turn base and finger to the line of a place, or of the end of a stored path (RC-420 manual 13.10.6).
+         *
+         *     From there an extension ends there, through the centre if need be. At a speed in pulses per second.
+         * @example {
+         *       "kind": "align",
+         *       "x": {
+         *         "unit": "mm",
+         *         "value": 0
+         *       },
+         *       "y": {
+         *         "unit": "mm",
+         *         "value": 400
+         *       }
+         *     }
+         */
+        ScaraAlignRequest: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "align";
+            /**
+             * Pattern
+             * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
+             */
+            pattern?: number | null;
+            /**
+             * Validate Only
+             * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
+             */
+            validate_only?: boolean;
+            x?: components["schemas"]["Distance"] | null;
+            y?: components["schemas"]["Distance"] | null;
+            /**
+             * Path
+             * @description Interpolation path 0-63, in the place of x and y.
+             */
+            path?: number | null;
+        };
+        /**
+         * ScaraAxis
+         * @description An axis of a robot, and the body that drives it.
+         */
+        ScaraAxis: {
+            /**
+             * Axis
+             * @description 0 is the base, 1 the arm, 2 the finger.
+             */
+            axis: number;
+            /** Body Id */
+            body_id: string;
+            /**
+             * Position
+             * @description In pulses, as last read.
+             */
+            position: number | null;
+        };
+        /**
+         * ScaraAxisMove
+         * @description What one axis does in a move of the robot.
+         */
+        ScaraAxisMove: {
+            /**
+             * Axis
+             * @description 0 is the base, 1 the arm, 2 the finger.
+             */
+            axis: number;
+            /** Body Id */
+            body_id: string;
+            /**
+             * Move Id
+             * @description The body's own move; null before it is begun.
+             */
+            move_id: string | null;
+            /** @default queued */
+            status: components["schemas"]["MoveStatus"];
+            /**
+             * End Cause
+             * @description As the body's move says.
+             */
+            end_cause: string | null;
+            /**
+             * Start Position
+             * @description In pulses, as the controllers were told (HPS).
+             */
+            start_position: number;
+            /**
+             * Target Position
+             * @description In pulses, as the gateway calculates it.
+             */
+            target_position: number;
+            /**
+             * Position
+             * @description In pulses, as last read.
+             */
+            position: number;
+        };
+        /**
+         * ScaraCoordinates
+         * @description Where the finger of a robot is now.
+         */
+        ScaraCoordinates: {
+            x: components["schemas"]["Micrometres"];
+            y: components["schemas"]["Micrometres"];
+            /** @description Between finger and X axis, above -180 and up to 180 degrees. */
+            angle: components["schemas"]["Millidegrees"];
+            /** Scara Id */
+            scara_id: string;
+            /**
+             * Pulses
+             * @description Of axes 0, 1 and 2.
+             */
+            pulses: number[];
+            /**
+             * Moving
+             * @description Whether an axis moves, so that it is elsewhere by now.
+             */
+            moving: boolean | null;
+            /**
+             * Power Cycled
+             * @description A body has lost its power: this means nothing then.
+             */
+            power_cycled: boolean;
+            /**
+             * Read At
+             * Format: date-time
+             * @description When the answer of all axes came.
+             */
+            read_at: string;
+            /** Age Ms */
+            age_ms: number;
+        };
+        /**
+         * ScaraExtendRequest
+         * @description Extend the arm along its axis.
+         * @example {
+         *       "distance": {
+         *         "unit": "mm",
+         *         "value": 10
+         *       },
+         *       "kind": "extend"
+         *     }
+         */
+        ScaraExtendRequest: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "extend";
+            /**
+             * Pattern
+             * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
+             */
+            pattern?: number | null;
+            /**
+             * Validate Only
+             * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
+             */
+            validate_only?: boolean;
+            distance: components["schemas"]["Distance"];
+        };
+        /**
+         * ScaraFingerRequest
+         * @description Turn the finger alone to a direction, at a speed in pulses per second (three axes).
+         * @example {
+         *       "angle": {
+         *         "unit": "deg",
+         *         "value": 90
+         *       },
+         *       "kind": "finger"
+         *     }
+         */
+        ScaraFingerRequest: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "finger";
+            /**
+             * Pattern
+             * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
+             */
+            pattern?: number | null;
+            /**
+             * Validate Only
+             * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
+             */
+            validate_only?: boolean;
+            /** @description Between finger and X axis at the end. */
+            angle: components["schemas"]["Angle"];
+        };
+        /**
+         * ScaraGeometry
+         * @description The geometry as it is configured and as the controllers hold it.
+         */
+        ScaraGeometry: {
+            /** Scara Id */
+            scara_id: string;
+            /**
+             * Agrees
+             * @description Whether all controllers hold what the configuration has.
+             */
+            agrees: boolean;
+            configured: components["schemas"]["Geometry"];
+            /** Controllers */
+            controllers: components["schemas"]["ControllerGeometry"][];
+        };
+        /**
+         * ScaraInfo
+         * @description A SCARA robot as the gateway knows it, without asking it.
+         */
+        ScaraInfo: {
+            /** Scara Id */
+            scara_id: string;
+            /** Name */
+            name: string;
+            /** Line Id */
+            line_id: string;
+            /**
+             * Group Id
+             * @description The virtual body that stands for all its bodies.
+             */
+            group_id: string;
+            /**
+             * Online
+             * @description Whether all its bodies can be asked now, as far as is known.
+             */
+            online: boolean;
+            /**
+             * Moving
+             * @description Whether an axis moves; null while that is not known.
+             */
+            moving: boolean | null;
+            /**
+             * Move Id
+             * @description The move that is not over yet.
+             */
+            move_id: string | null;
+            /**
+             * Homed
+             * @description yes where all its bodies are, no where one has lost its power.
+             * @enum {string}
+             */
+            homed: "yes" | "no" | "unknown";
+            /**
+             * Power Cycled
+             * @description A body has lost its power: where the finger is means nothing, and moves are refused.
+             */
+            power_cycled: boolean;
+            /** Axes */
+            axes: components["schemas"]["ScaraAxis"][];
+            /** @description As it is configured. */
+            geometry: components["schemas"]["Geometry"];
+            /**
+             * Own Path
+             * @description The stored path that the gateway overwrites for its lines.
+             */
+            own_path: number;
+        };
+        /**
+         * ScaraLineRequest
+         * @description Move the finger's end straight to a place; the finger keeps its direction (RC-420 manual 13.10.3).
+         * @example {
+         *       "kind": "line",
+         *       "x": {
+         *         "unit": "mm",
+         *         "value": 0
+         *       },
+         *       "y": {
+         *         "unit": "mm",
+         *         "value": 150
+         *       }
+         *     }
+         */
+        ScaraLineRequest: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "line";
+            /**
+             * Pattern
+             * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
+             */
+            pattern?: number | null;
+            /**
+             * Validate Only
+             * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
+             */
+            validate_only?: boolean;
+            x: components["schemas"]["Distance"];
+            y: components["schemas"]["Distance"];
+        };
+        /**
+         * ScaraList
+         * @description All SCARA robots of the configuration.
+         */
+        ScaraList: {
+            /** Scaras */
+            scaras: components["schemas"]["ScaraInfo"][];
+        };
+        /**
+         * ScaraMove
+         * @description One move of a SCARA robot: all its axes from one start.
+         */
+        ScaraMove: {
+            /** Id */
+            id: string;
+            /**
+             * Body Id
+             * @description Address of what moves: a body, LINE.3F, or a unit, ROBOT/units/1.
+             */
+            body_id: string;
+            /** @default queued */
+            status: components["schemas"]["MoveStatus"];
+            /**
+             * Command
+             * @description The three characters of the controller's command.
+             */
+            command: string;
+            /**
+             * Frame
+             * @description The exact bytes, CR as \r.
+             */
+            frame: string;
+            /**
+             * Evidence
+             * @description How the gateway knows what it says.
+             */
+            evidence: string[];
+            error: components["schemas"]["MoveError"] | null;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request that asked for it.
+             */
+            request_id: string | null;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Sent At */
+            sent_at: string | null;
+            /** Acknowledged At */
+            acknowledged_at: string | null;
+            /** Ended At */
+            ended_at: string | null;
+            /**
+             * Event Cursor
+             * @description Events after this cursor include all later news of the move.
+             * @default
+             */
+            event_cursor: string;
+            /** Scara Id */
+            scara_id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "line" | "path" | "offset" | "extend" | "retract" | "rotate" | "finger" | "align";
+            /**
+             * Preparation
+             * @description The frames before the one that starts it, CR as \r.
+             */
+            preparation: string[];
+            /**
+             * End Cause
+             * @description normal, stop_command, or what has ended the axes that failed: ems, stall, cw_limit, ccw_limit as a controller says; not_executed, position_mismatch, lost, unknown as the gateway does.
+             */
+            end_cause: string | null;
+            /**
+             * Failed Axes
+             * @description The axes that made it fail.
+             */
+            failed_axes: number[];
+            /** @description Where the finger ended before. */
+            start: components["schemas"]["ScaraPlace"] | null;
+            /** @description Where it should come to. */
+            target: components["schemas"]["ScaraPlace"] | null;
+            /** @description Where it ends by the positions last read; null while one is not known. */
+            coordinates: components["schemas"]["ScaraPlace"] | null;
+            /**
+             * Axes
+             * @description In the order of the axes.
+             */
+            axes: components["schemas"]["ScaraAxisMove"][];
+        };
+        /**
+         * ScaraMoveCancelledEvent
+         * @description It was not sent, and will not be; about `/scaras/{scara_id}`.
+         */
+        ScaraMoveCancelledEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "scara.move.cancelled";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ScaraMove"];
+        };
+        /**
+         * ScaraMoveFailedEvent
+         * @description It has ended otherwise; about `/scaras/{scara_id}`.
+         */
+        ScaraMoveFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "scara.move.failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ScaraMove"];
+        };
+        /**
+         * ScaraMoveList
+         * @description Moves of a robot, newest first.
+         */
+        ScaraMoveList: {
+            /** Moves */
+            moves: components["schemas"]["ScaraMove"][];
+        };
+        /**
+         * ScaraMoveLostEvent
+         * @description It could not be followed to its end; about `/scaras/{scara_id}`.
+         */
+        ScaraMoveLostEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "scara.move.lost";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ScaraMove"];
+        };
+        /**
+         * ScaraMoveQueuedEvent
+         * @description A move waits for its turn; about `/scaras/{scara_id}`.
+         */
+        ScaraMoveQueuedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "scara.move.queued";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ScaraMove"];
+        };
+        /**
+         * ScaraMoveRejectedEvent
+         * @description The controller has refused its command, or has not executed it: nothing moved; about `/scaras/{scara_id}`.
+         */
+        ScaraMoveRejectedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "scara.move.rejected";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ScaraMove"];
+        };
+        /**
+         * ScaraMoveSentEvent
+         * @description Its command is on the wire; about `/scaras/{scara_id}`.
+         */
+        ScaraMoveSentEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "scara.move.sent";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ScaraMove"];
+        };
+        /**
+         * ScaraMoveStartedEvent
+         * @description It is seen to move; about `/scaras/{scara_id}`.
+         */
+        ScaraMoveStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "scara.move.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ScaraMove"];
+        };
+        /**
+         * ScaraMoveStoppedEvent
+         * @description A stop has ended it; about `/scaras/{scara_id}`.
+         */
+        ScaraMoveStoppedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "scara.move.stopped";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ScaraMove"];
+        };
+        /**
+         * ScaraMoveSucceededEvent
+         * @description It has ended as it should; about `/scaras/{scara_id}`.
+         */
+        ScaraMoveSucceededEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "scara.move.succeeded";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ScaraMove"];
+        };
+        /**
+         * ScaraMoveUnknownEvent
+         * @description Nobody can tell whether it was executed, or how it has ended; about `/scaras/{scara_id}`.
+         */
+        ScaraMoveUnknownEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "scara.move.unknown";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["ScaraMove"];
+        };
+        /**
+         * ScaraOffsetRequest
+         * @description Move the finger's end straight by an amount in X, in Y or in both.
+         * @example {
+         *       "kind": "offset",
+         *       "x": {
+         *         "unit": "mm",
+         *         "value": 10
+         *       }
+         *     }
+         */
+        ScaraOffsetRequest: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "offset";
+            /**
+             * Pattern
+             * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
+             */
+            pattern?: number | null;
+            /**
+             * Validate Only
+             * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
+             */
+            validate_only?: boolean;
+            x?: components["schemas"]["Distance"] | null;
+            y?: components["schemas"]["Distance"] | null;
+        };
+        /**
+         * ScaraPathRequest
+         * @description Move the finger's end along a stored path (RC-420 manual 13.10.5).
+         * @example {
+         *       "kind": "path",
+         *       "path": 3
+         *     }
+         */
+        ScaraPathRequest: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "path";
+            /**
+             * Pattern
+             * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
+             */
+            pattern?: number | null;
+            /**
+             * Validate Only
+             * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
+             */
+            validate_only?: boolean;
+            /**
+             * Path
+             * @description Interpolation path 0-63.
+             */
+            path: number;
+        };
+        /**
+         * ScaraPlace
+         * @description Where the finger ends, and where it points (RC-420 manual 13.10.8).
+         */
+        ScaraPlace: {
+            x: components["schemas"]["Micrometres"];
+            y: components["schemas"]["Micrometres"];
+            /** @description Between finger and X axis, above -180 and up to 180 degrees. */
+            angle: components["schemas"]["Millidegrees"];
+        };
+        /**
+         * ScaraRetractRequest
+         * @description Retract the arm along its axis.
+         * @example {
+         *       "distance": {
+         *         "unit": "mm",
+         *         "value": 10
+         *       },
+         *       "kind": "retract"
+         *     }
+         */
+        ScaraRetractRequest: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "retract";
+            /**
+             * Pattern
+             * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
+             */
+            pattern?: number | null;
+            /**
+             * Validate Only
+             * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
+             */
+            validate_only?: boolean;
+            distance: components["schemas"]["Distance"];
+        };
+        /**
+         * ScaraRotateRequest
+         * @description Turn the finger to a direction about a point on its line, the arm following (three axes).
+         * @example {
+         *       "angle": {
+         *         "unit": "deg",
+         *         "value": 90
+         *       },
+         *       "kind": "rotate",
+         *       "radius": {
+         *         "unit": "mm",
+         *         "value": 150
+         *       }
+         *     }
+         */
+        ScaraRotateRequest: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "rotate";
+            /**
+             * Pattern
+             * @description Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4).
+             */
+            pattern?: number | null;
+            /**
+             * Validate Only
+             * @description Only say where it would lead and what would be sent; nothing moves. Left out: false.
+             */
+            validate_only?: boolean;
+            /** @description From the third joint to the centre of the turn. */
+            radius: components["schemas"]["Distance"];
+            /** @description Between finger and X axis at the end. */
+            angle: components["schemas"]["Angle"];
+        };
+        /**
+         * Section
+         * @description The stretch of positions in which an edge counts.
+         */
+        Section: {
+            lower: components["schemas"]["Length"];
+            upper: components["schemas"]["Length"];
+        };
+        /**
          * SensorBits
          * @description The sensors, bits of CLD (RC-420 manual 14).
          */
@@ -7210,6 +14642,226 @@ export interface components {
             in_position: boolean;
             /** Ems */
             ems: boolean;
+        };
+        /**
+         * SensorChange
+         * @description A sensor that is on or off now.
+         */
+        SensorChange: {
+            /**
+             * Sensor
+             * @description stall, origin, cw_limit, ccw_limit, in_position or ems.
+             */
+            sensor: string;
+            /** On */
+            on: boolean;
+        };
+        /**
+         * Settings
+         * @description Settings by name; null is one that is not set, or not known.
+         */
+        Settings: {
+            /**
+             * Origin Offset
+             * @description 0SS: pulses from the CW edge of the origin sensor to the origin.
+             */
+            origin_offset?: number | null;
+            /**
+             * Overrun Factor
+             * @description 0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1).
+             */
+            overrun_factor?: number | null;
+            /**
+             * Homing Retries
+             * @description 0RS: how often a failed origin search is tried again.
+             */
+            homing_retries?: number | null;
+            /**
+             * Stall Sensor Interval
+             * @description QIS: period of the stall dogs in pulses, from ON edge to ON edge.
+             */
+            stall_sensor_interval?: number | null;
+            /**
+             * Stall Sensor Detection
+             * @description QSS.
+             */
+            stall_sensor_detection?: boolean | null;
+            /** Start Speed Pps */
+            start_speed_pps?: number | null;
+            /** Maximum Speed Pps */
+            maximum_speed_pps?: number | null;
+            /** Acceleration Pps S */
+            acceleration_pps_s?: number | null;
+            /** Rising Percent */
+            rising_percent?: number | null;
+            /** Falling Percent */
+            falling_percent?: number | null;
+            /**
+             * Encoder Multiplier
+             * @description PAS: edges counted for each encoder line (RC-420 manual 13.7.3).
+             */
+            encoder_multiplier?: ("double" | "quadruple") | null;
+            /**
+             * Encoder Ratio
+             * @description PBS: motor pulses for each encoder count, at most two decimals.
+             */
+            encoder_ratio?: number | null;
+            /**
+             * Encoder Stall Threshold
+             * @description PES: pulses between motor and encoder that are a step-out.
+             */
+            encoder_stall_threshold?: number | null;
+            /**
+             * Encoder Stall Detection
+             * @description PSS.
+             */
+            encoder_stall_detection?: boolean | null;
+            /**
+             * Adjustment
+             * @description PJS: adjust to the encoder after a move; encoder mode only.
+             */
+            adjustment?: boolean | null;
+            /**
+             * Adjustment Limit
+             * @description PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only.
+             */
+            adjustment_limit?: number | null;
+            /**
+             * Adjustment Speed Pps
+             * @description PLS: 0 is the start speed of speed set 30; encoder mode only.
+             */
+            adjustment_speed_pps?: number | null;
+            /**
+             * Adjustment Delay Ms
+             * @description PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only.
+             */
+            adjustment_delay_ms?: number | null;
+            /**
+             * Operating Mode
+             * @description EAS: stepping motor, stepping motor with encoder, or servo drive (RC-420 manual 13.1).
+             */
+            operating_mode?: ("stepping" | "encoder" | "servo") | null;
+            /**
+             * Pulse Format
+             * @description EDS.
+             */
+            pulse_format?: ("pulse_direction" | "cw_ccw") | null;
+            /** @description EPS: moves that would end outside are refused; null where there are none. */
+            soft_limits?: components["schemas"]["Stretch"] | null;
+            /**
+             * Input Logic
+             * @description DIS.
+             */
+            input_logic?: {
+                [key: string]: "normally_open" | "normally_closed";
+            } | null;
+            /**
+             * Sensor Logic
+             * @description DLS: the sensor inputs, and the CLR output.
+             */
+            sensor_logic?: {
+                [key: string]: "normally_open" | "normally_closed";
+            } | null;
+            /**
+             * Noise Filters
+             * @description DCS: equal samples, one each ms, that make a change of level.
+             */
+            noise_filters?: {
+                [key: string]: number;
+            } | null;
+            /**
+             * Outputs
+             * @description COS: general outputs; FIS keeps them as they are then.
+             */
+            outputs?: {
+                [key: string]: boolean;
+            } | null;
+            /**
+             * Error Outputs
+             * @description CES: the output that reports an error; each needs one of its own.
+             */
+            error_outputs?: {
+                [key: string]: components["schemas"]["ErrorOutputSetting"] | null;
+            } | null;
+            /**
+             * Interrupt Edges
+             * @description CPS: the edge that interrupts; setting it clears what is recorded and pulsed.
+             */
+            interrupt_edges?: {
+                [key: string]: "off" | "falling" | "rising";
+            } | null;
+            /**
+             * Interrupt Ranges
+             * @description CSS: where an interrupt is heeded; null for everywhere.
+             */
+            interrupt_ranges?: {
+                [key: string]: components["schemas"]["Stretch"] | null;
+            } | null;
+            /**
+             * Interrupt Records
+             * @description CFS: the positions of the table that take a value.
+             */
+            interrupt_records?: {
+                [key: string]: {
+                    [key: string]: number | null;
+                };
+            } | null;
+            /**
+             * Interrupt Pulses
+             * @description CFS: the pulse that an interrupt gives.
+             */
+            interrupt_pulses?: {
+                [key: string]: components["schemas"]["InterruptPulse"] | null;
+            } | null;
+            /**
+             * Clear Pulse Ms
+             * @description CCS: the CLR signal's pulse; 0 gives none; servo mode only.
+             */
+            clear_pulse_ms?: number | null;
+            /**
+             * Robot Type
+             * @description HTS; not in encoder mode.
+             */
+            robot_type?: ("three_axes" | "two_axes_belt_linked") | null;
+            /**
+             * Driven Axis
+             * @description HCS: the axis of a SCARA robot that it drives; not in encoder mode.
+             */
+            driven_axis?: number | null;
+            /**
+             * Arm Length Um
+             * @description HAS; not in encoder mode.
+             */
+            arm_length_um?: number | null;
+            /**
+             * Finger Length Um
+             * @description HFS; not in encoder mode.
+             */
+            finger_length_um?: number | null;
+            /**
+             * Pulses Per Turn
+             * @description HZS: of each axis, with up to eight decimals; not in encoder mode.
+             */
+            pulses_per_turn?: {
+                [key: string]: number;
+            } | null;
+            /**
+             * Position Index
+             * @description 3IS: moves that step it change it, too.
+             */
+            position_index?: number | null;
+            /**
+             * Comments
+             * @description 9VS: up to 40 printable ASCII characters; the mark of the gateway is not shown.
+             */
+            comments?: {
+                [key: string]: string;
+            } | null;
+            /**
+             * Autostart
+             * @description UAS: whether the user program starts at power-on (RC-420 manual 15).
+             */
+            autostart?: boolean | null;
         };
         /**
          * SettingsChange
@@ -7320,6 +14972,22 @@ export interface components {
             } | null;
         };
         /**
+         * SettingsNews
+         * @description What of its settings, speed sets or patterns is otherwise now.
+         */
+        SettingsNews: {
+            /**
+             * Commands
+             * @description What was sent and read back, in order, without frames.
+             */
+            commands: string[];
+            /**
+             * Saved
+             * @description Whether all its settings were written to flash memory then (FIS).
+             */
+            saved: boolean;
+        };
+        /**
          * ShuttingDown
          * @description How the gateway ends.
          */
@@ -7329,6 +14997,79 @@ export interface components {
              * @description What becomes of motors that move, as configured.
              */
             on_exit: string;
+        };
+        /**
+         * Signal
+         * @description One input or output.
+         */
+        Signal: {
+            /**
+             * Channel
+             * @description Of a robot: eight inputs or outputs, from 1.
+             */
+            channel?: number | null;
+            /**
+             * Number
+             * @description From 0; of a robot, within its channel.
+             */
+            number: number;
+            /**
+             * Name
+             * @description As the configuration has it.
+             */
+            name?: string | null;
+            /** On */
+            on: boolean;
+        };
+        /**
+         * SignalState
+         * @description An input or an output.
+         */
+        SignalState: {
+            /** Number */
+            number: number;
+            /**
+             * Name
+             * @description From the configuration.
+             */
+            name: string | null;
+            /** On */
+            on: boolean;
+        };
+        /**
+         * Signals
+         * @description The inputs and outputs of a body, or of a robot's first channel.
+         */
+        Signals: {
+            /** Inputs */
+            inputs: components["schemas"]["Signal"][];
+            /** Outputs */
+            outputs: components["schemas"]["Signal"][];
+        };
+        /**
+         * Snapshot
+         * @description The plant when the event was made; later events up to `as_of` are in it already.
+         */
+        Snapshot: {
+            /**
+             * As Of
+             * @description The cursor of the newest event that it takes account of.
+             */
+            as_of: string;
+            /**
+             * Lines
+             * @description None where only some bodies or robots are wanted.
+             */
+            lines: components["schemas"]["LineNow"][];
+            /** Bodies */
+            bodies: components["schemas"]["BodyNow"][];
+            /** Robots */
+            robots: components["schemas"]["RobotNow"][];
+            /**
+             * Moves
+             * @description Those that are not over.
+             */
+            moves: (components["schemas"]["Move"] | components["schemas"]["RobotMove"])[];
         };
         /**
          * SpeedAccepted
@@ -7342,6 +15083,94 @@ export interface components {
              * @description The three characters of the controller's command.
              */
             command: string;
+        };
+        /**
+         * SpeedChangeInfo
+         * @description A change of speed as the body works it out.
+         */
+        SpeedChangeInfo: {
+            /** Point */
+            point: number;
+            /**
+             * Begin
+             * @description Pulses after the start at which it begins.
+             */
+            begin: number;
+            /**
+             * End
+             * @description Pulses after the start at which it is done.
+             */
+            end: number;
+            /** Speed Pps */
+            speed_pps: number;
+            /** @description In the body's unit; null without a scale. */
+            begin_in_unit: components["schemas"]["Scaled"] | null;
+            end_in_unit: components["schemas"]["Scaled"] | null;
+            speed: components["schemas"]["Scaled"] | null;
+        };
+        /**
+         * SpeedChangeRequest
+         * @description A change of speed on the way: placed by where it begins, or by where it is done.
+         */
+        SpeedChangeRequest: {
+            /**
+             * Point
+             * @description Number of the change, 0-15.
+             */
+            point: number;
+            /**
+             * Begin
+             * @description Pulses after the start at which it begins; or `end`.
+             */
+            begin?: number | null;
+            /**
+             * End
+             * @description Pulses after the start at which it is done; or `begin`.
+             */
+            end?: number | null;
+            /**
+             * Speed Pps
+             * @description Speed after the change, 1-1,000,000 pps.
+             */
+            speed_pps: number;
+        };
+        /**
+         * SpeedCurve
+         * @description The speed of a move from its first pulse to its last.
+         */
+        SpeedCurve: {
+            /** Body Id */
+            body_id: string;
+            /** Pattern */
+            pattern: number;
+            /**
+             * Distance
+             * @description In pulses; in encoder mode in encoder counts.
+             */
+            distance: number;
+            /**
+             * Pulses
+             * @description How many are put out.
+             */
+            pulses: number;
+            distance_in_unit: components["schemas"]["Scaled"] | null;
+            /**
+             * Unit
+             * @description The body's; null without a scale.
+             */
+            unit: string | null;
+            /** Total Time S */
+            total_time_s: number;
+            /**
+             * Top Speed
+             * @description The highest speed it comes to, in pulses per second.
+             */
+            top_speed: number;
+            /**
+             * Points
+             * @description Evenly spread, and each moment in which a part of the curve begins.
+             */
+            points: components["schemas"]["CurvePoint"][];
         };
         /**
          * SpeedDecrease
@@ -7370,6 +15199,120 @@ export interface components {
              * @enum {string}
              */
             mode: "accelerate";
+        };
+        /**
+         * SpeedSet
+         * @description A speed parameter set as the body holds it in RAM; a speed of 0 was never set.
+         */
+        SpeedSet: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Number
+             * @description 0-29, or 30: the standard set.
+             */
+            number: number;
+            /**
+             * Start Speed Pps
+             * @description OL, 1-30,000; 0 where it was never set.
+             */
+            start_speed_pps: number;
+            /**
+             * Maximum Speed Pps
+             * @description OH, 1-1,000,000; 0 where it was never set.
+             */
+            maximum_speed_pps: number;
+            /**
+             * Acceleration Pps S
+             * @description OS, 1-10,000,000; 0 where it was never set.
+             */
+            acceleration_pps_s: number;
+            /**
+             * Rising Percent
+             * @description OA, 0-100.
+             */
+            rising_percent: number;
+            /**
+             * Falling Percent
+             * @description OB, 0-100.
+             */
+            falling_percent: number;
+            /** @description In the body's unit; null without a scale. */
+            start_speed: components["schemas"]["Scaled"] | null;
+            maximum_speed: components["schemas"]["Scaled"] | null;
+            acceleration: components["schemas"]["Scaled"] | null;
+            /** @description What flash memory holds, as far as is known; null where the gateway has seen neither the power come on nor FIS. */
+            flash: components["schemas"]["InFlash"] | null;
+        };
+        /**
+         * SpeedSetChange
+         * @description Parameters of a set to change; the others stay as they are.
+         * @example {
+         *       "maximum_speed_pps": 20000
+         *     }
+         */
+        SpeedSetChange: {
+            /** Start Speed Pps */
+            start_speed_pps?: number | null;
+            /** Maximum Speed Pps */
+            maximum_speed_pps?: number | null;
+            /** Acceleration Pps S */
+            acceleration_pps_s?: number | null;
+            /** Rising Percent */
+            rising_percent?: number | null;
+            /** Falling Percent */
+            falling_percent?: number | null;
+        };
+        /**
+         * SpeedSetValues
+         * @description The five parameters of a set.
+         * @example {
+         *       "acceleration_pps_s": 100000,
+         *       "falling_percent": 50,
+         *       "maximum_speed_pps": 50000,
+         *       "rising_percent": 50,
+         *       "start_speed_pps": 5000
+         *     }
+         */
+        SpeedSetValues: {
+            /**
+             * Start Speed Pps
+             * @description OL: 1 to 30,000 pps; 50 at first.
+             */
+            start_speed_pps: number;
+            /**
+             * Maximum Speed Pps
+             * @description OH: 1 to 1,000,000 pps; 50,000 at first.
+             */
+            maximum_speed_pps: number;
+            /**
+             * Acceleration Pps S
+             * @description OS: 1 to 10,000,000 pps/s; 100,000 at first.
+             */
+            acceleration_pps_s: number;
+            /**
+             * Rising Percent
+             * @description OA: percent of the ramp's time in which the acceleration rises; 50 at first.
+             */
+            rising_percent: number;
+            /**
+             * Falling Percent
+             * @description OB: percent of the ramp's time in which it falls; 50 at first.
+             */
+            falling_percent: number;
+        };
+        /**
+         * SpeedSets
+         * @description Speed parameter sets of a body.
+         */
+        SpeedSets: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Speed Sets
+             * @description In the order of their numbers.
+             */
+            speed_sets: components["schemas"]["SpeedSet"][];
         };
         /**
          * SpeedSetting
@@ -7410,6 +15353,23 @@ export interface components {
                     [key: string]: string[];
                 };
             };
+        };
+        /**
+         * StallFound
+         * @description A STALL error that stands: moves are refused until it is cleared or the axis homed.
+         */
+        StallFound: {
+            /**
+             * Finder
+             * @description By QRD, or by PRD.
+             * @enum {string}
+             */
+            finder: "stall_sensor" | "encoder";
+            /**
+             * Reset
+             * @description The route that clears it: POST, with {}.
+             */
+            reset: string;
         };
         /**
          * StatusBits
@@ -7564,6 +15524,32 @@ export interface components {
             };
         };
         /**
+         * StoredPath
+         * @description A path as the controllers hold it.
+         */
+        StoredPath: {
+            /** Scara Id */
+            scara_id: string;
+            /** Path */
+            path: number;
+            /**
+             * Points
+             * @description In their order; empty where the path is.
+             */
+            points: components["schemas"]["StoredPoint"][];
+        };
+        /**
+         * StoredPoint
+         * @description A point of a path as the controllers hold it.
+         */
+        StoredPoint: {
+            x: components["schemas"]["Micrometres"] | null;
+            y: components["schemas"]["Micrometres"] | null;
+            radius: components["schemas"]["Micrometres"] | null;
+            /** Place */
+            place: "center" | null;
+        };
+        /**
          * Strangers
          * @description Bodies that have obeyed a command to a group, and are no members of it.
          */
@@ -7616,12 +15602,110 @@ export interface components {
             data: components["schemas"]["Gap"];
         };
         /**
+         * StreamSnapshotEvent
+         * @description Follows each gap: all that is known now of what is wanted; about `/events`.
+         */
+        StreamSnapshotEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "stream.snapshot";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Snapshot"];
+        };
+        /**
+         * Stretch
+         * @description Positions from the lower to the upper, in pulses.
+         */
+        Stretch: {
+            /**
+             * Lower
+             * @description Below `upper`.
+             */
+            lower: number;
+            /** Upper */
+            upper: number;
+        };
+        /**
          * Strictness
          * @description Whether acknowledgements are believed only between two fences.
          */
         Strictness: {
             /** Strict */
             strict: boolean;
+        };
+        /**
+         * Taken
+         * @description A lease as its holder sees it.
+         */
+        Taken: {
+            /**
+             * Lease
+             * @description Its id.
+             */
+            lease: string;
+            /**
+             * Scope
+             * @description What was leased: a line, a body, a group or a robot.
+             */
+            scope: string;
+            /**
+             * Covers
+             * @description The bodies and robots it is for, or the line.
+             */
+            covers: string[];
+            /**
+             * Holder
+             * @description The name of the key that took it.
+             */
+            holder: string;
+            /**
+             * Ttl S
+             * @description For how long it lasts after each renewal.
+             */
+            ttl_s: number;
+            /**
+             * Expires In S
+             * @description For how long it lasts now, unless it is renewed.
+             */
+            expires_in_s: number;
+            /**
+             * Token
+             * @description What the header Lease-Token of motions and settings shows.
+             */
+            token: number;
         };
         /**
          * Ticket
@@ -7974,6 +16058,45 @@ export interface components {
             version: string;
         };
         /**
+         * ViaPoint
+         * @description A point that a path leads through, or the centre (RC-420 manual 13.10.5, 13.10.6).
+         */
+        ViaPoint: {
+            x?: components["schemas"]["Distance"] | null;
+            y?: components["schemas"]["Distance"] | null;
+            /** @description Of the arc that rounds the corner; left out, 0. The last point has none. */
+            radius?: components["schemas"]["Distance"] | null;
+            /**
+             * Place
+             * @description `center`: the third joint is over the origin of coordinates.
+             */
+            place?: "center" | null;
+        };
+        /**
+         * WantedPlace
+         * @description A place of the finger.
+         * @example {
+         *       "angle": {
+         *         "unit": "deg",
+         *         "value": 90
+         *       },
+         *       "x": {
+         *         "unit": "mm",
+         *         "value": 0
+         *       },
+         *       "y": {
+         *         "unit": "mm",
+         *         "value": 115
+         *       }
+         *     }
+         */
+        WantedPlace: {
+            x: components["schemas"]["Distance"];
+            y: components["schemas"]["Distance"];
+            /** @description Between finger and X axis; belt-linked robots need none, others take 0. */
+            angle?: components["schemas"]["Angle"] | null;
+        };
+        /**
          * Weakened
          * @description A setting that protects less than its default.
          */
@@ -8064,7 +16187,10 @@ export interface operations {
     setPosition: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -8150,7 +16276,10 @@ export interface operations {
     changeSpeedOfMove: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -8359,7 +16488,10 @@ export interface operations {
     acknowledgeBodyPowerCycle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -8446,7 +16578,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -8455,7 +16590,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["RelativeMoveRequest"] | components["schemas"]["AbsoluteMoveRequest"] | components["schemas"]["HomeRequest"] | components["schemas"]["ContinuousMoveRequest"];
+                "application/json": components["schemas"]["RelativeMoveRequest"] | components["schemas"]["AbsoluteMoveRequest"] | components["schemas"]["PositionMoveRequest"] | components["schemas"]["HomeRequest"] | components["schemas"]["ContinuousMoveRequest"];
             };
         };
         responses: {
@@ -8542,13 +16677,65 @@ export interface operations {
             };
         };
     };
+    changeSpeedOfOneMove: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SpeedIncrease"] | components["schemas"]["SpeedDecrease"] | components["schemas"]["SpeedSetting"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Move"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     startGroupMove: {
         parameters: {
             query?: {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
                 group_id: string;
@@ -8557,7 +16744,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["RelativeMoveRequest"] | components["schemas"]["AbsoluteMoveRequest"] | components["schemas"]["HomeRequest"] | components["schemas"]["ContinuousMoveRequest"];
+                "application/json": components["schemas"]["RelativeMoveRequest"] | components["schemas"]["AbsoluteMoveRequest"] | components["schemas"]["PositionMoveRequest"] | components["schemas"]["HomeRequest"] | components["schemas"]["ContinuousMoveRequest"];
             };
         };
         responses: {
@@ -8577,6 +16764,178 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["GroupMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getSamples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodySamples"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    downloadSamples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRobotSamples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                robot_id: string;
+                /** @description Number of the unit, from 1. */
+                unit: number;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RobotSamples"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    downloadRobotSamples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                robot_id: string;
+                /** @description Number of the unit, from 1. */
+                unit: number;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -8731,6 +17090,181 @@ export interface operations {
             };
         };
     };
+    listAlarms: {
+        parameters: {
+            query?: {
+                /** @description Only those that stand, or only those that were reset. */
+                standing?: boolean | null;
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AlarmList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getAlarm: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                alarm_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Alarm"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    resetAlarm: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                alarm_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Alarm"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listDeeds: {
+        parameters: {
+            query?: {
+                /** @description Only those of callers whose name has this in it. */
+                caller?: string | null;
+                /** @description Only those for this body or group with its line, or robot: arm.3F, r1. */
+                target?: string | null;
+                /** @description Only those not before this time. */
+                since?: string | null;
+                /** @description Only those before this time. */
+                until?: string | null;
+                /** @description Only those older than this cursor. */
+                cursor?: string | null;
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Audit"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     listGroups: {
         parameters: {
             query?: never;
@@ -8813,7 +17347,10 @@ export interface operations {
     defineGroup: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
                 group_id: string;
@@ -8893,6 +17430,51 @@ export interface operations {
             };
         };
     };
+    addLine: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewLine"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reloaded"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     getLine: {
         parameters: {
             query?: never;
@@ -8940,7 +17522,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The line's id. */
                 line_id: string;
@@ -9039,6 +17624,10 @@ export interface operations {
                 last?: number;
                 /** @description Only records not before this time. */
                 since?: string | null;
+                /** @description Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of their groups, too. */
+                bodies?: string | null;
+                /** @description Only what this request has sent (X-Request-Id), and its answers. */
+                request_id?: string | null;
             };
             header?: never;
             path: {
@@ -9083,11 +17672,13 @@ export interface operations {
             query?: {
                 /** @description Only events after this cursor. */
                 after?: string | null;
-                /** @description Only events of these bodies, groups and robots: addresses joined by commas, such as 3F,arm.02,r1,r2/units/1. A robot's address means its units too. */
+                /** @description Only events of these bodies, groups, SCARA robots and robots: addresses joined by commas, such as 3F,arm.02,wafer,r1,r2/units/1. A robot's address means its units too. */
                 bodies?: string | null;
                 /** @description Only events of these types, joined by commas, such as body.move.*,line.down. */
                 types?: string | null;
                 limit?: number;
+                /** @description Live values too (body.position, robot.position, io): each so many times a second at most. They are no events: a new value takes the place of one that was not sent yet. */
+                sample?: number | null;
             };
             header?: never;
             path?: never;
@@ -9312,7 +17903,10 @@ export interface operations {
     issueTicket: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -9435,7 +18029,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -9545,7 +18142,10 @@ export interface operations {
     cancelProgramUpload: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -9589,7 +18189,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -9775,7 +18378,10 @@ export interface operations {
     setMemory: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
                 body_id: string;
@@ -9797,6 +18403,3142 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Memory"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readBodySettings: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodySettings"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    changeBodySettings: {
+        parameters: {
+            query?: {
+                /** @description Write all settings of the body to flash memory afterwards (FIS). */
+                flash?: boolean;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["BodySettingsChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedSettings"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readHoming: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Homing"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    changeHoming: {
+        parameters: {
+            query?: {
+                /** @description Write all settings of the body to flash memory afterwards (FIS). */
+                flash?: boolean;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["HomingChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedSettings"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readEncoder: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Encoder"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    changeEncoder: {
+        parameters: {
+            query?: {
+                /** @description Write all settings of the body to flash memory afterwards (FIS). */
+                flash?: boolean;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EncoderChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedSettings"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    setEncoderResolution: {
+        parameters: {
+            query?: {
+                /** @description Write all settings of the body to flash memory afterwards (FIS). */
+                flash?: boolean;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ResolutionRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Resolution"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listSpeedSets: {
+        parameters: {
+            query?: {
+                /** @description The first of the list. */
+                first?: number;
+                /** @description The last of the list. */
+                last?: number;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SpeedSets"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readSpeedSet: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description 0-29, or 30: the standard set. */
+                n: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SpeedSet"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    setSpeedSet: {
+        parameters: {
+            query?: {
+                /** @description Write all settings of the body to flash memory afterwards (FIS). */
+                flash?: boolean;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description 0-29, or 30: the standard set. */
+                n: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SpeedSetValues"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedSpeedSet"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    changeSpeedSet: {
+        parameters: {
+            query?: {
+                /** @description Write all settings of the body to flash memory afterwards (FIS). */
+                flash?: boolean;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description 0-29, or 30: the standard set. */
+                n: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SpeedSetChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedSpeedSet"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listPatterns: {
+        parameters: {
+            query?: {
+                /** @description The first of the list. */
+                first?: number;
+                /** @description The last of the list. */
+                last?: number;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Patterns"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readPattern: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description 0-29, or 30: the standard pattern. */
+                n: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Pattern"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    setPattern: {
+        parameters: {
+            query?: {
+                /** @description Write all settings of the body to flash memory afterwards (FIS). */
+                flash?: boolean;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description 0-29, or 30: the standard pattern. */
+                n: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PatternValues"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedPattern"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    changePattern: {
+        parameters: {
+            query?: {
+                /** @description Write all settings of the body to flash memory afterwards (FIS). */
+                flash?: boolean;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description 0-29, or 30: the standard pattern. */
+                n: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PatternChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedPattern"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readCurve: {
+        parameters: {
+            query: {
+                /** @description How far the move goes. */
+                distance: number;
+                /** @description Of the distance; pulses are whole. */
+                unit?: "pulse" | "mm" | "um" | "deg" | "mdeg";
+                /** @description `low` runs at the start speed, without ramps. */
+                speed?: "high" | "low";
+                /** @description How many moments, evenly spread. */
+                points?: number;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description 0-29, or 30: the standard pattern. */
+                n: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SpeedCurve"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readBodyBackup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The backup. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    restoreBody: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["BodyRestoreRequest"];
+            };
+        };
+        responses: {
+            /** @description With `dry_run` the plan; else the restore is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RestorePlan"] | components["schemas"]["Restore"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getBodyRestore: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                restore_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelBodyRestore: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readLineBackup: {
+        parameters: {
+            query?: {
+                /** @description These only, joined by commas: 00,3F. Left out: all. */
+                bodies?: string | null;
+            };
+            header?: never;
+            path: {
+                /** @description The line's id. */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The backup. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    restoreLine: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The line's id. */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LineRestoreRequest"];
+            };
+        };
+        responses: {
+            /** @description With `dry_run` the plan; else the restore is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RestorePlan"] | components["schemas"]["Restore"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLineRestore: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description The line's id. */
+                line_id: string;
+                restore_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelLineRestore: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The line's id. */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readRobotBackup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The backup. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    restoreRobot: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The robot's id in the configuration. */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RobotRestoreRequest"];
+            };
+        };
+        responses: {
+            /** @description With `dry_run` the plan; else the restore is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RestorePlan"] | components["schemas"]["Restore"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRobotRestore: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                robot_id: string;
+                restore_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelRobotRestore: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The robot's id in the configuration. */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Restore"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listLeases: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    takeLease: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Taken"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The id of a lease. */
+                lease_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Lease"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endLease: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The id of a lease. */
+                lease_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Lease"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    renewLease: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The id of a lease. */
+                lease_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Taken"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    reloadConfiguration: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["ReloadRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reloaded"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    addBodies: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The line's id. */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewBodies"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reloaded"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listScaras: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getScara: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraInfo"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readScaraCoordinates: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraCoordinates"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    calculateCoordinates: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AxisPulses"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Kinematics"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    calculatePositions: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WantedPlace"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Kinematics"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readScaraGeometry: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraGeometry"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    applyScaraGeometry: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["GeometryApplication"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraGeometry"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stopScara: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["StopRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StopResult"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listScaraMoves: {
+        parameters: {
+            query?: {
+                limit?: number;
+            };
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraMoveList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startScaraMove: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ScaraLineRequest"] | components["schemas"]["ScaraPathRequest"] | components["schemas"]["ScaraOffsetRequest"] | components["schemas"]["ScaraExtendRequest"] | components["schemas"]["ScaraRetractRequest"] | components["schemas"]["ScaraRotateRequest"] | components["schemas"]["ScaraFingerRequest"] | components["schemas"]["ScaraAlignRequest"];
+            };
+        };
+        responses: {
+            /** @description The move is over; `status` says how it ended. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraMove"] | components["schemas"]["PlannedScaraMove"];
+                };
+            };
+            /** @description The controllers have accepted the move; ask again at Location. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getScaraMove: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+                move_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScaraMove"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readScaraPath: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+                /** @description Number of the interpolation path, 0-63. */
+                path: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StoredPath"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    writeScaraPath: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The robot's id in the configuration. */
+                scara_id: string;
+                /** @description Number of the interpolation path, 0-63. */
+                path: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PathDefinition"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StoredPath"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startBodyJog: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["BodyJogRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyJog"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    keepJoggingBody: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                jog_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyJog"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    endBodyJog: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                jog_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The motor was seen to stand still. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyJog"];
+                };
+            };
+            /** @description It may still move: the stop is repeated. */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyJog"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listBodyPositions: {
+        parameters: {
+            query?: {
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyPositions"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    storeBodyPositions: {
+        parameters: {
+            query?: {
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
+            };
+            header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PositionsToStore"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyPositions"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    nameBodyPosition: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description 0-2047. */
+                number: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PositionName"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PositionLabel"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    downloadBodyPositions: {
+        parameters: {
+            query?: {
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readBodyInputs: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyInputs"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readBodyOutputs: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyOutputs"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    switchBodyOutput: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description General output, 0-15. */
+                output: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OutputSwitch"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SignalState"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    pulseBodyOutput: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description General output, 0-15. */
+                output: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OutputPulse"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SignalState"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readBodySensors: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodySensors"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readErrorOutputs: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyErrorOutputs"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    setErrorOutput: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description What it reports; `limit` is that of either direction. */
+                cause: "ems" | "limit" | "stall" | "any";
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ErrorOutputChoice"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyErrorOutputs"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    resetErrorOutputs: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BodyErrorOutputs"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listCaptures: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Captures"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getCapture: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description Input that can interrupt, 8 or 9. */
+                port: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CaptureState"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    armCapture: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description Input that can interrupt, 8 or 9. */
+                port: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CaptureRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CaptureState"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    disarmCapture: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description Input that can interrupt, 8 or 9. */
+                port: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CaptureState"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -10076,7 +21818,10 @@ export interface operations {
     resetRobotErrors: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -10117,7 +21862,10 @@ export interface operations {
     changeRobotMode: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -10162,7 +21910,10 @@ export interface operations {
     acknowledgePowerCycle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -10343,7 +22094,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -10449,7 +22203,10 @@ export interface operations {
                 /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
                 wait?: number | null;
             };
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -10502,10 +22259,54 @@ export interface operations {
             };
         };
     };
-    startJog: {
+    listMacros: {
         parameters: {
             query?: never;
             header?: never;
+            path: {
+                /** @description The robot's id in the configuration. */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MacroList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    startJog: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -10550,7 +22351,10 @@ export interface operations {
     keepJogging: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -10691,7 +22495,10 @@ export interface operations {
     storePositions: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -10831,7 +22638,10 @@ export interface operations {
     changeSettings: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -10970,7 +22780,10 @@ export interface operations {
     switchOutput: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;
@@ -11065,7 +22878,10 @@ export interface operations {
     setVariable: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 /** @description The robot's id in the configuration. */
                 robot_id: string;

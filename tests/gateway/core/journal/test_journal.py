@@ -38,6 +38,9 @@ class ShakyDisk:
     def rows(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
         return [(sql, *values)]
 
+    def read_apart(self, sql: str, values: Sequence[Value] = ()) -> list[tuple[Any, ...]]:
+        return [(sql, *values)]
+
     def check(self) -> None:
         return
 

@@ -1,0 +1,232 @@
+"""Backups over HTTP: read as text, compared, brought back; a restore is a record, followed to its end."""
+
+import asyncio
+from typing import Annotated
+
+from fastapi import Query, Request, Response
+from pydantic import Field
+
+from api.common.problems import DECLARED
+from api.common.requests import (
+    BodyId,
+    LineId,
+    Wait,
+    json_response,
+    new_router,
+    origin_of,
+    plant_of,
+    wait_headers,
+    wait_s,
+)
+from api.common.strict_json import StrictRequest, StrictRoute
+from api.robots.paths import RobotId
+from gateway.core.records import RequestModel, example
+from gateway.core.restore_record import Restore, RestorePlan
+from gateway.core.rights import Right
+from gateway.operations import backups
+from gateway.operations.backups import Wanted
+
+MAX_BACKUP_BYTES = 2_097_152
+"""A line of 120 bodies, each with a table of 200 positions."""
+TEXT = "text/plain"
+SMALL = "[body 3F]\n[settings]\n0SS10 ; origin offset, pulses\n"
+
+OF_ROBOT = "[robot r1]\n[variables]\nV01 12.5\n"
+
+
+class LongRequest(StrictRequest):
+    """A request with a backup in it."""
+
+    most = MAX_BACKUP_BYTES
+
+
+class LongRoute(StrictRoute):
+    """A route that takes a backup."""
+
+    request_class = LongRequest
+
+
+router = new_router("backups", LongRoute)
+
+
+class RestoreRequest(RequestModel, json_schema_extra=example(backup=SMALL, dry_run=True)):
+    """A backup to be restored. A section that it does not have is left as it is."""
+
+    backup: str = Field(description="The text of a backup; comments after `;` mean nothing.")
+    dry_run: bool = Field(
+        False, description="Tell what would be written and what differs, and write nothing."
+    )
+    flash: bool = Field(False, description="Write it to flash memory, too, once it was read back.")
+    power_cycle: bool = Field(
+        False, description="With `flash`: wait until the power was off and on, and compare once more."
+    )
+
+
+class BodyRestoreRequest(RestoreRequest, json_schema_extra=example(backup=SMALL, dry_run=True)):
+    """A backup to be restored to one body."""
+
+    from_body: str | None = Field(
+        None, description="Take what the backup has of another body: two hex digits. Else of the same number."
+    )
+
+
+class LineRestoreRequest(RestoreRequest, json_schema_extra=example(backup=SMALL, dry_run=True)):
+    """A backup to be restored to bodies of a line."""
+
+    bodies: list[str] | None = Field(
+        None, description="Restore these only: addresses such as 3F. Else all that the backup has."
+    )
+
+
+class RobotRestoreRequest(RestoreRequest, json_schema_extra=example(backup=OF_ROBOT, dry_run=True)):
+    """A backup to be restored to a robot."""
+
+
+Bodies = Annotated[str | None, Query(description="These only, joined by commas: 00,3F. Left out: all.")]
+BACKUP = {**DECLARED, 200: {"content": {TEXT: {"schema": {"type": "string"}}}, "description": "The backup."}}
+BEGUN = {
+    **DECLARED,
+    200: {
+        "model": RestorePlan | Restore,
+        "description": "With `dry_run` the plan; else the restore is over.",
+    },
+}
+
+
+# bodies
+
+
+@router.get("/bodies/{body_id}/backup", Right.VIEW, response_class=Response, responses=BACKUP)
+async def read_body_backup(request: Request, body_id: BodyId) -> Response:
+    """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
+
+    It takes two minutes at 9600 baud; others are served meanwhile.
+    """
+    return _text(await backups.read_body(plant_of(request), origin_of(request), body_id))
+
+
+@router.post(
+    "/bodies/{body_id}/restores", Right.SETUP, status_code=202, response_model=Restore, responses=BEGUN
+)
+async def restore_body(
+    request: Request, body_id: BodyId, wanted: BodyRestoreRequest, wait: Wait = None
+) -> Response:
+    """Bring a body back to a backup: write what differs, read it back, and tell what differs still.
+
+    Refused while the motor moves or a program runs. A stop ends it.
+    """
+    found = await asyncio.to_thread(backups.check_bodies, wanted.backup)
+    target = backups.for_body(plant_of(request), body_id, found, wanted.from_body)
+    return await _begun(request, target, wanted, wait)
+
+
+@router.get("/bodies/{body_id}/restores/{restore_id}", Right.VIEW, response_model=Restore)
+async def get_body_restore(request: Request, body_id: BodyId, restore_id: str, wait: Wait = None) -> Response:
+    """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
+    return await _restore(request, f"/bodies/{body_id}", restore_id, wait)
+
+
+@router.delete("/bodies/{body_id}/restores/current", Right.SETUP, response_model=Restore)
+async def cancel_body_restore(request: Request, body_id: BodyId) -> Response:
+    """Write no more; what differs is still read and told, unless it is cancelled once more."""
+    return await _cancelled(request, f"/bodies/{body_id}")
+
+
+# lines
+
+
+@router.get("/lines/{line_id}/backup", Right.VIEW, response_class=Response, responses=BACKUP)
+async def read_line_backup(request: Request, line_id: LineId, bodies: Bodies = None) -> Response:
+    """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
+
+    All of them have to answer; `bodies` leaves out who does not.
+    """
+    chosen = None if bodies is None else bodies.split(",")
+    return _text(await backups.read_line(plant_of(request), origin_of(request), line_id, chosen))
+
+
+@router.post(
+    "/lines/{line_id}/restores", Right.SETUP, status_code=202, response_model=Restore, responses=BEGUN
+)
+async def restore_line(
+    request: Request, line_id: LineId, wanted: LineRestoreRequest, wait: Wait = None
+) -> Response:
+    """Bring the bodies of a line, or chosen ones, back to a backup, one after the other."""
+    found = await asyncio.to_thread(backups.check_bodies, wanted.backup)
+    target = backups.for_line(plant_of(request), line_id, found, wanted.bodies)
+    return await _begun(request, target, wanted, wait)
+
+
+@router.get("/lines/{line_id}/restores/{restore_id}", Right.VIEW, response_model=Restore)
+async def get_line_restore(request: Request, line_id: LineId, restore_id: str, wait: Wait = None) -> Response:
+    """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
+    return await _restore(request, f"/lines/{line_id}", restore_id, wait)
+
+
+@router.delete("/lines/{line_id}/restores/current", Right.SETUP, response_model=Restore)
+async def cancel_line_restore(request: Request, line_id: LineId) -> Response:
+    """Write no more; what differs is still read and told, unless it is cancelled once more."""
+    return await _cancelled(request, f"/lines/{line_id}")
+
+
+# robots
+
+
+@router.get("/robots/{robot_id}/backup", Right.VIEW, response_class=Response, responses=BACKUP)
+async def read_robot_backup(request: Request, robot_id: RobotId) -> Response:
+    """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
+    return _text(await backups.read_robot(plant_of(request), origin_of(request), robot_id))
+
+
+@router.post(
+    "/robots/{robot_id}/restores", Right.SETUP, status_code=202, response_model=Restore, responses=BEGUN
+)
+async def restore_robot(
+    request: Request, robot_id: RobotId, wanted: RobotRestoreRequest, wait: Wait = None
+) -> Response:
+    """Bring a robot back to a backup: write what differs, read it back, and tell what differs still.
+
+    Refused while it moves. A stop ends it. There is no `flash`: C-HOST has no command for it.
+    """
+    plant = plant_of(request)
+    found = await asyncio.to_thread(backups.check_robot, plant, robot_id, wanted.backup)
+    target = await backups.for_robot(plant, origin_of(request), robot_id, found)
+    return await _begun(request, target, wanted, wait)
+
+
+@router.get("/robots/{robot_id}/restores/{restore_id}", Right.VIEW, response_model=Restore)
+async def get_robot_restore(
+    request: Request, robot_id: RobotId, restore_id: str, wait: Wait = None
+) -> Response:
+    """Get a restore, at once or when it is over; `current` is the one under way, or the last."""
+    return await _restore(request, f"/robots/{robot_id}", restore_id, wait)
+
+
+@router.delete("/robots/{robot_id}/restores/current", Right.SETUP, response_model=Restore)
+async def cancel_robot_restore(request: Request, robot_id: RobotId) -> Response:
+    """Write no more; what differs is still read and told, unless it is cancelled once more."""
+    return await _cancelled(request, f"/robots/{robot_id}")
+
+
+def _text(backup: str) -> Response:
+    return Response(backup, media_type=TEXT)
+
+
+async def _begun(request: Request, target: Wanted, wanted: RestoreRequest, wait: float | None) -> Response:
+    plant, origin, waited_s = plant_of(request), origin_of(request), wait_s(request, wait)
+    if wanted.dry_run:
+        return json_response(await backups.plan(plant, origin, target))
+    begun = await backups.start(plant, origin, target, wanted.flash, wanted.power_cycle, waited_s)
+    location = f"{begun.target}/restores/{begun.id}"
+    status = 202 if begun.status == "running" else 200
+    return json_response(begun, status, {"Location": location, **wait_headers(waited_s)})
+
+
+async def _restore(request: Request, target: str, restore_id: str, wait: float | None) -> Response:
+    waited_s = wait_s(request, wait)
+    found = await backups.get(plant_of(request), target, restore_id, waited_s)
+    return json_response(found, headers=wait_headers(waited_s))
+
+
+async def _cancelled(request: Request, target: str) -> Response:
+    return json_response(await backups.cancel(plant_of(request), origin_of(request), target))

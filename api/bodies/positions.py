@@ -1,0 +1,205 @@
+"""A body's table of stored positions over HTTP: as JSON in parts, as CSV in whole."""
+
+import re
+from typing import Annotated, Final
+
+from fastapi import Path, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from api.common.csv_tables import CSV, csv_of, read_table
+from api.common.etags import DECLARED_HEADER, etag_of, expected_by, tagged
+from api.common.problems import DECLARED
+from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
+from gateway.core.errors import InvalidRequest
+from gateway.core.records import RequestModel, example
+from gateway.core.rights import Right
+from gateway.core.tables import Name
+from gateway.operations import body_positions
+from gateway.rorze.family import Rorze
+from gateway.rorze.move_requests import Length
+from gateway.rorze.positions import LAST_POSITION, Position, Wanted
+
+router = new_router("positions")
+
+HEADER: Final = ("number", "pulse")
+MAX_CSV_BYTES: Final = 65_536
+"""A whole table of 2048 positions of ten digits."""
+_NUMBER: Final = re.compile("[0-9]{1,4}")
+_PULSES: Final = re.compile(r"[+-]?[0-9]{1,9}")
+
+PositionNumber = Annotated[int, Field(ge=0, le=LAST_POSITION)]
+First = Annotated[PositionNumber, Query(description="The first position.")]
+Last = Annotated[PositionNumber, Query(description="The last position.")]
+Number = Annotated[PositionNumber, Path(description="0-2047.", examples=[7])]
+
+
+class PositionToStore(RequestModel):
+    """A position to be stored."""
+
+    number: PositionNumber
+    position: Length | None = Field(default=None, description="Left out, where the motor stands.")
+    name: Name | None = Field(default=None, description="Left out, it keeps the name it has.")
+
+
+class PositionsToStore(
+    RequestModel,
+    json_schema_extra=example(
+        positions=[{"number": 7}, {"number": 8, "position": {"value": 500, "unit": "pulse"}}]
+    ),
+):
+    """Positions to be stored; others stay as they are."""
+
+    positions: Annotated[list[PositionToStore], Field(min_length=1, max_length=LAST_POSITION + 1)]
+    flash: bool = Field(default=False, description="Write the whole table to flash memory too (FPS).")
+
+
+class PositionName(RequestModel, json_schema_extra=example(name="unload")):
+    """What a position is called."""
+
+    name: Name | None = Field(description="Null takes the name away.")
+
+
+class PositionLabel(BaseModel):
+    """What a position is called now."""
+
+    body_id: str
+    number: int
+    name: str | None
+
+
+class NamedPosition(BaseModel):
+    """A stored position."""
+
+    number: int
+    name: str | None
+    pulses: int = Field(description="Encoder counts in encoder mode.")
+    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    unit: str | None
+
+
+class BodyPositions(BaseModel):
+    """Stored positions of a body."""
+
+    body_id: str
+    positions: list[NamedPosition]
+
+
+@router.get("/bodies/{body_id}/positions", Right.VIEW, response_model=BodyPositions)
+async def list_body_positions(
+    request: Request, body_id: BodyId, first: First = 0, last: Last = LAST_POSITION
+) -> Response:
+    """Read stored positions (3ND), each in a frame of its own: all 2048 take 90 s at 9600 baud."""
+    return tagged(await _read(request, body_id, first, last))
+
+
+@router.put(
+    "/bodies/{body_id}/positions",
+    Right.SETUP,
+    response_model=BodyPositions,
+    openapi_extra=DECLARED_HEADER,
+)
+async def store_body_positions(
+    request: Request, body_id: BodyId, upload: PositionsToStore, first: First = 0, last: Last = LAST_POSITION
+) -> Response:
+    """Store positions (3PS) and read them back; without a position, where the motor stands.
+
+    `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
+    """
+    scale = plant_of(request).family(Rorze).body(body_id).scale
+    wanted = [
+        Wanted(it.number, None if it.position is None else it.position.pulses(scale))
+        for it in upload.positions
+    ]
+    names = {it.number: it.name for it in upload.positions if it.name is not None}
+    await _require_match(request, body_id, first, last)
+    return json_response(await _store(request, body_id, wanted, names, flash=upload.flash))
+
+
+@router.put("/bodies/{body_id}/positions/{number}/name", Right.SETUP, response_model=PositionLabel)
+async def name_body_position(
+    request: Request, body_id: BodyId, number: Number, named: PositionName
+) -> Response:
+    """Name a position. The gateway keeps the name; nothing is sent."""
+    plant = plant_of(request)
+    await body_positions.name(plant, origin_of(request), body_id, number, named.name or "")
+    address = plant.family(Rorze).body(body_id).address
+    return json_response(PositionLabel(body_id=address, number=number, name=named.name))
+
+
+@router.get(
+    "/bodies/{body_id}/positions.csv",
+    Right.VIEW,
+    response_class=Response,
+    responses={**DECLARED, 200: {"content": {CSV: {"schema": {"type": "string"}}}}},
+)
+async def download_body_positions(
+    request: Request, body_id: BodyId, first: First = 0, last: Last = LAST_POSITION
+) -> Response:
+    """Read stored positions as CSV: the columns `number` and `pulse`."""
+    table = await _read(request, body_id, first, last)
+    text = csv_of(HEADER, [(it.number, it.pulses) for it in table.positions])
+    return Response(text, media_type=CSV, headers={"ETag": etag_of(table)})
+
+
+# Generated clients cannot send text/csv: it stays out of the OpenAPI document, whose way is JSON in parts.
+@router.put("/bodies/{body_id}/positions.csv", Right.SETUP, include_in_schema=False)
+async def upload_body_positions(
+    request: Request, body_id: BodyId, first: First = 0, last: Last = LAST_POSITION
+) -> Response:
+    """Store positions from CSV as it is downloaded, or as Excel writes it; others stay as they are."""
+    plant_of(request).family(Rorze).body(body_id)
+    rows = await read_table(request, HEADER, MAX_CSV_BYTES)
+    wanted = [_wanted(line, *cells) for line, cells in rows]
+    await _require_match(request, body_id, first, last)
+    return json_response(await _store(request, body_id, wanted, {}))
+
+
+def _wanted(line: int, number: str, pulses: str) -> Wanted:
+    if not _NUMBER.fullmatch(number) or int(number) > LAST_POSITION:
+        raise InvalidRequest(
+            f"line {line}, number: positions go from 0 to {LAST_POSITION}; nothing was sent."
+        )
+    if not _PULSES.fullmatch(pulses):
+        raise InvalidRequest(
+            f"line {line}, pulse: it is a whole number from -999999999 to 999999999; nothing was sent."
+        )
+    return Wanted(int(number), int(pulses))
+
+
+async def _read(request: Request, body_id: str, first: int, last: int) -> BodyPositions:
+    return _table(
+        request,
+        body_id,
+        await body_positions.read(plant_of(request), origin_of(request), body_id, first, last),
+    )
+
+
+async def _require_match(request: Request, body_id: str, first: int, last: int) -> None:
+    expects = expected_by(request)
+    if expects is not None:
+        expects(await _read(request, body_id, first, last))
+
+
+async def _store(
+    request: Request, body_id: str, wanted: list[Wanted], names: dict[int, str], *, flash: bool = False
+) -> BodyPositions:
+    held = await body_positions.store(plant_of(request), origin_of(request), body_id, wanted, names, flash)
+    return _table(request, body_id, held)
+
+
+def _table(request: Request, body_id: str, held: list[Position]) -> BodyPositions:
+    body = plant_of(request).family(Rorze).body(body_id)
+    names, scale = body_positions.names(plant_of(request), body_id), body.scale
+    return BodyPositions(
+        body_id=body.address,
+        positions=[
+            NamedPosition(
+                number=number,
+                name=names.get(number),
+                pulses=pulses,
+                value=None if scale is None else scale.value(pulses),
+                unit=None if scale is None else scale.unit,
+            )
+            for number, pulses in held
+        ],
+    )

@@ -1,0 +1,68 @@
+"""Where bodies and units of robots were seen during their moves, over HTTP: as JSON and as CSV."""
+
+from typing import Any, Final
+
+from fastapi import Request, Response
+
+from api.common.csv_table import CSV, csv_response
+from api.common.problems import DECLARED
+from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
+from api.robots.paths import RobotId, UnitNumber
+from gateway.core.rights import Right
+from gateway.fics.samples import RobotSamples
+from gateway.operations import moves
+from gateway.rorze.samples import BodySamples
+
+router = new_router("samples")
+
+OF_BODY: Final = "/bodies/{body_id}/moves/{move_id}/samples"
+OF_UNIT: Final = "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples"
+TABLE: Final[dict[int | str, dict[str, Any]]] = {
+    **DECLARED,
+    200: {"content": {CSV: {"schema": {"type": "string"}}}},
+}
+
+
+@router.get(OF_BODY, Right.VIEW, response_model=BodySamples)
+async def get_samples(request: Request, body_id: BodyId, move_id: str) -> Response:
+    """Get where a body was seen during a move, and where the plan has it, for the settings of the move.
+
+    The settings for the plan are read from the controller when somebody first asks. The newest 200 moves have
+    samples until the gateway ends; one that is under way has those until now.
+    """
+    return json_response(await _samples(request, f"/bodies/{body_id}", move_id))
+
+
+@router.get(f"{OF_BODY}.csv", Right.VIEW, response_class=Response, responses=TABLE)
+async def download_samples(request: Request, body_id: BodyId, move_id: str) -> Response:
+    """Get the same as CSV: time, time_s, pulses, the planned pulses, and the value in the body's unit."""
+    told: BodySamples = await _samples(request, f"/bodies/{body_id}", move_id)
+    scaled = [f"value {told.unit}"] if told.unit else []
+    rows = (
+        [it.time.isoformat(), it.time_s, it.pulses, it.planned_pulses, *([it.value] if scaled else [])]
+        for it in told.samples
+    )
+    return csv_response(["time", "time_s", "pulses", "planned_pulses", *scaled], rows)
+
+
+@router.get(OF_UNIT, Right.VIEW, response_model=RobotSamples)
+async def get_robot_samples(request: Request, robot_id: RobotId, unit: UnitNumber, move_id: str) -> Response:
+    """Get where a unit was seen during a move. No command tells a robot's speed curve: nothing is planned."""
+    return json_response(await _samples(request, f"/robots/{robot_id}/units/{unit}", move_id))
+
+
+@router.get(f"{OF_UNIT}.csv", Right.VIEW, response_class=Response, responses=TABLE)
+async def download_robot_samples(
+    request: Request, robot_id: RobotId, unit: UnitNumber, move_id: str
+) -> Response:
+    """Get the same as CSV: time, time_s, and a column for each axis with its unit."""
+    told: RobotSamples = await _samples(request, f"/robots/{robot_id}/units/{unit}", move_id)
+    header = ["time", "time_s", *(f"{axis} {unit}" for axis, unit in told.units.items())]
+    rows = (
+        [it.time.isoformat(), it.time_s, *(it.axes.get(axis) for axis in told.units)] for it in told.samples
+    )
+    return csv_response(header, rows)
+
+
+async def _samples(request: Request, target: str, move_id: str) -> Any:
+    return await moves.samples(plant_of(request), origin_of(request), target, move_id)

@@ -1,0 +1,1 @@
+"""SCARA robots over HTTP."""

@@ -1,0 +1,108 @@
+"""The interpolation paths that SCARA robots hold, over HTTP."""
+
+from collections.abc import Mapping
+from typing import Literal, Self
+
+from fastapi import Request, Response
+from pydantic import BaseModel, Field, model_validator
+
+from api.common.requests import json_response, new_router, origin_of, plant_of
+from api.scaras.names import PathNumber, ScaraId
+from gateway.core.records import RequestModel, example
+from gateway.core.rights import Right
+from gateway.operations import scaras
+from gateway.rorze.scaras.record import Micrometres
+from gateway.rorze.scaras.requests import Distance
+from protocols.rorze.interpolation import MOST_POINTS, PathPoint
+
+router = new_router("scara paths")
+
+
+class ViaPoint(RequestModel):
+    """A point that a path leads through, or the centre (RC-420 manual 13.10.5, 13.10.6)."""
+
+    x: Distance | None = None
+    y: Distance | None = None
+    radius: Distance | None = Field(
+        None, description="Of the arc that rounds the corner; left out, 0. The last point has none."
+    )
+    place: Literal["center"] | None = Field(
+        None, description="`center`: the third joint is over the origin of coordinates."
+    )
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        given = (self.x is None, self.y is None, self.place is None)
+        if given not in ((False, False, True), (True, True, False)):
+            raise ValueError("give x and y, or place")
+        if self.radius is not None and (self.place is not None or self.radius.thousandths < 0):
+            raise ValueError("radius belongs to x and y, and is not negative")
+        return self
+
+    def point(self) -> PathPoint:
+        """As the controllers hold it."""
+        if self.x is None or self.y is None:
+            return PathPoint(place=self.place)
+        radius = 0 if self.radius is None else self.radius.thousandths
+        return PathPoint(x=self.x.thousandths, y=self.y.thousandths, radius=radius)
+
+
+class PathDefinition(
+    RequestModel,
+    json_schema_extra=example(
+        points=[
+            {
+                "x": {"value": 255, "unit": "mm"},
+                "y": {"value": 300, "unit": "mm"},
+                "radius": {"value": 120, "unit": "mm"},
+            },
+            {"x": {"value": 255, "unit": "mm"}, "y": {"value": 450, "unit": "mm"}},
+        ]
+    ),
+):
+    """A whole path; without points it is cleared."""
+
+    points: list[ViaPoint] = Field(max_length=MOST_POINTS, description="In their order; the last is the end.")
+
+
+class StoredPoint(BaseModel):
+    """A point of a path as the controllers hold it."""
+
+    x: Micrometres | None
+    y: Micrometres | None
+    radius: Micrometres | None
+    place: Literal["center"] | None
+
+
+class StoredPath(BaseModel):
+    """A path as the controllers hold it."""
+
+    scara_id: str
+    path: int
+    points: list[StoredPoint] = Field(description="In their order; empty where the path is.")
+
+
+@router.get("/scaras/{scara_id}/paths/{path}", Right.VIEW, response_model=StoredPath)
+async def read_scara_path(request: Request, scara_id: ScaraId, path: PathNumber) -> Response:
+    """Read a path from all controllers (HDD); 409 where they hold different ones."""
+    points = await scaras.read_path(plant_of(request), origin_of(request), scara_id, path)
+    return json_response(_stored(scara_id, path, points))
+
+
+@router.put("/scaras/{scara_id}/paths/{path}", Right.SETUP, response_model=StoredPath)
+async def write_scara_path(
+    request: Request, scara_id: ScaraId, path: PathNumber, wanted: PathDefinition
+) -> Response:
+    """Store a path in all controllers, undivided (HDS), in RAM; read it back."""
+    points = [point.point() for point in wanted.points]
+    stored = await scaras.write_path(plant_of(request), origin_of(request), scara_id, path, points)
+    return json_response(_stored(scara_id, path, stored))
+
+
+def _stored(scara_id: str, path: int, points: Mapping[int, PathPoint]) -> StoredPath:
+    return StoredPath(scara_id=scara_id.lower(), path=path, points=[_point(it) for it in points.values()])
+
+
+def _point(point: PathPoint) -> StoredPoint:
+    x, y, radius = (None if it is None else Micrometres(value=it) for it in (point.x, point.y, point.radius))
+    return StoredPoint(x=x, y=y, radius=radius, place=point.place)

@@ -1,0 +1,168 @@
+"""Backups on the command line: what controllers keep is written to a file, compared, brought back."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from app import exits
+from app.client import LOCAL, STEP_S, Client, KeyFile, Url
+from app.exits import Failure, fail
+from app.progress import Progress
+from app.targets import find, numbered
+
+READ_S = 600.0
+"""To read a body takes two minutes at 9600 baud."""
+
+Whose = Annotated[
+    str, typer.Argument(help="Address or name of a body or a robot, or a line's id: 3F, r1, arm.")
+]
+Backup = Annotated[Path, typer.Argument(help="A backup.")]
+From = Annotated[str | None, typer.Option("--from", help="Of a body: take what the backup has of this one.")]
+Only = Annotated[list[str] | None, typer.Option("--body", help="Of a line: only this body; can be repeated.")]
+
+
+def backup(
+    target: Whose,
+    file: Annotated[Path | None, typer.Argument(help="Where to write it. Left out: it is printed.")] = None,
+    only: Only = None,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+) -> None:
+    """Read all that a body, a robot or the bodies of a line keep, as text that can be restored."""
+    client = Client.at(url, key_file)
+    path = _path_of(client, target)
+    query = f"?bodies={','.join(only)}" if only else ""
+    text = client.text(f"{path}/backup{query}", _read_s(client, path))
+    if file is None:
+        typer.echo(text, nl=False)
+        return
+    try:
+        file.write_text(text, "utf-8")
+    except OSError as error:
+        fail(f"{file} cannot be written: {error.strerror or error}.", exits.USAGE)
+
+
+def diff(
+    target: Whose,
+    file: Backup,
+    from_body: From = None,
+    only: Only = None,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+) -> None:
+    """Tell what differs from a backup, and change nothing. Exit code 1: something does."""
+    client = Client.at(url, key_file)
+    plan = _plan(client, _path_of(client, target), _wanted(file, from_body, only))
+    _tell(plan["differences"])
+    raise typer.Exit(exits.REFUSED if plan["differences"] else exits.DONE)
+
+
+def restore(
+    target: Whose,
+    file: Backup,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print what would be sent, and send nothing.")
+    ] = False,
+    flash: Annotated[bool, typer.Option("--flash", help="Write it to flash memory, too.")] = False,
+    power_cycle: Annotated[
+        bool,
+        typer.Option(
+            "--power-cycle", help="With --flash: wait for the power to be off and on, compare again."
+        ),
+    ] = False,
+    from_body: From = None,
+    only: Only = None,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+) -> None:
+    """Bring a body, a robot or the bodies of a line back to a backup, and see that they hold it."""
+    client = Client.at(url, key_file)
+    path, wanted = _path_of(client, target), _wanted(file, from_body, only)
+    if dry_run:
+        plan = _plan(client, path, wanted)
+        typer.echo("".join(f"{command}\n" for command in plan["commands"]), nl=False)
+        _tell([it for it in plan["differences"] if not it["restorable"]])
+        return
+    record = client.ask("POST", f"{path}/restores", {**wanted, "flash": flash, "power_cycle": power_cycle})
+    _end(_followed(client, record))
+
+
+def _followed(client: Client, record: dict[str, Any]) -> dict[str, Any]:
+    """Wait for the end of a restore."""
+    with Progress() as progress:
+        while record["status"] == "running":
+            progress.say(
+                f"{record['phase'].replace('_', ' ')}: {record['read']} read, "
+                f"{record['written']} of {record['commands']} written"
+            )
+            try:
+                record = client.request("GET", f"{record['target']}/restores/{record['id']}", wait_s=STEP_S)
+            except Failure as failure:
+                fail(
+                    f"The restore {record['id']} was begun, and its end was not seen: {failure}",
+                    exits.UNKNOWN,
+                )
+    return record
+
+
+def _end(record: dict[str, Any]) -> None:
+    """Say how a restore has ended, and end with its exit code."""
+    differences, error = record["differences"], record["error"]
+    if error is not None:
+        typer.echo(f"{error['detail']} {error['remedy']}", err=True)
+    _tell(differences or [])
+    if record["status"] == "verified":
+        where = "flash memory and RAM hold" if record["saved"] else "RAM holds"
+        typer.echo(f"{', '.join(record['controllers'])}: {where} the backup, read back.")
+        return
+    if differences is None:
+        fail(
+            f"{record['status']}: nobody knows what {', '.join(record['controllers'])} holds.", exits.UNKNOWN
+        )
+    fail(f"{record['status']}: {len(differences)} differences.", exits.REFUSED)
+
+
+def _tell(differences: list[dict[str, Any]]) -> None:
+    for it in differences:
+        wanted, held = it["wanted"] or "nothing", it["held"] or "nothing"
+        never = "" if it["restorable"] else "; no command can change that"
+        typer.echo(f"{it['target']} {it['section']}: {it['name']}: backup {wanted}, holds {held}{never}")
+
+
+def _read_s(client: Client, path: str) -> float:
+    """How long reading may take: the bodies of a line are read one after the other."""
+    return READ_S * (len(client.get(path)["bodies"]) if path.startswith("/lines/") else 1)
+
+
+def _plan(client: Client, path: str, wanted: dict[str, object]) -> dict[str, Any]:
+    return client.ask("POST", f"{path}/restores", {**wanted, "dry_run": True}, wait_s=_read_s(client, path))
+
+
+def _wanted(file: Path, from_body: str | None, only: list[str] | None) -> dict[str, object]:
+    """The backup in a file, and whom it is for."""
+    try:
+        text = file.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        fail(f"{file}: {error.strerror or error}. Nothing was sent.", exits.USAGE)
+    except UnicodeDecodeError:
+        fail(f"{file} is not UTF-8 text. Nothing was sent.", exits.USAGE)
+    chosen = {"from_body": from_body, "bodies": only or None}
+    return {"backup": text, **{name: value for name, value in chosen.items() if value is not None}}
+
+
+def _path_of(client: Client, word: str) -> str:
+    """Where a body, a robot or a line is served."""
+    try:
+        if numbered(word) is None:
+            lines = client.request("GET", "/lines")["lines"]
+            if any(line["line_id"] == word and line["protocol"] == "rorze" for line in lines):
+                return f"/lines/{word}"
+        target = find(client, word)
+    except Failure as failure:
+        fail(str(failure), failure.code)
+    if target.kind == "groups" or target.unit is not None:
+        fail(
+            f"{word} has no backup of its own: say a body, a robot or a line. Nothing was sent.", exits.USAGE
+        )
+    return target.path

@@ -1,0 +1,57 @@
+"""What `serve --demo` serves: a line with a lift, two axes that go together and a SCARA robot, and a Fics."""
+
+from pathlib import Path
+from typing import Any, Final
+
+from gateway.config import Config
+
+_TURN: Final = 360.0
+_BODIES: Final[tuple[dict[str, Any], ...]] = (
+    {"id": "00", "name": "left rail"},
+    {"id": "01", "name": "right rail"},
+    {"id": "10", "name": "base", "units": {"unit": "deg", "pulses_per_unit": 121_791.045 / _TURN}},
+    {"id": "11", "name": "arm", "units": {"unit": "deg", "pulses_per_unit": 60_000 / _TURN}},
+    {"id": "12", "name": "finger", "units": {"unit": "deg", "pulses_per_unit": 100_000 / _TURN}},
+    {
+        "id": "3F",
+        "name": "lift",
+        "units": {"unit": "mm", "pulses_per_unit": 100.0},
+        "inputs": {"0": "door closed", "8": "index mark"},
+        "outputs": {"0": "program runs", "1": "lamp"},
+    },
+)
+_GROUPS: Final[tuple[dict[str, Any], ...]] = (
+    {"id": "80", "members": ["00", "01"]},
+    {"id": "81", "members": ["10", "11", "12"]},
+)
+_SCARA: Final[dict[str, Any]] = {
+    "id": "wafer",
+    "line": "line1",
+    "group": "8A",
+    "members": ["10", "11", "12"],
+    "arm_um": 215_000,
+    "finger_um": 330_000,
+    "pulses_per_turn": [121_791.045, 60_000.0, 100_000.0],
+}
+"""The robot of RC-420 manual 13.10.7."""
+BODIES: Final = tuple(int(body["id"], 16) for body in _BODIES)
+
+
+def demo_config(line_path: Path, robot_path: Path, port: int | None = None) -> Config:
+    """The configuration for a simulated line and a simulated robot at these places."""
+    server = {} if port is None else {"port": port}
+    line = {
+        "id": "line1",
+        "address": f"serial://{line_path}?baud=9600",
+        "bodies": _BODIES,
+        "groups": _GROUPS,
+    }
+    units = [
+        {"number": 1, "axes": ["X", "Y", "Z"], "motor_axes": ["A", "B", "Z"]},
+        {"number": 2, "axes": ["X", "Y", "Z"]},
+    ]
+    robot = {"id": "r1", "units": units, "macros": {"PCK": "pick"}}
+    cell = {"id": "cell1", "protocol": "fics", "address": f"dpram://{robot_path}", "robot": robot}
+    return Config.model_validate(
+        {"server": server, "access": {"mode": "open"}, "lines": [line, cell], "scaras": [_SCARA]}
+    )

@@ -1,0 +1,138 @@
+"""The log of the server, written by a thread: text, JSON, or as the journal of systemd takes it."""
+
+import json
+import logging
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from logging.handlers import QueueHandler, QueueListener
+from queue import Full, Queue
+from typing import Any, Final, Literal, TextIO
+
+Format = Literal["text", "json"]
+MOST_WAITING: Final = 10_000
+"""Lines that may wait for whoever reads them; more are lost, and nothing waits for them."""
+
+_PRIORITY: Final = {
+    logging.DEBUG: 7,
+    logging.INFO: 6,
+    logging.WARNING: 4,
+    logging.ERROR: 3,
+    logging.CRITICAL: 2,
+}
+"""Of the levels, as sd-daemon(3) counts them."""
+_CONTROL: Final = {code: f"\\x{code:02x}" for code in (*range(32), 0x7F, 0x85, 0x2028, 0x2029) if code != 9}
+"""What would begin another line or move a terminal's cursor: the network may send it."""
+
+_ESCAPED: Final = {code: f"\\u{code:04x}" for code in (0x7F, 0x85, 0x2028, 0x2029)}
+"""What JSON lets stand as it is, and some take for the end of a line."""
+
+
+def _facts_of(record: logging.LogRecord) -> dict[str, Any]:
+    facts: dict[str, Any] = getattr(record, "facts", {})
+    return {name: value for name, value in facts.items() if value is not None}
+
+
+class TextLines(logging.Formatter):
+    """One line each, with its time, its level and its facts; a traceback follows."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Write a record."""
+        at = datetime.fromtimestamp(record.created).astimezone().isoformat(timespec="milliseconds")
+        return f"{at} {record.levelname} {record.name}: {_sentence(record)}{_trace(self, record)}"
+
+
+class JournalLines(logging.Formatter):
+    """As the journal of systemd takes them: with a priority, and without the time, which it notes itself."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Write a record; each line of a traceback has the priority."""
+        text = f"{record.name}: {_sentence(record)}{_trace(self, record)}"
+        priority = f"<{_PRIORITY.get(record.levelno, 6)}>"
+        return "\n".join(priority + line for line in text.split("\n"))
+
+
+class JsonLines(logging.Formatter):
+    """One object a line."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Write a record."""
+        told = {
+            "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "message": record.getMessage(),
+            **_facts_of(record),
+        }
+        if trace := _trace(self, record):
+            told["traceback"] = trace.strip()
+        return json.dumps(told, ensure_ascii=False).translate(_ESCAPED)
+
+
+def _sentence(record: logging.LogRecord) -> str:
+    facts = " ".join(f"{name}={_word(value)}" for name, value in _facts_of(record).items())
+    return (record.getMessage() + (f" [{facts}]" if facts else "")).translate(_CONTROL)
+
+
+def _word(value: object) -> str:
+    text = str(value)
+    return f'"{text}"' if " " in text else text
+
+
+def _trace(formatter: logging.Formatter, record: logging.LogRecord) -> str:
+    if record.exc_info and not record.exc_text:
+        record.exc_text = formatter.formatException(record.exc_info)
+    return f"\n{record.exc_text}" if record.exc_text else ""
+
+
+class _Hand(QueueHandler):
+    """Hands records to the thread that writes: the loop of the lines waits for no terminal."""
+
+    def prepare(self, record: logging.LogRecord) -> logging.LogRecord:
+        """Put its words together now: what they tell of may change."""
+        record.msg, record.args = record.getMessage(), None
+        return record
+
+    def enqueue(self, record: logging.LogRecord) -> None:
+        """Put it down, or lose it where nobody has read for long."""
+        try:
+            self.queue.put_nowait(record)
+        except Full:
+            return
+
+
+def _is_journal(stream: TextIO) -> bool:
+    """Whether a stream leads into the journal of systemd (systemd.exec(5), JOURNAL_STREAM)."""
+    try:
+        found = os.fstat(stream.fileno())
+    except (OSError, ValueError):
+        return False
+    return os.environ.get("JOURNAL_STREAM") == f"{found.st_dev}:{found.st_ino}"
+
+
+def formatter_for(wanted: Format, stream: TextIO) -> logging.Formatter:
+    """How lines are written to a stream."""
+    if wanted == "json":
+        return JsonLines()
+    return JournalLines() if _is_journal(stream) else TextLines()
+
+
+@contextmanager
+def logging_to(stream: TextIO, level: str, wanted: Format) -> Iterator[None]:
+    """Write what is logged to a stream until this ends; what waits then is written before."""
+    writer = logging.StreamHandler(stream)
+    writer.setFormatter(formatter_for(wanted, stream))
+    queue: Queue[logging.LogRecord] = Queue(MOST_WAITING)
+    hand, listener = _Hand(queue), QueueListener(queue, writer)
+    root = logging.getLogger()
+    before = root.level
+    root.addHandler(hand)
+    root.setLevel(level.upper())
+    listener.start()
+    try:
+        yield
+    finally:
+        root.removeHandler(hand)
+        root.setLevel(before)
+        listener.stop()

@@ -1,0 +1,61 @@
+"""What a checked key costs the gateway's processor at each read of what it knows.
+
+The yardstick is the same gateway, open to everybody on its machine.
+"""
+
+import asyncio
+from asyncio.subprocess import Process
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from benchmarks.figures import Figure, Target
+from benchmarks.http_client import get, latencies
+from benchmarks.http_read import write_config
+from benchmarks.processes import cpu_s, free_port, gateway, set_apart, simulated_line
+from gateway.access.keys import KeyStore
+from gateway.access.roles import Role
+
+BODIES = list(range(8))
+ROUNDS = 7
+READ = get("/bodies/00")
+AT_MOST = Target("ratio", "<=", 1.10)
+
+
+async def run(seconds: float) -> list[Figure]:
+    """Read from both gateways in turn."""
+    share = seconds / ROUNDS / 4
+    with set_apart() as apart:
+        async with _gateway(apart, "") as open_one, _gateway(apart, "line") as guarded:
+            taken = [[await _read_us(*it, share) for it in (guarded, open_one)] for _ in range(ROUNDS + 1)]
+    measured, yardstick = zip(*taken[1:], strict=True)  # in the first round caches fill
+    return [Figure("read with a checked key: processor", "us", measured, yardstick, AT_MOST)]
+
+
+async def _read_us(process: Process, port: int, request: bytes, seconds: float) -> float:
+    """The processor time of a read, without what the gateway does anyway."""
+    idle = cpu_s(process)
+    await asyncio.sleep(seconds)
+    begun = cpu_s(process)
+    reads = len(await asyncio.to_thread(latencies, port, [request], seconds))
+    return 1e6 * (cpu_s(process) - begun - (begun - idle)) / reads
+
+
+@asynccontextmanager
+async def _gateway(apart: set[int], scope: str) -> AsyncIterator[tuple[Process, int, bytes]]:
+    """Run a gateway on a simulated line, with a key for this scope if there is one; give the read."""
+    line, web = free_port(), free_port()
+    async with AsyncExitStack() as stack:
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        config = write_config(folder, web, line, BODIES)
+        request = READ
+        if scope:
+            text = config.read_text().replace('mode = "open"', "requests_per_key = 1000")
+            config.write_text(text)
+            token = KeyStore(config.with_suffix(".data")).create("reader", Role.VIEWER, [scope])
+            request = READ.replace(b"\r\n\r\n", f"\r\nAuthorization: Bearer {token}\r\n\r\n".encode())
+        start = stack.enter_async_context
+        await start(simulated_line(BODIES, "--listen", f"tcp://127.0.0.1:{line}"))
+        process = await start(gateway(config, web, apart))
+        yield process, web, request

@@ -1,0 +1,113 @@
+"""The causes of alarms: those of lines and of the gateway itself, and those of every family."""
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+
+from gateway.core.alarms import Cause, words
+from gateway.core.family import AnyLine, Family
+from gateway.core.line_state import LineState
+from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get
+
+AUDIT = get("/audit", "See who did what.", "誰が何を行ったかを確認します。")
+EVENTS = get("/events", "See what has happened.", "発生した事象を確認します。")
+
+LINE_DOWN = "line.down"
+UNUSABLE = (LineState.DOWN, LineState.SILENT)
+
+
+def causes_of(
+    families: Collection[Family], ports: Mapping[str, AnyLine], journal_trouble: Callable[[], str | None]
+) -> Iterator[Cause]:
+    """All causes that a plant knows."""
+
+    def line_is_down(subject: str) -> bool:
+        line = ports.get(subject.rpartition("/")[2])
+        return line is not None and line.state in UNUSABLE
+
+    yield Cause(
+        LINE_DOWN,
+        "line.down",
+        words(
+            "Line {address} cannot be used: {reason}.",
+            "Motors on it go on with what they were told last. Nothing can be sent to them, a stop neither.",
+            "Use the hardware stop if something must not move on. Then check port, cable and power.",
+        ),
+        words(
+            "回線{address}を使用できません: {reason}",
+            "この回線のモータは最後に指示された動作を続けます。停止指令を含め、何も送信できません。",
+            "危険がある場合は非常停止回路を使用してください。その後、ポート、ケーブル、電源を確認してください。",
+        ),
+        "RC-420 manual 10.2; C-HOST manual 1-1",
+        (LINE_STATE,),
+        line_is_down,
+    )
+    yield from _of_the_gateway(journal_trouble)
+    for family in families:
+        yield from family.causes()
+
+
+def _of_the_gateway(journal_trouble: Callable[[], str | None]) -> Iterator[Cause]:
+    yield Cause(
+        "gateway.journal.trouble",
+        "gateway.journal.trouble",
+        words(
+            "The journal cannot be written: {reason}.",
+            "Moves under way go on. Nothing with an effect is sent; stops and reads are.",
+            "Make room on the disk, or mend it. Where the file is not trusted any more, restart the gateway.",
+        ),
+        words(
+            "ジャーナルに書き込めません: {reason}",
+            "実行中の動作は続きます。停止と読み出し以外は送信しません。",
+            "ディスクの空きを作るか、修復してください。ファイルが信頼できない場合はゲートウェイを再起動してください。",
+        ),
+        next=(READY,),
+        lasts=lambda _: journal_trouble() is not None,
+    )
+    yield Cause(
+        "gateway.journal.set_aside",
+        "gateway.journal.set_aside",
+        words(
+            "The journal was broken; it is now {file}, and a new one was begun.",
+            "What was under way when the last life ended is not known.",
+            "Look at every motor before it is moved. Keep the file for whoever finds out what broke it.",
+        ),
+        words(
+            "ジャーナルが破損していたため{file}として保存し、新しいジャーナルを開始しました。",
+            "前回終了時に実行中だった動作は分かりません。",
+            "動かす前に各モータの状態を確認してください。原因調査のためファイルを保管してください。",
+        ),
+        next=(EVENTS,),
+    )
+    yield Cause(
+        "gateway.crashed",
+        "gateway.crashed",
+        words(
+            "The gateway did not end as it should (last seen {last_seen_at}). Under way were the moves "
+            "{moves} and the commands {commands}.",
+            "Motors went on with what they were told last. Moves under way are followed to their ends, or "
+            "are `unknown`.",
+            "Look at these moves, and at the log of that time.",
+        ),
+        words(
+            "ゲートウェイが異常終了しました(最終確認 {last_seen_at})。実行中の移動: {moves}、"
+            "コマンド: {commands}",
+            "モータは最後に指示された動作を続けました。実行中の移動は終了まで追跡するか、結果不明として記録します。",
+            "これらの移動と、その時刻のログを確認してください。",
+        ),
+        next=(EVENTS, AUDIT),
+    )
+    yield Cause(
+        "gateway.held_up",
+        "gateway.loop.held",
+        words(
+            "The gateway was suspended or held up for {seconds} s.",
+            "Motors went on with what they were told last. What waited to be sent is not sent any more.",
+            "Send again what is still wanted. Find out what holds the computer up, such as its power saving.",
+        ),
+        words(
+            "ゲートウェイが{seconds}秒間停止していました。",
+            "モータは最後に指示された動作を続けました。送信待ちの指令は取り消しました。",
+            "必要な指令を再送信してください。省電力機能など、停止した原因を調べてください。",
+        ),
+        next=(ALARMS, EVENTS),
+        applies=lambda data: bool(data["cancelled"]),
+    )

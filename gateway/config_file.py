@@ -1,0 +1,173 @@
+"""The file of the configuration: read again while the gateway runs, compared, and written to."""
+
+import json
+import os
+import secrets
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field
+
+from gateway.config import Config, ConfigError, load, parse
+from gateway.core.errors import NotSent
+from gateway.core.records import Record
+from gateway.core.toml_lines import LineIndex, end_of_array
+
+
+class LineChange(Record):
+    """What becomes of a line."""
+
+    line_id: str
+    change: Literal["added", "removed", "changed"]
+    keys: list[str] = Field(description="Which of its keys have changed: `bodies.40`, `reply_timeout_s`.")
+
+
+class Changes(Record):
+    """What differs between the configuration that is served and another."""
+
+    lines: list[LineChange] = Field(description="All others go on undisturbed.")
+    needs_restart: list[str] = Field(description="Keys whose change takes a restart of the gateway.")
+
+
+def changes(served: Config, wanted: Config) -> Changes:
+    """Compare two configurations."""
+    before, after = ({line.id: line.model_dump() for line in it.lines} for it in (served, wanted))
+    lines = [LineChange(line_id=it, change="removed", keys=[]) for it in before if it not in after]
+    for line_id, line in after.items():
+        if line_id not in before:
+            lines.append(LineChange(line_id=line_id, change="added", keys=[]))
+        elif keys := list(_differences(before[line_id], line)):
+            lines.append(LineChange(line_id=line_id, change="changed", keys=keys))
+    before, after = (it.model_dump(include={"server", "access", "scaras"}) for it in (served, wanted))
+    return Changes(lines=lines, needs_restart=list(_differences(before, after, 1)))
+
+
+def _differences(one: Mapping[str, Any], other: Mapping[str, Any], depth: int = 0) -> Iterator[str]:
+    """The keys that differ, those of arrays of tables by the ids in these."""
+    for key in dict.fromkeys((*one, *other)):
+        left, right = (_by_id(it.get(key)) for it in (one, other))
+        if left == right:
+            continue
+        tables = isinstance(left, Mapping) and isinstance(right, Mapping)
+        if tables and (depth or _is_by_id(one.get(key)) or _is_by_id(other.get(key))):
+            yield from (f"{key}.{name}" for name in _differences(left, right))
+        else:
+            yield key
+
+
+def _is_by_id(value: Any) -> bool:
+    return isinstance(value, Sequence) and bool(value) and isinstance(value[0], Mapping) and "id" in value[0]
+
+
+def _by_id(value: Any) -> Any:
+    """An array of tables as a table."""
+    if _is_by_id(value):
+        return {table["id"]: table for table in value}
+    return {} if value == () else value
+
+
+class ConfigFile:
+    """A file that is read, and to which lines and bodies are added; its comments stay."""
+
+    def __init__(self, path: Path, port: int | None = None) -> None:
+        self.path = path
+        self._port = port
+        """The TCP port that counts instead of the file's."""
+
+    def load(self) -> Config:
+        """Read it.
+
+        :raises ConfigError: it cannot be read, or is no configuration.
+        """
+        return self._on_port(load(self.path))
+
+    def with_line(self, table: Mapping[str, Any]) -> tuple[str, Config]:
+        """Give its text with one more line, and what that means.
+
+        :raises ConfigError: it would be no configuration.
+        """
+        text, tables = self._read()
+        new = text.rstrip("\n") + "\n\n" + "".join(_array_table("lines", table))
+        return self._checked(new, {**tables, "lines": [*tables.get("lines", []), dict(table)]})
+
+    def with_bodies(self, line_id: str, bodies: Sequence[Mapping[str, Any]]) -> tuple[str, Config]:
+        """Give its text with more bodies on a line, and what that means.
+
+        :raises ConfigError: it would be no configuration.
+        """
+        text, whole = self._read()
+        number = next((n for n, line in enumerate(whole["lines"]) if line["id"] == line_id), -1)
+        index, path = LineIndex(text), ("lines", number)
+        if path not in index:
+            raise ConfigError(f"{self.path}: line {line_id} has no [[lines]] table: add the bodies by hand")
+        rows = text.split("\n")
+        if (*path, "bodies") in index:
+            start = sum(len(row) + 1 for row in rows[: index.line_of((*path, "bodies")) - 1])
+            end, last = end_of_array(text, text.index("[", text.index("=", start)))
+            values = ", ".join(map(_value, bodies))
+            new = f"{text[:end]}{'' if last in '[,' else ','} {values}{text[end:]}"
+        else:
+            end = index.end_of_table(path)
+            added = ["\n" + "".join(_array_table("lines.bodies", body)).rstrip("\n") for body in bodies]
+            new = "\n".join((*rows[:end], *added, *rows[end:]))
+        line = whole["lines"][number]
+        line["bodies"] = [*line.get("bodies", []), *map(dict, bodies)]
+        return self._checked(new, whole)
+
+    def write(self, text: str) -> None:
+        """Replace the file as a whole; it keeps its mode.
+
+        :raises NotSent: it cannot be written.
+        """
+        new = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}")
+        try:
+            mode = self.path.stat().st_mode & 0o777
+            descriptor = os.open(new, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_CLOEXEC, mode)
+            with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            new.replace(self.path)
+        except OSError as error:
+            new.unlink(missing_ok=True)
+            raise NotSent(
+                f"{self.path} cannot be written: {error.strerror}; nothing was changed.",
+                "Let the gateway write in that directory, or change the file by hand and reload it.",
+            ) from error
+
+    def _read(self) -> tuple[str, dict[str, Any]]:
+        load(self.path)  # says what is wrong with it
+        text = self.path.read_text("utf-8-sig")
+        return text, tomllib.loads(text)
+
+    def _checked(self, text: str, tables: Mapping[str, Any]) -> tuple[str, Config]:
+        """Make sure that a text says this and nothing else."""
+        config = parse(text, str(self.path))
+        if tomllib.loads(text) != tables:
+            raise ConfigError(f"{self.path}: its form is not understood: change it by hand, and reload it")
+        return text, self._on_port(config)
+
+    def _on_port(self, config: Config) -> Config:
+        if self._port is None:
+            return config
+        return config.model_copy(update={"server": config.server.model_copy(update={"port": self._port})})
+
+
+def _array_table(name: str, table: Mapping[str, Any]) -> Iterator[str]:
+    yield f"[[{name}]]\n"
+    yield from (f"{_key(key)} = {_value(value)}\n" for key, value in table.items())
+
+
+def _key(key: str) -> str:
+    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else _value(key)
+
+
+def _value(value: Any) -> str:
+    """Write a value as TOML does."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(it)}" for key, it in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    return json.dumps(value, ensure_ascii=False)

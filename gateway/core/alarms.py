@@ -1,0 +1,366 @@
+"""Alarms: what has gone wrong, told so that a technician can act on it, and kept until somebody resets it.
+
+An event raises an alarm by the table of causes. Whether its cause lasts is asked of the plant itself, never
+remembered. A cause that comes again after its end raises a new alarm in the place of the old one: a reset
+means what was seen.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any, Final, NamedTuple, Self
+
+from pydantic import Field
+
+from gateway.core.errors import GatewayError, NotFound
+from gateway.core.events import Event, EventHub
+from gateway.core.move_log import new_id
+from gateway.core.next_calls import ALARMS, NextCall, filled_in
+from gateway.core.origin import current
+from gateway.core.records import Record
+
+HISTORY: Final = 1000
+"""Alarms that are over and reset are kept until so many newer ones exist."""
+AGAIN: Final = "gateway: it came again"
+"""Who has reset an alarm in whose place a newer one stands."""
+
+Facts = Mapping[str, Any]
+
+
+class AlarmText(Record):
+    """An alarm in one language."""
+
+    happened: str = Field(description="What has happened.")
+    motor: str = Field(description="What the motor did, or may do.")
+    remedy: str = Field(description="What to do next.")
+
+    def of(self, facts: Facts) -> Self:
+        """Fill in what is known of this one."""
+        written = {name: _written(fact) for name, fact in facts.items()}
+        told = {name: text.format_map(written).strip() for name, text in self.model_dump().items()}
+        return self.model_copy(update=told)
+
+
+def _written(fact: object) -> str:
+    if isinstance(fact, list):
+        return ", ".join(map(str, fact)) or "-"
+    return "-" if fact is None else str(fact)
+
+
+def words(happened: str, motor: str, remedy: str) -> AlarmText:
+    """Say an alarm, with what differs in braces."""
+    return AlarmText(happened=happened, motor=motor, remedy=remedy)
+
+
+class Alarm(Record):
+    """Something that has gone wrong, from then until somebody has reset it."""
+
+    id: str
+    cause: str = Field(description="What it is, such as `body.offline`; never changes.")
+    subject: str = Field(
+        description="What it is about, as in events: /bodies/line1.3F, /lines/line1, /gateway."
+    )
+    raised_at: datetime
+    ended_at: datetime | None = Field(
+        default=None, description="When its cause was seen to be over; null while it lasts."
+    )
+    reset_at: datetime | None = Field(default=None, description="Null while the alarm stands.")
+    reset_by: str | None = Field(default=None, description="Who has reset it.")
+    caller: str = Field(description="In whose name the gateway was at work when it came.")
+    request_id: str | None = Field(description="The X-Request-Id of the request behind that.")
+    move_id: str | None = Field(default=None, description="The move it has ended, if it has.")
+    code: str | None = Field(default=None, description="The controller's own error code.")
+    manual: str = Field(
+        description="Where the manual tells of it; empty where it is no matter of a controller."
+    )
+    en: AlarmText
+    ja: AlarmText
+    next: list[NextCall] = Field(description="The calls that help, in the order in which they do.")
+
+
+def _over(_subject: str) -> bool:
+    return False
+
+
+def _always(_data: Facts) -> bool:
+    return True
+
+
+def _as_told(data: Facts) -> Facts:
+    return data
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A kind of alarms: the event that raises it, and what is told."""
+
+    name: str
+    event: str
+    """The type of the event."""
+    en: AlarmText
+    ja: AlarmText
+    manual: str = ""
+    next: Sequence[NextCall] = ()
+    lasts: Callable[[str], bool] = _over
+    """Whether it is so now, by the subject. What only happened at a moment is over at once."""
+    applies: Callable[[Facts], bool] = _always
+    """Whether an event of the type means it."""
+    facts: Callable[[Facts], Facts] = _as_told
+    """What its words need of the event's data."""
+
+
+class AlarmLasts(GatewayError):
+    """An alarm cannot be reset: its cause lasts, or has come again."""
+
+    kind = "alarm-lasts"
+    title = "The cause of the alarm lasts"
+
+
+class Latched(GatewayError):
+    """An alarm keeps something from moving until it is reset."""
+
+    kind = "latched"
+    title = "An alarm stands"
+
+
+class _Key(NamedTuple):
+    subject: str
+    cause: str
+
+
+class Alarms:
+    """The alarms of a plant."""
+
+    def __init__(self, events: EventHub, causes: Iterable[Cause]) -> None:
+        self._events = events
+        self._by_event: dict[str, list[Cause]] = {}
+        self._causes: dict[str, Cause] = {}
+        for cause in causes:
+            self._by_event.setdefault(cause.event, []).append(cause)
+            self._causes[cause.name] = cause
+        self._standing: dict[_Key, Alarm] = {}
+        self._over: OrderedDict[str, Alarm] = OrderedDict()
+        self.on_change: Callable[[Alarm], object] = lambda _: None
+        """Called with an alarm that is new, or of which something more is known."""
+        self.closed = False
+        """The gateway ends: what happens now is wanted."""
+
+    def resume(self, alarms: Iterable[Alarm]) -> None:
+        """Take over the alarms of an earlier life, in their order."""
+        for alarm in alarms:
+            if alarm.reset_at is None:
+                self._standing[_Key(alarm.subject, alarm.cause)] = alarm
+            else:
+                self._keep(alarm)
+
+    @property
+    def causes(self) -> Collection[str]:
+        """The names of all causes that there can be."""
+        return self._causes.keys()
+
+    # raising
+
+    def hear(self, event: Event) -> None:
+        """Raise what an event means."""
+        if self.closed or event.type not in self._by_event:
+            return
+        data = event.data
+        subject = "/".join(event.subject.split("/")[:3])  # of a unit's robot
+        for cause in self._by_event[event.type]:
+            if cause.applies(data):
+                self._raise(cause, subject, data)
+
+    def find(self, name: str, subject: str, **data: object) -> None:
+        """Raise an alarm of which no event tells, if it does not stand yet."""
+        if _Key(subject, name) not in self._standing and not self.closed:
+            self._raise(self._causes[name], subject, data)
+
+    def _raise(self, cause: Cause, subject: str, data: Facts) -> None:
+        key = _Key(subject, cause.name)
+        before = self._standing.get(key)
+        if before is not None:
+            if before.ended_at is None and cause.lasts(subject):
+                return
+            self._reset(before, AGAIN)
+        now = datetime.now(UTC)
+        facts = {"subject": subject, "address": subject.rpartition("/")[2], **cause.facts(data)}
+        names = {**facts, "line": facts["address"].partition(".")[0]}
+        alarm = Alarm(
+            id=new_id(now),
+            cause=cause.name,
+            subject=subject,
+            raised_at=now,
+            ended_at=None if cause.lasts(subject) else now,
+            caller=current().caller,
+            request_id=facts.get("request_id") or current().request_id,
+            move_id=facts.get("move_id"),
+            code=facts.get("code"),
+            manual=cause.manual,
+            en=cause.en.of(facts),
+            ja=cause.ja.of(facts),
+            next=filled_in(cause.next, names),
+        )
+        self._standing[key] = alarm
+        self._tell("alarm.raised", alarm)
+
+    def _tell(self, news: str, alarm: Alarm) -> None:
+        self.on_change(alarm)
+        self._events.publish(news, alarm.subject, alarm, alarm.id)
+
+    # looking
+
+    def look(self) -> None:
+        """Note which causes are over."""
+        for alarm in self._standing.values():
+            self._look_at(alarm)
+
+    def _look_at(self, alarm: Alarm) -> None:
+        cause = self._causes.get(alarm.cause)
+        if alarm.ended_at is None and not (cause is not None and cause.lasts(alarm.subject)):
+            alarm.ended_at = datetime.now(UTC)
+            self.on_change(alarm)
+
+    def standing(self) -> list[Alarm]:
+        """Those that are not reset, newest first."""
+        self.look()
+        return sorted(self._standing.values(), key=lambda it: it.id, reverse=True)
+
+    def history(self) -> list[Alarm]:
+        """Those that were reset, newest first."""
+        return sorted(self._over.values(), key=lambda it: it.id, reverse=True)
+
+    def get(self, alarm_id: str) -> Alarm:
+        """Find an alarm.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        found = self._over.get(alarm_id)
+        for alarm in self._standing.values():
+            if alarm.id == alarm_id:
+                self._look_at(found := alarm)
+        if found is None:
+            raise NotFound(f"There is no alarm {alarm_id}, or it is no longer kept.", "", [ALARMS])
+        return found
+
+    # resetting
+
+    def reset(self, alarm_id: str) -> Alarm:
+        """Reset an alarm; nothing moves, and nothing is sent. Once more does no harm.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        :raises AlarmLasts: its cause lasts, or has come again since.
+        """
+        alarm = self.get(alarm_id)
+        if alarm.reset_by == AGAIN:
+            raise AlarmLasts(
+                f"{alarm.cause} has come again at {alarm.subject} since; nothing was reset.",
+                "Look at the newer alarm.",
+                [ALARMS],
+            )
+        if alarm.ended_at is None:
+            raise AlarmLasts(
+                f"{alarm.en.happened} That still lasts; nothing was reset.", alarm.en.remedy, alarm.next
+            )
+        if alarm.reset_at is None:
+            self._reset(alarm, current().caller)
+        return alarm
+
+    def _reset(self, alarm: Alarm, by: str) -> None:
+        alarm.reset_at, alarm.reset_by = datetime.now(UTC), by
+        alarm.ended_at = alarm.ended_at or alarm.reset_at
+        del self._standing[_Key(alarm.subject, alarm.cause)]
+        self._keep(alarm)
+        self._tell("alarm.reset", alarm)
+
+    def _keep(self, alarm: Alarm) -> None:
+        self._over[alarm.id] = alarm
+        while len(self._over) > HISTORY:
+            self._over.popitem(last=False)
+
+    # the latch
+
+    def require_none(self, subjects: Iterable[str]) -> None:
+        """Refuse to move what an alarm is about.
+
+        :raises Latched: one stands.
+        """
+        wanted = {"/".join(subject.split("/")[:3]) for subject in subjects}
+        found = [alarm for alarm in self._standing.values() if alarm.subject in wanted]
+        if found:
+            names = ", ".join(f"{alarm.cause} at {alarm.subject} ({alarm.id})" for alarm in found)
+            raise Latched(
+                f"Alarms stand: {names}; nothing was sent.",
+                "See to their causes, then reset them.",
+                [call for alarm in found for call in (*alarm.next, reset_of(alarm))],
+            )
+
+
+def reset_of(alarm: Alarm) -> NextCall:
+    """The call that resets an alarm."""
+    path = f"/alarms/{alarm.id}/reset"
+    return NextCall(method="POST", path=path, en="Reset the alarm.", ja="アラームを解除します。")
+
+
+# moves
+
+_HOW: Final[Mapping[str, tuple[AlarmText, AlarmText]]] = {
+    "failed": (
+        words(
+            "Move {move_id} of {address} did not end as it should: {end_cause}. {detail}",
+            "The motor has stopped, and not where it was to go.",
+            "{remedy}",
+        ),
+        words(
+            "{address}の移動{move_id}は正常に終了しませんでした({end_cause})。",
+            "モータは停止しましたが、目標位置にありません。",
+            "状態と位置を確認し、原因を取り除いてください。",
+        ),
+    ),
+    "lost": (
+        words(
+            "Move {move_id} of {address} could not be followed to its end. {detail}",
+            "The motor may still move, or may have stopped anywhere.",
+            "{remedy}",
+        ),
+        words(
+            "{address}の移動{move_id}を終わりまで追跡できませんでした。",
+            "モータはまだ動いているか、途中で停止している可能性があります。",
+            "状態と位置を確認してから次の指令を送信してください。",
+        ),
+    ),
+    "unknown": (
+        words(
+            "Nobody knows whether move {move_id} of {address} was executed, or how it has ended. {detail}",
+            "The motor may have moved, or not.",
+            "{remedy}",
+        ),
+        words(
+            "{address}の移動{move_id}が実行されたか、どう終わったか分かりません。",
+            "モータは動いた可能性も、動かなかった可能性もあります。",
+            "状態と位置を確認してから次の指令を送信してください。",
+        ),
+    ),
+}
+_LOOK: Final = "Read its status and position before anything else."
+
+
+def causes_of_moves(what: str, manual: str, next_calls: Sequence[NextCall]) -> Iterator[Cause]:
+    """The ways in which a move ends badly."""
+    for how, (en, ja) in _HOW.items():
+        name = f"{what}.move.{how}"
+        yield Cause(name, name, en, ja, manual, next_calls, facts=_facts_of_move)
+
+
+def _facts_of_move(record: Facts) -> Facts:
+    error = record["error"] or {}
+    return {
+        "address": record["body_id"],
+        "unit": record.get("unit"),
+        "move_id": record["id"],
+        "request_id": record["request_id"],
+        "end_cause": record["end_cause"] or record["status"],
+        "detail": error.get("detail", ""),
+        "remedy": error.get("remedy") or _LOOK,
+        "code": error.get("controller_error"),
+    }

@@ -1,0 +1,301 @@
+"""Leases: for seconds at a time a part of a plant is moved and set by one client only.
+
+Each lease has a token, a number that is given once and only grows. Motions and settings show it; it is
+looked at when they are admitted, and again in the instant in which their frames are written: a client that
+was held up for longer than its lease writes nothing. Stops and reads need none.
+"""
+
+import asyncio
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Literal, Protocol
+
+from pydantic import Field
+
+from gateway.core.errors import GatewayError, NotAllowed, NotFound, NotSent
+from gateway.core.exchange import Exchange
+from gateway.core.loop_watch import boot_time
+from gateway.core.origin import Claim
+from gateway.core.parts import Part
+from gateway.core.records import Record
+from protocols.table import Effect
+
+LONGEST_S: Final = 30.0
+"""No lease lasts longer without being renewed."""
+
+Mode = Literal["off", "optional", "required"]
+End = Literal["released", "expired", "taken_over", "broken"]
+
+
+class LeaseRefused(NotSent):
+    """What was asked for takes a lease that its sender does not have."""
+
+    kind = "lease"
+    title = "It takes a lease"
+    title_ja = "リースが必要です"
+    retryable = False
+
+
+class Lease(Record):
+    """Who moves a part of the plant now."""
+
+    lease: str = Field(description="Its id.")
+    scope: str = Field(description="What was leased: a line, a body, a group or a robot.")
+    covers: list[str] = Field(description="The bodies and robots it is for, or the line.")
+    holder: str = Field(description="The name of the key that took it.")
+    ttl_s: float = Field(description="For how long it lasts after each renewal.")
+    expires_in_s: float = Field(description="For how long it lasts now, unless it is renewed.")
+
+
+class Taken(Lease):
+    """A lease as its holder sees it."""
+
+    token: int = Field(description="What the header Lease-Token of motions and settings shows.")
+
+
+@dataclass(frozen=True)
+class Holder:
+    """Somebody who can have leases."""
+
+    name: str
+    id: str
+
+
+@dataclass
+class _Held:
+    scope: str
+    subject: str
+    parts: Sequence[Part]
+    holder: Holder
+    token: int
+    ttl_s: float
+    until: float
+
+    @property
+    def id(self) -> str:
+        return f"lease-{self.token}"
+
+    def meets(self, part: Part) -> bool:
+        return any(own.meets(part) for own in self.parts)
+
+    def contains(self, part: Part) -> bool:
+        return any(own.contains(part) for own in self.parts)
+
+
+class Tokens(Protocol):
+    """Numbers that are given once, restarts of the gateway included."""
+
+    async def next(self) -> int:
+        """Give the next.
+
+        :raises NotSent: it could not be written down before.
+        """
+
+
+class Leases:
+    """The leases of a plant; a restart of the gateway ends them all."""
+
+    def __init__(self, mode: Mode, tokens: Tokens, clock: Callable[[], float] = boot_time) -> None:
+        self.mode = mode
+        self.clock = clock
+        """Goes on while the computer sleeps."""
+        self.on_taken: Callable[[str, Lease], None] = lambda _subject, _lease: None
+        """Told of each lease, with the path of what was leased."""
+        self.on_end: Callable[[str, Lease, End, Sequence[Part]], None] = lambda *_: None
+        self._tokens = tokens
+        self._held: dict[str, _Held] = {}
+        self._timer: asyncio.TimerHandle | None = None
+
+    # holding
+
+    async def take(
+        self, scope: str, subject: str, parts: Sequence[Part], holder: Holder, ttl_s: float, *, over: bool
+    ) -> Taken:
+        """Give a lease; `over` ends those of others that are in its way.
+
+        :raises NotAllowed: the configuration has no leases.
+        :raises LeaseRefused: somebody has a lease on a part of it.
+        :raises NotSent: its token could not be written down.
+        """
+        if self.mode == "off":
+            raise NotAllowed(
+                "Leases are switched off; nothing was leased.", "Set lease_mode in the configuration."
+            )
+        token = await self._tokens.next()
+        self.look()
+        in_the_way = [held for held in self._held.values() if any(map(held.meets, parts))]
+        if in_the_way and not over:
+            raise self._is_leased(in_the_way[0])
+        for other in in_the_way:
+            self._end(other, "taken_over")
+        held = _Held(scope, subject, parts, holder, token, ttl_s, self.clock() + ttl_s)
+        self._held[held.id] = held
+        self._wait()
+        self.on_taken(held.subject, self._told(held))
+        return self._told_to_holder(held)
+
+    def renew(self, lease_id: str, tokens: Iterable[int]) -> Taken:
+        """Let a lease last for its whole time from now on.
+
+        :raises NotFound: it is over.
+        :raises LeaseRefused: its token is not shown.
+        """
+        held = self._find(lease_id)
+        if held.token not in tokens:
+            raise LeaseRefused(
+                f"The token shown is not that of {held.id}; nothing was renewed.",
+                "Send the header Lease-Token with the token that came with the lease.",
+            ).in_japanese(
+                f"トークンが {held.id} のものではありません。更新していません。",
+                "リース取得時のトークンを Lease-Token ヘッダーで送信してください。",
+            )
+        held.until = self.clock() + held.ttl_s
+        return self._told_to_holder(held)
+
+    def end(self, lease_id: str, holder: Holder) -> Lease:
+        """End a lease; one that another holds is broken.
+
+        :raises NotFound: it is over.
+        """
+        held = self._find(lease_id)
+        self._end(held, "released" if held.holder == holder else "broken")
+        return self._told(held)
+
+    def is_of(self, lease_id: str, holder: Holder) -> bool:
+        """Whether somebody holds a lease; errors as of `get`."""
+        return self._find(lease_id).holder == holder
+
+    # what is shown
+
+    def all(self) -> list[Lease]:
+        """All that have not ended, in the order of their tokens."""
+        self.look()
+        return [self._told(held) for held in self._held.values()]
+
+    def get(self, lease_id: str) -> Lease:
+        """Give one.
+
+        :raises NotFound: there is none of this id, or it is over.
+        """
+        return self._told(self._find(lease_id))
+
+    # what they keep out
+
+    def admit(self, claim: Claim) -> Claim:
+        """Look whether a request may move or set the parts it claims; gives what the gate looks at again.
+
+        :raises LeaseRefused: it may not; nothing was sent.
+        """
+        refusal = self._refusal(claim)
+        if refusal is not None:
+            raise refusal
+        return claim
+
+    def guard(self, line_id: str) -> Callable[[Exchange[Any, Any, Any], float], GatewayError | None]:
+        """The guard of a line's gate.
+
+        What follows a move to its end goes on after its lease. Of what has no claim only motion is refused.
+        """
+        line = Part(line_id, line_id)
+
+        def refuses(exchange: Exchange[Any, Any, Any], _: float) -> GatewayError | None:
+            origin, effect = exchange.origin, exchange.command.effect
+            if effect is not Effect.MOTION and (effect is Effect.STOP or origin.work != "clients"):
+                return None
+            if origin.claim.parts:
+                return self._refusal(origin.claim)
+            return self._refusal(Claim(parts=(line,))) if effect is Effect.MOTION else None
+
+        return refuses
+
+    def _refusal(self, claim: Claim) -> LeaseRefused | None:
+        if self.mode == "off" or not (self._held or claim.tokens or self.mode == "required"):
+            return None
+        self.look()
+        return next((why for part in claim.parts if (why := self._why_not(part, claim.tokens))), None)
+
+    def _why_not(self, part: Part, tokens: Sequence[int]) -> LeaseRefused | None:
+        shown = False
+        for held in self._held.values():
+            if held.token in tokens:
+                shown = shown or held.contains(part)
+            elif held.meets(part):
+                return self._is_leased(held)
+        if shown or not (tokens or self.mode == "required"):
+            return None
+        if tokens:
+            return LeaseRefused(
+                f"The token shown is of no lease on {part.address} that lasts; nothing was sent.",
+                "Take a lease again, if it is still wanted.",
+            ).in_japanese(
+                f"{part.address} に有効なリースのトークンではありません。何も送信していません。",
+                "必要であればリースを取り直してください。",
+            )
+        return LeaseRefused(
+            f"{part.address} is moved and set with a lease only, and none is shown; nothing was sent.",
+            "Take a lease by POST /leases, and send its token as Lease-Token. A stop needs none.",
+        ).in_japanese(
+            f"{part.address} の動作と設定にはリースが必要ですが、示されていません。何も送信していません。",
+            "POST /leases でリースを取得し、トークンを Lease-Token で送信してください。停止には不要です。",
+        )
+
+    def _is_leased(self, held: _Held) -> LeaseRefused:
+        rest_s = max(0.0, held.until - self.clock())
+        return LeaseRefused(
+            f"{held.scope} is leased to {held.holder.name} for {rest_s:.1f} s; nothing was sent.",
+            "Wait for the end of the lease, or let an admin take it over. A stop needs none.",
+        ).in_japanese(
+            f"{held.scope} は {held.holder.name} がリース中です（残り {rest_s:.1f} 秒）。"
+            "何も送信していません。",
+            "リースの終了を待つか、管理者が引き継いでください。停止にリースは不要です。",
+        )
+
+    # time
+
+    def look(self) -> None:
+        """End what is over."""
+        now = self.clock()
+        for held in [it for it in self._held.values() if now >= it.until]:
+            self._end(held, "expired")
+
+    def close(self) -> None:
+        """Look no more."""
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _wait(self) -> None:
+        """Keep one timer, for the end of the lease that ends first."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._held:
+            rest_s = min(held.until for held in self._held.values()) - self.clock()
+            self._timer = asyncio.get_running_loop().call_later(max(rest_s, 0.001), self._wake)
+
+    def _wake(self) -> None:
+        self.look()
+        self._wait()
+
+    def _end(self, held: _Held, why: End) -> None:
+        """The only place where a lease ends."""
+        del self._held[held.id]
+        self.on_end(held.subject, self._told(held), why, held.parts)
+
+    def _find(self, lease_id: str) -> _Held:
+        self.look()
+        if lease_id not in self._held:
+            raise NotFound(f"There is no lease {lease_id}, or it is over.")
+        return self._held[lease_id]
+
+    def _told(self, held: _Held) -> Lease:
+        return Lease(
+            lease=held.id,
+            scope=held.scope,
+            covers=[part.address for part in held.parts],
+            holder=held.holder.name,
+            ttl_s=held.ttl_s,
+            expires_in_s=round(max(0.0, held.until - self.clock()), 3),
+        )
+
+    def _told_to_holder(self, held: _Held) -> Taken:
+        return Taken(**self._told(held).model_dump(), token=held.token)

@@ -1,0 +1,83 @@
+"""Names that people give to stored things, kept in one file of the data directory."""
+
+import asyncio
+import json
+import logging
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from pydantic import TypeAdapter, ValidationError
+
+from gateway.core.errors import GatewayError
+from gateway.core.tables import Name
+
+log = logging.getLogger(__name__)
+
+FILE: Final = "names.json"
+_KEPT: Final = TypeAdapter(dict[str, dict[int, Name]])
+
+
+class NotKept(GatewayError):
+    """A name was given, and cannot be written down."""
+
+    kind = "name-not-kept"
+    title = "The name was not kept"
+
+    def __init__(self, cause: OSError) -> None:
+        super().__init__(
+            f"The name cannot be written to the data directory: {cause.strerror}. Everything else was done.",
+            "See to the disk, and give the name again.",
+        )
+
+
+class Names:
+    """By the address of what holds the things, and by their numbers; in memory only without a directory."""
+
+    def __init__(self) -> None:
+        self._names: dict[str, dict[int, str]] = {}
+        self._file: Path | None = None
+        self._writing = asyncio.Lock()
+
+    def keep_in(self, directory: Path) -> None:
+        """Read what is there, and write there from now on; a file that cannot be read is put aside."""
+        self._file = file = directory / FILE
+        try:
+            self._names = _KEPT.validate_json(file.read_bytes())
+        except FileNotFoundError:
+            return
+        except (OSError, ValidationError):
+            aside = file.with_suffix(".unreadable")
+            log.exception("%s cannot be read, and is kept as %s", file, aside)
+            file.replace(aside)
+
+    def of(self, address: str) -> Mapping[int, str]:
+        """The names of the things that stand there."""
+        return self._names.get(address, {})
+
+    async def name(self, address: str, names: Mapping[int, str]) -> None:
+        """Give names; an empty one takes the name away.
+
+        :raises NotKept: they cannot be written to the disk.
+        """
+        async with self._writing:
+            kept = {number: name for number, name in {**self.of(address), **names}.items() if name}
+            wanted = {**self._names, address: dict(sorted(kept.items()))}
+            if self._file is not None and wanted != self._names:
+                try:
+                    await asyncio.to_thread(_write, self._file, wanted)
+                except OSError as error:
+                    raise NotKept(error) from error
+            self._names = wanted
+
+
+def _write(file: Path, names: Mapping[str, Mapping[int, str]]) -> None:
+    """Write all of it beside the file, and put it in its place: a loss of power leaves one or the other."""
+    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    new = file.with_suffix(".new")
+    with new.open("w", encoding="utf-8") as stream:
+        json.dump(names, stream, ensure_ascii=False, indent=1, sort_keys=True)
+        stream.flush()
+        os.fsync(stream.fileno())
+    new.replace(file)

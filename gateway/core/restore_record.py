@@ -1,0 +1,83 @@
+"""What a restore tells: what differs from the backup, how far it has come, how it has ended."""
+
+from datetime import datetime
+from typing import Literal, Self
+
+from pydantic import Field
+
+from gateway.core.errors import GatewayError
+from gateway.core.origin import current
+from gateway.core.records import Record
+
+Status = Literal["running", "verified", "differs", "failed", "cancelled"]
+Phase = Literal["comparing", "writing", "reading_back", "saving", "awaiting_power_cycle", "verifying", "done"]
+
+
+class Difference(Record):
+    """Something that a controller holds otherwise than the backup has it."""
+
+    target: str = Field(description="The body or the robot.")
+    section: str
+    name: str = Field(description="What it is, in words.")
+    wanted: str | None = Field(description="What the backup has; null where it is empty or was never set.")
+    held: str | None = Field(description="What the controller holds.")
+    restorable: bool = Field(description="False where no command can bring it back.")
+
+
+class RestoreError(Record):
+    """What has ended a restore early, in the words of a problem detail."""
+
+    type: str = Field(description="The kind of error; stable.")
+    detail: str
+    remedy: str
+
+    @classmethod
+    def of(cls, error: GatewayError) -> Self:
+        """An error as it stands in a record."""
+        return cls(type=error.kind, detail=error.detail, remedy=error.remedy)
+
+
+class RestorePlan(Record):
+    """What a restore would do; nothing was written."""
+
+    target: str = Field(description="The path of what it is for.")
+    dry_run: Literal[True] = True
+    commands: list[str] = Field(description="The exact commands, in their order.")
+    differences: list[Difference] = Field(description="Empty where the controllers hold the backup already.")
+
+
+class Restore(Record):
+    """One restore of a backup."""
+
+    id: str
+    target: str = Field(description="The path of what it is for.")
+    status: Status = Field(
+        "running",
+        description="`verified`: read back, all of the backup is there. `differs`: `differences` is all that "
+        "is not. `failed`: nobody could read it back, or it is not known what flash memory holds.",
+    )
+    phase: Phase = "comparing"
+    controllers: list[str] = Field(description="The bodies or the robot it writes to.")
+    commands: int = Field(0, description="Commands to be written, as far as is known.")
+    written: int = Field(0, description="Those that were.")
+    read: int = Field(0, description="What was read so far, before and after.")
+    flash: bool = Field(description="Whether it is to be written to flash memory.")
+    saved: bool = Field(False, description="Whether it was, of all controllers.")
+    power_cycle: bool = Field(description="Whether it is compared once more when the power was off and on.")
+    power_proved: bool = Field(
+        True,
+        description="False where no mark could prove that the power was kept while it was read back: a short "
+        "loss of power may have gone unseen.",
+    )
+    differences: list[Difference] | None = Field(
+        None,
+        description="What the controllers hold otherwise than the backup; null while nobody knows. "
+        "Events tell the first 20.",
+    )
+    error: RestoreError | None = Field(None, description="What has ended it early.")
+    request_id: str | None = Field(
+        default_factory=lambda: current().request_id,
+        description="The X-Request-Id of the request that asked for it.",
+    )
+    started_at: datetime
+    ended_at: datetime | None = None

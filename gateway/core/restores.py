@@ -1,0 +1,395 @@
+"""Restores of backups: compared, written, read back; they end verified, or with all that differs told."""
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Generic, NamedTuple, Protocol, TypeVar
+
+from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown, StoppedFirst
+from gateway.core.move_log import new_id
+from gateway.core.restore_record import Difference, Phase, Restore, RestoreError, RestorePlan, Status
+
+HISTORY = 20
+TOLD = 20
+"""So many differences an event tells; the record has all."""
+ROUNDS = 3
+"""What still differs when it was read back is written again, so often in all: some settings change others."""
+PROGRESS_S = 1.0
+"""Progress is told at most this often."""
+BACK_WITHIN_S = 120.0
+"""A controller that was lost meanwhile is asked for so long what it holds."""
+ASK_AGAIN_S = 0.5
+CANCELLED_WITHIN_S = 10.0
+
+
+class Comparison(NamedTuple):
+    """What a controller holds, beside a backup."""
+
+    commands: list[str]
+    """Those that would make it hold the backup."""
+    differences: list[Difference]
+    proved: bool
+    """Whether it is proved that the power was kept while it was read."""
+
+
+class Watcher(Protocol):
+    """Who is told how far the work at a controller has come, and may end it."""
+
+    def require_wanted(self) -> None:
+        """Go on only where nobody has ended it.
+
+        :raises Cancelled: somebody has.
+        """
+
+    def has_read(self) -> None:
+        """One more answer was read."""
+
+    def has_written(self) -> None:
+        """One more command was taken."""
+
+
+class Controller(Protocol):
+    """A controller that is brought back to what a backup has of it."""
+
+    @property
+    def address(self) -> str:
+        """Its unique address."""
+
+    async def require_rest(self) -> None:
+        """Make sure that nothing moves, or runs a program.
+
+        :raises GatewayError: it does, or it could not be asked.
+        """
+
+    async def compare(self, watcher: Watcher, *, lasting: bool = False, sure: bool = True) -> Comparison:
+        """Read all that the backup has; `lasting` leaves out what is gone with the power.
+
+        To be `sure`, what differs is read again: without a checksum one reading proves nothing.
+
+        :raises GatewayError: it was not read.
+        """
+
+    async def write(self, watcher: Watcher) -> None:
+        """Write what differed in the last comparison.
+
+        :raises GatewayError: a command was refused, or is not known to be taken, or a stop came.
+        """
+
+    async def save(self, watcher: Watcher, /) -> None:
+        """Write it to flash memory, just after it was read back.
+
+        :raises GatewayError: it was not written, or nobody knows.
+        """
+
+    async def power_cycled(self, watcher: Watcher, /) -> None:
+        """Wait until its power was off and on.
+
+        :raises GatewayError: that could not be seen.
+        """
+
+
+C = TypeVar("C", bound=Controller)
+
+
+@dataclass(eq=False)
+class _Work:
+    """A restore under way."""
+
+    record: Restore
+    publish: Callable[[str, Restore], None]
+    unwanted: bool = False
+    told_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
+
+    def require_wanted(self) -> None:
+        if self.unwanted:
+            raise Cancelled("The restore was cancelled by request.", "Restore the backup again.")
+
+    def has_read(self) -> None:
+        self.record.read += 1
+        self._progress()
+
+    def has_written(self) -> None:
+        self.record.written += 1
+        self._progress()
+
+    def begin(self, phase: Phase) -> None:
+        self.record.phase = phase
+
+    def _progress(self) -> None:
+        now = asyncio.get_running_loop().time()
+        if now - self.told_at >= PROGRESS_S:
+            self.told_at = now
+            self.publish("progress", self.record)
+
+
+class Restores(Generic[C]):
+    """The restores of a family, one at a time for each controller."""
+
+    def __init__(self, publish: Callable[[str, Restore], None]) -> None:
+        self._publish: Callable[[str, Restore], None] = lambda what, record: publish(what, _short(record))
+        self._records: OrderedDict[str, Restore] = OrderedDict()
+        self._current: dict[str, tuple[_Work, C]] = {}
+        """By the address of each controller."""
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+
+    async def plan(self, target: str, controllers: Sequence[C]) -> RestorePlan:
+        """Tell what a restore would do.
+
+        :raises BodyBusy: a controller is being restored.
+        :raises GatewayError: one was not read.
+        """
+        for controller in controllers:
+            self.require_none(controller.address)
+        commands: list[str] = []
+        differences: list[Difference] = []
+        for controller in controllers:
+            found = await controller.compare(_Nobody())
+            commands += found.commands
+            differences += found.differences
+        return RestorePlan(target=target, commands=commands, differences=differences)
+
+    async def start(
+        self, target: str, controllers: Sequence[C], *, flash: bool = False, power_cycle: bool = False
+    ) -> Restore:
+        """Begin to bring controllers back to a backup, one after the other.
+
+        :raises BodyBusy: one moves, runs a program, or is being restored; nothing was changed.
+        :raises GatewayError: one could not be asked; nothing was changed.
+        """
+        for controller in controllers:
+            self.require_none(controller.address)
+        now = datetime.now(UTC)
+        record = Restore(
+            id=new_id(now),
+            target=target,
+            controllers=[it.address for it in controllers],
+            flash=flash,
+            power_cycle=power_cycle,
+            started_at=now,
+        )
+        work = _Work(record, self._publish)
+        self._current |= {it.address: (work, it) for it in controllers}
+        try:
+            for controller in controllers:
+                await controller.require_rest()
+        except BaseException:
+            self._forget(work)
+            raise
+        self._remember(record)
+        task = asyncio.create_task(self._run(work, controllers), name=f"restore {record.id}")
+        self._tasks[record.id] = task
+        task.add_done_callback(lambda _: self._tasks.pop(record.id, None))
+        self._publish("started", record)
+        return record
+
+    def is_under_way(self, address: str) -> bool:
+        """Whether a backup is being restored to a controller."""
+        return address in self._current
+
+    def require_none(self, address: str) -> None:
+        """Make sure that a controller is not being restored.
+
+        :raises BodyBusy: it is.
+        """
+        if address in self._current:
+            raise BodyBusy(
+                f"A backup is being restored to {address}; nothing was sent.",
+                "Wait for its end or cancel it.",
+            )
+
+    def amid(self, address: str) -> C | None:
+        """The controller, while it is written or read back: nobody else may change it meanwhile."""
+        work, controller = self._current.get(address, (None, None))
+        return None if work is None or work.record.phase == "awaiting_power_cycle" else controller
+
+    # found again
+
+    def get(self, target: str, restore_id: str) -> Restore:
+        """Find a restore; `current` is the one under way, or the last.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        if restore_id == "current":
+            newest = (it for it in reversed(self._records.values()) if it.target == target)
+            found = next(newest, None)
+        else:
+            found = self._records.get(restore_id)
+        if found is None or found.target != target:
+            raise NotFound(f"{target} has no restore {restore_id}.")
+        return found
+
+    async def wait(self, restore: Restore, timeout_s: float) -> None:
+        """Wait until a restore is over, or the time is up."""
+        if timeout_s > 0 and (task := self._tasks.get(restore.id)) is not None:
+            await asyncio.wait([task], timeout=timeout_s)
+
+    async def cancel(self, target: str) -> Restore:
+        """Write no more, and give the record; what the controllers hold then is still read.
+
+        A second time it ends at once, and nobody knows what they hold.
+
+        :raises NotFound: none is under way.
+        """
+        work = next((it for it, _ in self._current.values() if it.record.target == target), None)
+        if work is None or work.record.id not in self._tasks:
+            raise NotFound(f"No backup is being restored to {target}.")
+        record = work.record
+        if work.unwanted:
+            self._tasks[record.id].cancel()
+        work.unwanted = True
+        await self.wait(record, CANCELLED_WITHIN_S)
+        return record
+
+    async def close(self) -> None:
+        """Break off the restores that run."""
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _remember(self, record: Restore) -> None:
+        self._records[record.id] = record
+        while len(self._records) > HISTORY:
+            self._records.popitem(last=False)
+
+    def _forget(self, work: _Work) -> None:
+        self._current = {address: it for address, it in self._current.items() if it[0] is not work}
+
+    # the work
+
+    async def _run(self, work: _Work, controllers: Sequence[C]) -> None:
+        record, error = work.record, None
+        differences: list[Difference] | None = []
+        saved = []
+        try:
+            for controller in controllers:
+                ended = await _restored(work, controller)
+                error = error or ended.error
+                saved.append(ended.saved)
+                if ended.differences is None or differences is None:
+                    differences = None
+                else:
+                    differences += ended.differences
+        except asyncio.CancelledError:
+            error, differences = error or (_unwanted(work) or ShuttingDown()), None
+        record.differences, record.saved = differences, record.flash and all(saved)
+        self._end(work, _status(work, error), error)
+
+    def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
+        record = work.record
+        record.status, record.ended_at = status, datetime.now(UTC)
+        record.error = None if error is None else RestoreError.of(error)
+        if status == "verified":
+            record.phase = "done"
+        self._forget(work)
+        self._publish(status, record)
+
+
+def _short(record: Restore) -> Restore:
+    """A record as an event tells it."""
+    return record.model_copy(update={"differences": record.differences and record.differences[:TOLD]})
+
+
+class _Ended(NamedTuple):
+    """How the restore of one controller has ended."""
+
+    differences: list[Difference] | None
+    error: GatewayError | None
+    saved: bool = False
+
+
+async def _restored(work: _Work, controller: Controller) -> _Ended:
+    """Restore one controller. Whatever happens on the way, what it holds then is found out."""
+    record, saved, lasting = work.record, False, False
+    try:
+        differences = await _written(work, controller)
+        if record.flash and not differences:
+            work.begin("saving")
+            await controller.save(work)
+            saved = True
+        if record.power_cycle and not differences:
+            work.begin("awaiting_power_cycle")
+            await controller.power_cycled(work)
+            work.begin("verifying")
+            lasting = True
+            differences = (await _compared(work, controller, lasting=True)).differences
+    except GatewayError as error:
+        work.begin("comparing")
+        return _Ended(await _found_out(work, controller, lasting=lasting), error, saved)
+    return _Ended(differences, None, saved)
+
+
+async def _written(work: _Work, controller: Controller) -> list[Difference]:
+    """Write what differs, and give what differs still."""
+    work.begin("comparing")
+    found = await _compared(work, controller, sure=False)
+    for _ in range(ROUNDS):
+        if not found.commands:
+            break
+        work.begin("writing")
+        work.record.commands += len(found.commands)
+        await controller.write(work)
+        work.begin("reading_back")
+        found = await _compared(work, controller)
+    return found.differences
+
+
+async def _compared(
+    work: _Work, controller: Controller, *, lasting: bool = False, sure: bool = True
+) -> Comparison:
+    work.require_wanted()
+    found = await controller.compare(work, lasting=lasting, sure=sure)
+    work.record.power_proved &= found.proved
+    return found
+
+
+async def _found_out(work: _Work, controller: Controller, *, lasting: bool) -> list[Difference] | None:
+    """Read what a controller holds, as soon as it answers; None where it does not."""
+    loop = asyncio.get_running_loop()
+    until = loop.time() + BACK_WITHIN_S
+    while loop.time() < until:
+        try:
+            found = await controller.compare(work, lasting=lasting)
+        except ShuttingDown:
+            return None
+        except GatewayError:
+            await asyncio.sleep(ASK_AGAIN_S)
+        else:
+            work.record.power_proved &= found.proved
+            return found.differences
+    return None
+
+
+def _unwanted(work: _Work) -> GatewayError | None:
+    try:
+        work.require_wanted()
+    except Cancelled as cancelled:
+        return cancelled
+    return None
+
+
+def _status(work: _Work, error: GatewayError | None) -> Status:
+    record = work.record
+    if work.unwanted or isinstance(error, StoppedFirst | ShuttingDown):
+        return "cancelled"
+    if record.differences is None:
+        return "failed"
+    if record.differences:
+        return "differs"
+    unsaved = record.flash and not record.saved
+    return "failed" if error is not None and (unsaved or record.power_cycle) else "verified"
+
+
+class _Nobody:
+    """Nobody is told, and nobody ends it."""
+
+    def require_wanted(self) -> None:
+        """Go on."""
+
+    def has_read(self) -> None:
+        """Say nothing."""
+
+    def has_written(self) -> None:
+        """Say nothing."""

@@ -1,0 +1,100 @@
+"""Asks one line for the values that somebody watches, in a share of its time that nobody else needs."""
+
+import asyncio
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+from math import inf
+from typing import ClassVar, Self
+
+from gateway.core.errors import GatewayError
+from gateway.core.family import AnyLine
+from gateway.core.live import Live
+from gateway.core.origin import LIVE, acting
+from gateway.core.waiting import happens
+
+REST_S = 1.0
+"""What was not told is asked for again after so long."""
+IO_HZ = 2.0
+"""Inputs and outputs are asked for no more often a second: positions are not to wait for them."""
+CLOCK_S = 0.001
+"""A timer may be early by so much."""
+
+
+class Source(ABC):
+    """One kind of values of one target."""
+
+    type: ClassVar[str]
+    most_hz: ClassVar[float] = inf
+    """It is asked no more often a second, however often somebody wants it."""
+    subject: str
+
+    @abstractmethod
+    async def read(self, due: Sequence["Source"]) -> Sequence["Source"]:
+        """Ask for it and put what was told; give what was told of all that is `due`.
+
+        :raises GatewayError: it was not told.
+        """
+
+    @property
+    def own_hz(self) -> float:
+        """How often a second it is asked for while nobody watches: what is under way wants it."""
+        return 0.0
+
+    def among(self, due: Sequence["Source"]) -> list[Self]:
+        """Those of the same kind."""
+        return [it for it in due if isinstance(it, type(self))]
+
+
+class Sampler:
+    """Asks for what is due first, one question after the other, and for nothing that nobody watches."""
+
+    def __init__(self, line: AnyLine, live: Live, sources: Iterable[Source], share: float) -> None:
+        self._line, self._live, self._share = line, live, share
+        self._sources = list(sources)
+        self._due: dict[Source, float] = {}
+        """When each that is watched is to be asked for."""
+        self._free_at = 0.0
+        """Before that, more would be taken of the line than the share."""
+
+    async def run(self) -> None:
+        """Ask until cancelled."""
+        with acting(LIVE):
+            while True:
+                demand = self._live.demand
+                now = _now()
+                self._due = {it: self._due.get(it, now) for it in self._sources if self._hz(it)}
+                while not demand.is_set():
+                    await self._next(demand)
+
+    async def _next(self, demand: asyncio.Event) -> None:
+        if not self._due:
+            await demand.wait()
+            return
+        source, now = min(self._due, key=self._due.__getitem__), _now()
+        wait_s = max(self._due[source], self._free_at) - now
+        if wait_s > CLOCK_S:
+            await happens(demand, wait_s)
+            return
+        before_s = self._line.load.busy_s[LIVE.work]
+        told = await self._read(source, [it for it, at in self._due.items() if at <= now + CLOCK_S])
+        for it in told:
+            if hz := self._hz(it):
+                self._due[it] = max(self._due[it] + 1 / hz, now)
+        if source not in told:
+            self._due[source] = _now() + REST_S
+        took_s = self._line.load.busy_s[LIVE.work] - before_s
+        self._free_at = _now() + took_s * (1 / self._share - 1)
+
+    async def _read(self, source: Source, due: list[Source]) -> Sequence[Source]:
+        try:
+            return await source.read(due)
+        except GatewayError:
+            return ()
+
+    def _hz(self, source: Source) -> float:
+        rate = self._live.rate(source.type, source.subject)
+        return max(min(rate, source.most_hz), source.own_hz)
+
+
+def _now() -> float:
+    return asyncio.get_running_loop().time()

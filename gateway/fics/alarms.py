@@ -1,0 +1,123 @@
+"""What goes wrong with robots, in words for a technician (C-HOST manual 2-12 to 2-14)."""
+
+from collections.abc import Callable, Iterator
+
+from gateway.core.alarms import Cause, causes_of_moves, words
+from gateway.core.next_calls import ACKNOWLEDGE, STOP
+from gateway.fics.calls import ERRORS, MOVE, RESET, ROBOT, STATUS
+from gateway.fics.robot import Robot
+
+
+def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
+    """The causes of robots, which are found by their ids; None for one that is configured no more."""
+
+    def about(holds: Callable[[Robot], bool]) -> Callable[[str], bool]:
+        def lasts(subject: str) -> bool:
+            robot = find(subject.rpartition("/")[2])
+            return robot is not None and holds(robot)
+
+        return lasts
+
+    yield Cause(
+        "robot.offline",
+        "robot.offline",
+        words(
+            "{address} does not answer any more.",
+            "A move under way goes on in the robot to its end, if that has power; nobody sees it.",
+            "Check its power and its cable.",
+        ),
+        words(
+            "{address}が応答しません。",
+            "電源が入っていれば、実行中の移動は終わりまで続きます。状態は確認できません。",
+            "電源とケーブルを確認してください。",
+        ),
+        "C-HOST manual 1-1",
+        (ROBOT, STOP),
+        about(lambda robot: not robot.online),
+    )
+    yield Cause(
+        "robot.power_cycled",
+        "robot.power_cycled",
+        words(
+            "{address} has lost its power, or seems to have.",
+            "All axes have stopped. None is homed, and speeds the gateway does not know are 100 % again.",
+            "See that its speeds are right, acknowledge the power cycle, then home it.",
+        ),
+        words(
+            "{address}の電源が切れた、または切れた可能性があります。",
+            "全軸が停止しました。原点復帰は未完了で、ゲートウェイが把握していない速度は100 %に戻っています。",
+            "速度を確認し、電源再投入を確認済みにしてから、原点復帰を行ってください。",
+        ),
+        "C-HOST manual 1-1-1, 2-15",
+        (ROBOT, ACKNOWLEDGE),
+        about(lambda robot: robot.power.cycled),
+    )
+    yield Cause(
+        "robot.error",
+        "robot.error",
+        words(
+            "{address} reports error {code}: {en}",
+            "The robot has stopped, or stops; it takes no moves while the error stands.",
+            "{remedy_en}",
+        ),
+        words(
+            "{address}がエラー{code}を報告しました。{ja}",
+            "ロボットは停止した、または停止します。エラーを解除するまで移動できません。",
+            "{remedy_ja}",
+        ),
+        "C-HOST manual 2-12 to 2-14",
+        (ERRORS, RESET),
+        about(lambda robot: robot.latched_error is not None),
+    )
+    yield Cause(
+        "robot.stop.unconfirmed",
+        "robot.stop.unconfirmed",
+        words(
+            "A stop of {address} was not confirmed within two seconds. {detail}",
+            "Axes may still move. The stop is repeated until the robot reports standstill.",
+            "Use the hardware stop. Nobody knows by software whether it stands.",
+        ),
+        words(
+            "{address}の停止を2秒以内に確認できませんでした。",
+            "軸はまだ動いている可能性があります。停止が確認されるまで停止指令を繰り返します。",
+            "非常停止回路を使用してください。ソフトウェアでは停止を確認できません。",
+        ),
+        "C-HOST manual 2-7, 2-8",
+        (ROBOT, STOP),
+        about(lambda robot: robot.stops.unconfirmed is not None),
+    )
+    yield Cause(
+        "robot.motion.foreign",
+        "robot.motion.foreign",
+        words(
+            "{address} moves, and the gateway has not started that.",
+            "Axes move by a program, a terminal or another host.",
+            "Stop it if it must not move, and find out who moves it.",
+        ),
+        words(
+            "{address}が、ゲートウェイからの指令なしに動いています。",
+            "プログラム、ティーチングペンダント、または他のホストによって軸が動いています。",
+            "動いてはならない場合は停止し、何が動かしているかを調べてください。",
+        ),
+        "C-HOST manual 2-10",
+        (ROBOT, STOP),
+        about(lambda robot: robot.moving is True and robot.motion.command is None),
+    )
+    yield Cause(
+        "robot.bits.mismatch",
+        "robot.bits.mismatch",
+        words(
+            "The configured order of bits does not explain what unit {unit} of {address} shows. {detail}",
+            "The motor did nothing because of this. Its status may be told wrongly.",
+            "Compare the order of status_bits and sensor_bits with the robot, and correct the configuration.",
+        ),
+        words(
+            "{address}のユニット{unit}の状態が、設定されたビット順と一致しません。",
+            "これによるモータの動作はありません。状態が誤って表示される可能性があります。",
+            "status_bitsとsensor_bitsの順をロボットと照合し、設定を修正してください。",
+        ),
+        "C-HOST manual 2-10, 2-11",
+        (ROBOT,),
+        about(lambda robot: bool(robot.bits.mismatches)),
+    )
+    yield from causes_of_moves("robot", "C-HOST manual 2-12", (MOVE, STATUS, ERRORS))

@@ -1,0 +1,205 @@
+"""A robot that is brought back to what a backup has of it."""
+
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from gateway.core.errors import InvalidRequest, NoReply, PowerCycled
+from gateway.core.lanes import Lane
+from gateway.core.origin import Origin, current
+from gateway.core.restores import Comparison, Watcher
+from gateway.fics import backup, settings
+from gateway.fics.asking import deadline_of
+from gateway.fics.axes import at_rest
+from gateway.fics.backup import RobotContents, UnitContents
+from gateway.fics.errors import NotDone, PositionsDiffer, RobotBusy
+from gateway.fics.exchange import FicsExchange
+from gateway.fics.robot import Robot
+from gateway.fics.settings import SettingsChange
+from gateway.fics.units import RobotUnit
+from gateway.fics.uploads import UPLOAD, runs_of
+from protocols.fics.positions import BeginPositionUpload, ClearPositions, EndPositionUpload
+from protocols.fics.row import FicsCommand
+from protocols.fics.system import HostMode, SelectUnit
+from protocols.fics.variables import SetVariable
+
+ATTEMPTS = 3
+"""What is not known to be done is done again, so often in all."""
+NO_FLASH = "C-HOST has no command that writes flash memory; nothing was sent."
+READINGS = 3
+"""A reading amid which the power was lost is repeated, so often in all."""
+
+
+@dataclass(eq=False)
+class RobotRestore:
+    """One robot, and what it is to hold."""
+
+    robot: Robot
+    wanted: RobotContents
+    held: RobotContents = field(default_factory=RobotContents)
+    """As of the last comparison."""
+    origin: Origin = field(default_factory=current)
+    """The request that asked for it: what it sends passes."""
+    epoch: int = field(init=False)
+    """Of the robot at the beginning: a stop ends the restore."""
+
+    def __post_init__(self) -> None:
+        self.epoch = self.robot.line.stop_epoch
+
+    @property
+    def address(self) -> str:
+        """The robot's id."""
+        return self.robot.id
+
+    def lets_pass(self, exchange: FicsExchange) -> bool:
+        """Whether something that changes or moves the robot may go: only what belongs to the restore."""
+        return exchange.origin == self.origin
+
+    async def require_rest(self) -> None:
+        """Make sure that the robot stands still.
+
+        :raises RobotBusy: it moves, or a stop is not confirmed.
+        :raises GatewayError: it did not tell.
+        """
+        self.robot.line.admission.require()
+        self.robot.motion.require_still(UPLOAD)
+        for unit in self.robot.units:
+            if not at_rest((await unit.status()).values()):
+                raise RobotBusy(f"{unit.address} moves; nothing was changed.", "Wait for standstill.")
+        self._require_no_stop()
+
+    # compared
+
+    async def compare(self, watcher: Watcher, *, lasting: bool = False, sure: bool = True) -> Comparison:
+        """Read what the backup has. In Ver.3 the mode proves that the power was kept meanwhile.
+
+        :raises InvalidRequest: what is kept without power is wanted, which nobody knows.
+        :raises GatewayError: it was not read, or it loses its power again and again.
+        """
+        if lasting:
+            raise InvalidRequest(NO_FLASH)
+        for _ in range(READINGS):
+            losses = self.robot.power.losses
+            self.held = await backup.read(self.robot, self.wanted, watcher.has_read)
+            if sure:
+                await self._confirm(watcher)
+            if await self._has_kept_power() and self.robot.power.losses == losses:
+                break
+        else:
+            raise RobotBusy(f"{self.address} loses its power again and again.", "See to its power supply.")
+        differences = backup.differences(self.robot, self.wanted, self.held)
+        proved = self.robot.mode == HostMode.VER_3
+        return Comparison(await self._frames(), differences, proved)
+
+    async def _confirm(self, watcher: Watcher) -> None:
+        """Read until two readings agree where something differs: one garbled digit proves nothing."""
+        before = None
+        while self.held != before and backup.differences(self.robot, self.wanted, self.held):
+            before, self.held = self.held, await backup.read(self.robot, self.wanted, watcher.has_read)
+
+    async def _has_kept_power(self) -> bool:
+        async with self.robot.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
+            try:
+                await self.robot.power.see()
+            except PowerCycled:
+                return False
+        return True
+
+    async def _frames(self) -> list[str]:
+        """The exact commands that make the robot hold the backup; a unit is selected before its own."""
+        commands: list[FicsCommand[Any]] = [*self._variables()]
+        for unit in self._units():
+            own: list[FicsCommand[Any]] = []
+            if (change := self._settings(unit)) is not None:
+                own += await settings.commands(unit, change)
+            own += self._clears(unit)
+            for first, positions in runs_of(self._positions(unit)):
+                own += [BeginPositionUpload(first=first), *positions, EndPositionUpload()]
+            several = len(self.robot.units) > 1
+            commands += [SelectUnit(unit=unit.number), *own] if own and several else own
+        return [it.text() for it in commands]
+
+    def _units(self) -> list[RobotUnit]:
+        return [self.robot.unit(number) for number in self.wanted.units]
+
+    def _variables(self) -> list[SetVariable]:
+        wanted = self.wanted.variables or {}
+        numbers = backup.differing_variables(self.wanted, self.held)
+        return [SetVariable(number=it, value=wanted.get(it, 0.0)) for it in numbers]
+
+    def _settings(self, unit: RobotUnit) -> SettingsChange | None:
+        """What is to be changed; None where nothing is."""
+        wanted, held = self._sections(unit)
+        names = backup.differing_settings(wanted, held)
+        return backup.change_of(unit, {it: (wanted.settings or {})[it] for it in names}) if names else None
+
+    def _clears(self, unit: RobotUnit) -> list[ClearPositions]:
+        wanted, held = self._sections(unit)
+        numbers = backup.differing_positions(wanted, held)
+        gone = [it for it in numbers if it not in (wanted.positions or {})]
+        return [ClearPositions(first=number, count=1) for number in gone]
+
+    def _positions(self, unit: RobotUnit) -> list[tuple[int, list[float | None]]]:
+        wanted, held = self._sections(unit)
+        table = wanted.positions or {}
+        numbers = backup.differing_positions(wanted, held)
+        return [(it, backup.in_a_row(unit, table[it])) for it in numbers if it in table]
+
+    def _sections(self, unit: RobotUnit) -> tuple[UnitContents, UnitContents]:
+        return self.wanted.units[unit.number], self.held.units[unit.number]
+
+    # written
+
+    async def write(self, watcher: Watcher) -> None:
+        """Write what differs; each part is read back before the next.
+
+        :raises GatewayError: somebody has ended it, or something is not known to be taken.
+        """
+        for variable in self._variables():
+            await self._done(watcher, 1, partial(self.robot.change, variable))
+        for unit in self._units():
+            if (change := self._settings(unit)) is not None:
+                commands = len(await settings.commands(unit, change))
+                await self._done(watcher, commands, partial(settings.change, unit, change))
+            for clear in self._clears(unit):
+                await self._done(watcher, 1, partial(self.robot.ask_all, clear, unit.number))
+            if positions := self._positions(unit):
+                commands = sum(len(run) + 2 for _, run in runs_of(positions))
+                store = partial(self.robot.upload_positions, positions, unit.number)
+                await self._done(watcher, commands, store)
+
+    async def _done(self, watcher: Watcher, commands: int, deed: Callable[[], Awaitable[object]]) -> None:
+        """Do something that does no harm when it is done twice; where nobody knows, do it again."""
+        for attempt in range(1, ATTEMPTS + 1):
+            watcher.require_wanted()
+            self._require_no_stop()
+            try:
+                await deed()
+            except (NoReply, NotDone, PositionsDiffer):
+                if attempt == ATTEMPTS:
+                    raise
+            else:
+                break
+        for _ in range(commands):
+            watcher.has_written()
+
+    def _require_no_stop(self) -> None:
+        if self.robot.line.stop_epoch != self.epoch:
+            raise self.robot.line.overtaken()
+
+    # kept without power
+
+    async def save(self, _: Watcher) -> None:
+        """Refuse: C-HOST has no command for it.
+
+        :raises InvalidRequest: always.
+        """
+        raise InvalidRequest(NO_FLASH)
+
+    async def power_cycled(self, _: Watcher) -> None:
+        """Refuse: what is kept without power is not stated.
+
+        :raises InvalidRequest: always.
+        """
+        raise InvalidRequest(NO_FLASH)

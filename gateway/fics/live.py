@@ -1,0 +1,78 @@
+"""Where units of robots stand, and how inputs and outputs of robots are, for those who watch them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from gateway.core.event_types import IO, Signal, Signals
+from gateway.core.lanes import Lane
+from gateway.core.live import Live
+from gateway.core.sampler import IO_HZ, Source
+from gateway.fics.event_types import LiveAxis, RobotPosition
+from gateway.fics.robot import Robot
+from gateway.fics.units import RobotUnit
+from protocols.fics.inputs_outputs import GetInputChannel, GetOutputChannel
+
+CHANNEL = 1
+"""Whose inputs and outputs are told. An assumption: no command tells how many channels there are."""
+
+
+@dataclass(eq=False)
+class UnitSource(Source):
+    """Where a unit stands (APS).
+
+    Another unit is not selected just to be watched: the terminal would show it (C-HOST manual 2-1).
+    """
+
+    robot: Robot
+    unit: RobotUnit
+    live: Live
+    samples_hz: float = 0.0
+    """How often a second it is asked for during a move."""
+    subject: str = field(init=False)
+    type: ClassVar = "robot.position"
+
+    def __post_init__(self) -> None:
+        self.subject = f"/robots/{self.unit.address}"
+
+    @property
+    def own_hz(self) -> float:
+        """While it moves, that of the samples which are kept with the move."""
+        return 0.0 if self.unit.way is None else self.samples_hz
+
+    async def read(self, _: Sequence[Source]) -> list[Source]:
+        """Ask, and put what was told."""
+        if len(self.robot.units) > 1 and self.robot.selection.unit != self.unit.number:
+            return []
+        places, at = await self.unit.position_at(lane=Lane.BACKGROUND)
+        axes = {axis: LiveAxis(value=place, unit=self.unit.systems[axis]) for axis, place in places.items()}
+        told = RobotPosition(unit=self.unit.number, coordinates="user", axes=axes)
+        self.live.put(self.type, self.subject, told, at)
+        return [self]
+
+
+@dataclass(eq=False)
+class ChannelSource(Source):
+    """The inputs and outputs of a robot (IDI, IDO)."""
+
+    robot: Robot
+    live: Live
+    subject: str = field(init=False)
+    type: ClassVar = IO
+    most_hz: ClassVar = IO_HZ
+
+    def __post_init__(self) -> None:
+        self.subject = f"/robots/{self.robot.id}"
+
+    async def read(self, _: Sequence[Source]) -> list[Source]:
+        """Ask, and put what was told."""
+        asking = self.robot.asking
+        (inputs,), at = await asking.ask(GetInputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
+        (outputs,), _at = await asking.ask(GetOutputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
+        told = Signals(inputs=_signals(inputs.bits), outputs=_signals(outputs.bits))
+        self.live.put(self.type, self.subject, told, at)
+        return [self]
+
+
+def _signals(bits: int) -> list[Signal]:
+    return [Signal(channel=CHANNEL, number=bit, on=bool(bits >> bit & 1)) for bit in range(8)]

@@ -1,0 +1,95 @@
+"""The log of the plant: each end of a move or a stop, each alarm, and whoever comes and goes.
+
+Lines tell of themselves (`gateway/core/line.py`); refusals are told where they are answered.
+"""
+
+import logging
+from collections.abc import Callable, Mapping
+from typing import Any, Final, NamedTuple
+
+from gateway.core.events import Event
+from gateway.core.origin import current
+
+log = logging.getLogger(__name__)
+
+Told = Mapping[str, Any]
+
+
+class _Line(NamedTuple):
+    level: int
+    say: Callable[[str, Told], str]
+    """Writes the sentence for an address and the event's data."""
+
+
+def _of_move(_: str, move: Told) -> str:
+    error = move["error"] or {}
+    place = "" if move["position"] is None else f" at {move['position']}"
+    why = f": {error['detail']}" if error else f" ({move['end_cause']})" if move["end_cause"] else ""
+    return f"move {move['id']} of {move['body_id']} ({move['kind']}) {move['status']}{place}{why}"
+
+
+def _of_stop(how: str) -> Callable[[str, Told], str]:
+    return lambda address, report: (
+        f"stop of {address} {how}" + (f": {report['detail']}" if report["detail"] else "")
+    )
+
+
+def _of_jog(address: str, jog: Told) -> str:
+    return f"JOG {jog['id']} of axis {jog['axis']} of {address} {jog['state']}"
+
+
+def _comes(address: str, _: Told) -> str:
+    return f"{address} answers again"
+
+
+def _goes(address: str, _: Told) -> str:
+    return f"{address} does not answer any more"
+
+
+def _raised(_: str, alarm: Told) -> str:
+    return f"alarm {alarm['id']} {alarm['cause']}: {alarm['en']['happened']}"
+
+
+def _reset(_: str, alarm: Told) -> str:
+    return f"alarm {alarm['id']} {alarm['cause']} at {alarm['subject']} is reset by {alarm['reset_by']}"
+
+
+_ENDS: Final[Mapping[str, int]] = {
+    "succeeded": logging.INFO,
+    "stopped": logging.INFO,
+    "cancelled": logging.INFO,
+    "rejected": logging.INFO,
+    "failed": logging.WARNING,
+    "lost": logging.WARNING,
+    "unknown": logging.WARNING,
+}
+_BOTH: Final = ("body", "robot")
+_LINES: Final[Mapping[str, _Line]] = {
+    **{f"{it}.move.{end}": _Line(level, _of_move) for it in _BOTH for end, level in _ENDS.items()},
+    **{f"{it}.stop.confirmed": _Line(logging.INFO, _of_stop("confirmed")) for it in _BOTH},
+    **{f"{it}.stop.unconfirmed": _Line(logging.ERROR, _of_stop("not confirmed")) for it in _BOTH},
+    "robot.stop.refused": _Line(logging.WARNING, _of_stop("refused")),
+    **{f"robot.jog.{end}": _Line(logging.INFO, _of_jog) for end in ("ended", "lost", "stopped")},
+    **{f"{it}.online": _Line(logging.INFO, _comes) for it in _BOTH},
+    **{f"{it}.offline": _Line(logging.WARNING, _goes) for it in _BOTH},
+    "alarm.raised": _Line(logging.WARNING, _raised),
+    "alarm.reset": _Line(logging.INFO, _reset),
+}
+
+
+def note(event: Event) -> None:
+    """Write a line, if the event is worth one."""
+    line = _LINES.get(event.type)
+    if line is None or not log.isEnabledFor(line.level):
+        return
+    data, origin = event.data, current()
+    address = event.subject.split("/", 2)[-1]
+    facts = {
+        "event": event.type,
+        "subject": event.subject,
+        "cursor": event.cursor,
+        "caller": origin.caller,
+        "request_id": data.get("request_id") or origin.request_id,
+        "move_id": data["id"] if ".move." in event.type else data.get("move_id"),
+    }
+    log.log(line.level, "%s", line.say(address, data), extra={"facts": facts})

@@ -1,0 +1,109 @@
+"""Who did what, and what became of it: everything with an effect, as the journal has it."""
+
+import asyncio
+import sqlite3
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from typing import Any, Final
+
+from pydantic import Field
+
+from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.journal.journal import JournalUnavailable
+from gateway.core.journal.writes import Value
+from gateway.core.records import Record
+from gateway.core.rights import Right
+from gateway.operations.caller import require
+from gateway.plant import Plant
+
+_COLUMNS: Final = (
+    *("id", "at", "caller", "request_id", "target", "command", "effect", "frame", "move_id"),
+    *("written_at", "ended_at", "outcome", "detail"),
+)
+
+
+class Deed(Record):
+    """Something with an effect that somebody wanted."""
+
+    id: str = Field(description="Sorts by time; also the cursor after which older deeds follow.")
+    at: datetime
+    caller: str = Field(description="Who wanted it: the name of a key, an interface and an address.")
+    request_id: str | None = Field(description="The X-Request-Id of the request.")
+    target: str = Field(description="Whom it was for: line1.3F, line1.80 for a group, r1.")
+    command: str = Field(description="The row of the command table.")
+    effect: str = Field(description="motion, stop, setting or maintenance.")
+    frame: str = Field(description="The exact bytes.")
+    moves: list[str] = Field(description="The moves it was to make.")
+    written_at: datetime | None = Field(description="When it was handed to the port; null if it was not.")
+    ended_at: datetime | None = Field(description="When its outcome was known; null while it is not.")
+    outcome: str | None = Field(
+        description="answered, refusal, not_sent, or unknown where nobody knows whether it was executed."
+    )
+    detail: str | None = Field(description="Why it was not carried out.")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which deeds; what is None does not matter."""
+
+    caller: str | None = None
+    """A part of the caller's name."""
+    target: str | None = None
+    """An address, or a line for all that is on it."""
+    since: datetime | None = None
+    until: datetime | None = None
+    before: str | None = None
+    """Only those before the deed of this id."""
+
+    def condition(self) -> tuple[str, list[Value]]:
+        """The same for the journal."""
+        parts: list[tuple[str, Value]] = []
+        if self.caller is not None:
+            parts.append(("instr(caller, ?) > 0", self.caller))
+        if self.target is not None:
+            parts.append(("? IN (target, substr(target, 1, instr(target, '.') - 1))", self.target))
+        if self.since is not None:
+            parts.append(("at >= ?", self.since.timestamp()))
+        if self.until is not None:
+            parts.append(("at < ?", self.until.timestamp()))
+        if self.before is not None:
+            parts.append(("id < ?", self.before))
+        return " AND ".join(sql for sql, _ in parts) or "1", [value for _, value in parts]
+
+
+async def deeds(plant: Plant, wanted: Wanted, limit: int) -> Sequence[Deed]:
+    """Read so many deeds, the newest first. Nothing waits for that: the file is read beside its writer.
+
+    :raises NotFound: there is no journal.
+    :raises JournalUnavailable: it cannot be read.
+    """
+    require(plant, Right.VIEW, *([] if wanted.target is None else [wanted.target]))
+    if plant.journal is None:
+        raise NotFound("This gateway has no journal, so nobody knows who did what.")
+    condition, values = replace(wanted, target=_address_of(plant, wanted.target)).condition()
+    sql = f"SELECT {', '.join(_COLUMNS)} FROM intents WHERE {condition} ORDER BY id DESC LIMIT ?"  # noqa: S608  # no input
+    try:
+        rows = await asyncio.to_thread(plant.journal.disk.read_apart, sql, [*values, limit])
+    except sqlite3.Error as error:
+        raise JournalUnavailable(str(error)) from None
+    return [_deed(row) for row in rows]
+
+
+def _address_of(plant: Plant, given: str | None) -> str | None:
+    """The whole address of what was named shortly; a line, or what there is no more, stays as it is."""
+    for collection in ("bodies", "groups", "robots"):
+        with suppress(NotFound, InvalidRequest):
+            return given and plant.target(f"/{collection}/{given}").address
+    return given
+
+
+def _deed(row: tuple[Any, ...]) -> Deed:
+    told = dict(zip(_COLUMNS, row, strict=True))
+    times = {name: _utc(told.pop(name)) for name in ("at", "written_at", "ended_at")}
+    return Deed(moves=(told.pop("move_id") or "").split(), **told, **times)
+
+
+def _utc(at: float | None) -> datetime | None:
+    return None if at is None else datetime.fromtimestamp(at, UTC)

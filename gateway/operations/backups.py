@@ -1,0 +1,234 @@
+"""Backups: all that controllers keep, read as text, compared with one, brought back."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from gateway.core.addresses import there_are
+from gateway.core.errors import InvalidRequest
+from gateway.core.restore_record import Restore, RestorePlan
+from gateway.core.restores import Controller, Restores
+from gateway.core.rights import Right
+from gateway.fics import backup as robot_backup
+from gateway.fics.backup import RobotContents
+from gateway.fics.backup_restore import NO_FLASH, RobotRestore
+from gateway.fics.family import Fics
+from gateway.operations.caller import for_caller, needs, require
+from gateway.plant import Plant
+from gateway.rorze import backup
+from gateway.rorze.backup import Contents
+from gateway.rorze.backup_restore import BodyRestore
+from gateway.rorze.bodies import Body
+from gateway.rorze.family import Rorze
+from protocols.rorze.status import GetInformation
+
+OfBodies = Mapping[int, Contents]
+"""What a backup has of each body, by its number."""
+
+
+class Wanted(NamedTuple):
+    """Controllers, and what they are to hold."""
+
+    target: str
+    """The path of what was asked for."""
+    restores: Restores[Any]
+    controllers: Sequence[Controller]
+    has_flash: bool = True
+
+
+def check_bodies(text: str) -> OfBodies:
+    """Read a backup of bodies; nothing is sent.
+
+    :raises InvalidText: it has faults, each with its line and column.
+    """
+    return backup.parse(text)
+
+
+@needs(Right.VIEW)
+async def read_body(plant: Plant, body_id: str) -> str:
+    """Read all that a body keeps, as text.
+
+    :raises BodyBusy: it is being restored, or a program is uploaded.
+    :raises GatewayError: it was not read.
+    """
+    return backup.PREAMBLE + await _read(plant, plant.family(Rorze).body(body_id))
+
+
+@needs(Right.VIEW)
+async def read_line(plant: Plant, line_id: str, chosen: Sequence[str] | None = None) -> str:
+    """Read all that the bodies of a line keep, or those that are chosen, as one text.
+
+    Whether all are there is asked first: each takes minutes. Errors as of `read_body` and `for_line`.
+    """
+    bodies = _bodies_of(plant, line_id) if chosen is None else _chosen(plant, line_id, chosen)
+    for body in bodies:
+        await body.ask(GetInformation())
+    return backup.PREAMBLE + "".join([await _read(plant, body) for body in bodies])
+
+
+async def _read(plant: Plant, body: Body) -> str:
+    rorze = plant.family(Rorze)
+    rorze.restores.require_none(body.address)
+    rorze.uploads.require_none(body)
+    return await backup.text_of(body)
+
+
+def for_body(plant: Plant, body_id: str, found: OfBodies, from_body: str | None) -> Wanted:
+    """Let a body hold what a backup has of it, or of the body `from_body`.
+
+    :raises NotFound: there is no such body.
+    :raises InvalidRequest: the backup has nothing of it.
+    """
+    body = plant.family(Rorze).body(body_id)
+    source = body.number if from_body is None else _number(from_body)
+    return Wanted(f"/bodies/{body.address}", *_controllers(plant, {body: source}, found))
+
+
+def for_line(plant: Plant, line_id: str, found: OfBodies, chosen: Sequence[str] | None) -> Wanted:
+    """Let the bodies of a line, or those that are chosen, hold what a backup has of them.
+
+    :raises NotFound: there is no such line or body.
+    :raises InvalidRequest: it is no line of bodies, or the backup has nothing of one that was chosen.
+    """
+    if chosen is None:
+        sources = {body: body.number for body in _bodies_of(plant, line_id) if body.number in found}
+        unknown = [f"{it:02X}" for it in found.keys() - set(sources.values())]
+        if unknown:
+            raise InvalidRequest(
+                f"The line {line_id} has no body {', '.join(sorted(unknown))}; nothing was sent.",
+                "Choose its bodies by `bodies`.",
+            )
+    else:
+        sources = {body: body.number for body in _chosen(plant, line_id, chosen)}
+    return Wanted(f"/lines/{line_id}", *_controllers(plant, sources, found))
+
+
+def _controllers(
+    plant: Plant, sources: Mapping[Body, int], found: OfBodies
+) -> tuple[Restores[BodyRestore], list[BodyRestore]]:
+    rorze = plant.family(Rorze)
+    for source in sources.values():
+        if source not in found:
+            raise InvalidRequest(
+                f"The backup has nothing of body {source:02X}; "
+                f"{there_are([f'{it:02X}' for it in found])}; nothing was sent.",
+                "Name the body of the backup by `from_body`.",
+            )
+    wanted = [BodyRestore(body, found[source], rorze.uploads) for body, source in sources.items()]
+    return rorze.restores, wanted
+
+
+@needs(Right.VIEW)
+async def read_robot(plant: Plant, robot_id: str) -> str:
+    """Read all that a robot tells of what it keeps, as text.
+
+    :raises BodyBusy: it is being restored.
+    :raises GatewayError: it was not read.
+    """
+    fics = plant.family(Fics)
+    fics.restores.require_none(fics.robot(robot_id).id)
+    return await robot_backup.text_of(fics.robot(robot_id))
+
+
+def check_robot(plant: Plant, robot_id: str, text: str) -> RobotContents:
+    """Read a backup of a robot, whose axes it has to name; nothing is sent.
+
+    :raises NotFound: there is no such robot.
+    :raises InvalidText: it has faults, each with its line and column.
+    """
+    return robot_backup.parse(plant.family(Fics).robot(robot_id), text)
+
+
+@needs(Right.VIEW)
+async def for_robot(plant: Plant, robot_id: str, found: RobotContents) -> Wanted:
+    """Let a robot hold what a backup has of it.
+
+    :raises NotFound: there is no such robot.
+    """
+    fics = plant.family(Fics)
+    robot = fics.robot(robot_id)
+    return Wanted(f"/robots/{robot.id}", fics.restores, [RobotRestore(robot, found)], has_flash=False)
+
+
+@for_caller
+async def plan(plant: Plant, wanted: Wanted) -> RestorePlan:
+    """Tell what a restore would write, and what differs; nothing is written but the mark of the gateway.
+
+    :raises BodyBusy: a controller is being restored.
+    :raises GatewayError: one was not read.
+    """
+    require(plant, Right.SETUP, wanted.target, leased=False)
+    plant.admission.require()
+    return await wanted.restores.plan(wanted.target, wanted.controllers)
+
+
+@for_caller
+async def start(plant: Plant, wanted: Wanted, flash: bool, power_cycle: bool, wait_s: float) -> Restore:
+    """Begin to bring controllers back to a backup, and give the record after `wait_s` at most.
+
+    :raises InvalidRequest: it cannot be kept without power, and is to be verified after a power cycle.
+    :raises GatewayError: errors as of `Restores.start`.
+    """
+    require(plant, Right.SETUP, wanted.target)
+    plant.admission.require()
+    if flash and not wanted.has_flash:
+        raise InvalidRequest(f"flash: {NO_FLASH}", "Leave it out.")
+    if power_cycle and not flash:
+        raise InvalidRequest(
+            "power_cycle: what is not written to flash memory is lost with the power; nothing was sent.",
+            "Ask for flash, too.",
+        )
+    restores = wanted.restores
+    begun = await restores.start(wanted.target, wanted.controllers, flash=flash, power_cycle=power_cycle)
+    await restores.wait(begun, wait_s)
+    return begun
+
+
+async def get(plant: Plant, target: str, restore_id: str, wait_s: float) -> Restore:
+    """Give a restore of a target's path, or the `current` one; errors as of `Restores.get`."""
+    require(plant, Right.VIEW, target)
+    restores, target = _restores(plant, target)
+    found = restores.get(target, restore_id)
+    await restores.wait(found, wait_s)
+    return found
+
+
+@needs(Right.SETUP, leased=False)
+async def cancel(plant: Plant, target: str) -> Restore:
+    """End the restore under way; errors as of `Restores.cancel`."""
+    restores, target = _restores(plant, target)
+    return await restores.cancel(target)
+
+
+def _restores(plant: Plant, target: str) -> tuple[Restores[Any], str]:
+    """Who knows the restores of a path, and the path in full."""
+    rorze, fics = plant.family(Rorze), plant.family(Fics)
+    _, collection, name = target.split("/")
+    if collection == "robots":
+        return fics.restores, f"/robots/{fics.robot(name).id}"
+    if collection == "bodies":
+        return rorze.restores, f"/bodies/{rorze.body(name).address}"
+    _bodies_of(plant, name)
+    return rorze.restores, target
+
+
+def _number(body: str) -> int:
+    number = backup.body_number(body)
+    if number is None:
+        raise InvalidRequest(f"from_body: {body!r} is no body number; nothing was sent.")
+    return number
+
+
+def _chosen(plant: Plant, line_id: str, chosen: Sequence[str]) -> list[Body]:
+    bodies, rorze = _bodies_of(plant, line_id), plant.family(Rorze)
+    named = [rorze.body(it if "." in it else f"{line_id}.{it}") for it in dict.fromkeys(chosen)]
+    if not all(body in bodies for body in named):
+        raise InvalidRequest(f"bodies: not all are on the line {line_id}; nothing was sent.")
+    return named
+
+
+def _bodies_of(plant: Plant, line_id: str) -> list[Body]:
+    plant.port(line_id)
+    rorze = plant.family(Rorze)
+    if line_id not in rorze.lines:
+        raise InvalidRequest(f"{line_id} is the line of a robot; nothing was sent.", "Back up its robot.")
+    return rorze.bodies_of(rorze.lines[line_id])

@@ -1,0 +1,96 @@
+"""The configuration that is served: read again, and more bodies and lines written into it."""
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pydantic import Field
+
+from gateway.config import Config, ConfigError
+from gateway.config_file import Changes, ConfigFile, changes
+from gateway.core.errors import InvalidRequest, NotAllowed
+from gateway.core.rights import Right
+from gateway.operations.caller import needs
+from gateway.plant import Plant
+
+
+class Reloaded(Changes):
+    """What differed from what was served."""
+
+    applied: bool = Field(description="Whether the lines are served so now; false after a dry run.")
+
+
+@needs(Right.ADMIN, whole_plant=True)
+async def reload(plant: Plant, *, dry_run: bool) -> Reloaded:
+    """Read the file again, and serve its lines; a dry run tells only what would change.
+
+    :raises NotAllowed: the gateway was started without a file.
+    :raises InvalidRequest: the file is no configuration; nothing was changed.
+    :raises GatewayError: as of `Plant.reload`; nothing was changed.
+    """
+    file = _file_of(plant)
+    try:
+        wanted = await asyncio.to_thread(file.load)
+    except ConfigError as error:
+        raise _unusable(error) from None
+    return await _serve(plant, wanted, dry_run=dry_run)
+
+
+@needs(Right.ADMIN, whole_plant=True)
+async def add_line(plant: Plant, table: Mapping[str, Any], *, dry_run: bool) -> Reloaded:
+    """Write one more line, with its bodies or its robot, into the file, and serve it; errors as of `reload`.
+
+    :raises NotSent: the file cannot be written; nothing was changed.
+    """
+    file = _file_of(plant)
+    try:
+        text, wanted = await asyncio.to_thread(file.with_line, table)
+    except ConfigError as error:
+        raise _unusable(error) from None
+    return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
+
+
+@needs(Right.ADMIN)
+async def add_bodies(
+    plant: Plant, line_id: str, bodies: Sequence[Mapping[str, Any]], *, dry_run: bool
+) -> Reloaded:
+    """Write more bodies of a line into the file, and serve them; errors as of `add_line`.
+
+    :raises NotFound: there is no such line.
+    """
+    plant.port(line_id)
+    file = _file_of(plant)
+    try:
+        text, wanted = await asyncio.to_thread(file.with_bodies, line_id, bodies)
+    except ConfigError as error:
+        raise _unusable(error) from None
+    return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
+
+
+async def _write_and_serve(
+    plant: Plant, file: ConfigFile, text: str, wanted: Config, *, dry_run: bool
+) -> Reloaded:
+    plant.require_rest(wanted)
+    if not dry_run:
+        await asyncio.to_thread(file.write, text)
+    return await _serve(plant, wanted, dry_run=dry_run)
+
+
+async def _serve(plant: Plant, wanted: Config, *, dry_run: bool) -> Reloaded:
+    found = changes(plant.config, wanted)
+    if not dry_run:
+        await plant.reload(wanted)
+    return Reloaded(**found.model_dump(), applied=not dry_run)
+
+
+def _file_of(plant: Plant) -> ConfigFile:
+    if plant.file is None:
+        raise NotAllowed(
+            "The gateway was started without a file of its configuration; nothing was changed.",
+            "Start it with --config FILE.",
+        )
+    return plant.file
+
+
+def _unusable(error: ConfigError) -> InvalidRequest:
+    return InvalidRequest(f"{error}; nothing was changed.", "Mend the file, then reload it.")

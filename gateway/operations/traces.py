@@ -1,0 +1,73 @@
+"""The traffic of lines, as it was recorded and as it is."""
+
+import asyncio
+from collections.abc import AsyncIterator, Sequence
+from datetime import datetime
+from typing import Final, NamedTuple
+
+from gateway.core.errors import InvalidRequest
+from gateway.core.trace_filter import TraceFilter
+from gateway.plant import Plant
+from gateway.rorze.family import Rorze
+from transports.trace import Record, TraceEntry
+
+LOOK_S: Final = 0.1
+"""How often it is looked for new records while somebody follows them."""
+
+
+class News(NamedTuple):
+    """What was recorded since it was last told."""
+
+    number: int
+    """Of the last record that was looked at; all of a line are counted."""
+    entries: list[TraceEntry]
+    missed: int
+    """Records that were forgotten before they could be told."""
+
+
+def filter_of(
+    plant: Plant, line_id: str, bodies: Sequence[str] | None, request_id: str | None
+) -> TraceFilter:
+    """What lets records of a line pass.
+
+    :raises NotFound: there is no such line or body.
+    :raises InvalidRequest: a body is on another line.
+    """
+    line = plant.port(line_id)
+    wanted = [plant.family(Rorze).body(body_id) for body_id in bodies or ()]
+    for body in wanted:
+        if body.line.id != line_id:
+            raise InvalidRequest(f"bodies: {body.address} is not on line {line_id}.", "Ask its own line.")
+    numbers = None if bodies is None else {body.number for body in wanted}
+    return TraceFilter(line.talk_of, bodies=numbers, request_id=request_id)
+
+
+async def newest(
+    plant: Plant, line_id: str, passing: TraceFilter, last: int, since: datetime | None
+) -> list[TraceEntry]:
+    """Give the newest records of a line that pass, oldest first."""
+    recorder = plant.recorders[line_id]
+    records = recorder.records(since)
+    return await asyncio.to_thread(lambda: _formatted(list(passing.pass_on(records))[-last:]))
+
+
+async def follow(
+    plant: Plant, line_id: str, passing: TraceFilter, after: int | None
+) -> AsyncIterator[News | None]:
+    """Tell records as they come, until the gateway ends; None where there was nothing to tell for a while."""
+    recorder = plant.recorders[line_id]
+    number = recorder.recorded if after is None else min(after, recorder.recorded)
+    while not plant.events.closed:
+        first, records = recorder.after(number)
+        missed, number = first - 1 - number, first - 1 + len(records)
+        passed = list(passing.pass_on(records))
+        if passed or missed:
+            yield News(number, await asyncio.to_thread(_formatted, passed), missed)
+        else:
+            yield None
+        await asyncio.sleep(LOOK_S)
+
+
+def _formatted(records: Sequence[Record]) -> list[TraceEntry]:
+    """Format records; that takes microseconds a record, and no stop may wait for thousands."""
+    return list(map(TraceEntry.of, records))

@@ -1,0 +1,181 @@
+"""What goes wrong with bodies, in words for a technician (RC-420 manual 10.2, 13.8)."""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Final, NamedTuple
+
+from gateway.core.alarms import Cause, Facts, causes_of_moves, words
+from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, STOP, NextCall
+from gateway.rorze.bodies import Body
+from gateway.rorze.calls import (
+    CLEAR_ENCODER_STALL,
+    CLEAR_STALL_SENSOR,
+    CLEAR_STATUS,
+    HOME,
+    MOVE,
+    POSITION,
+    STATUS,
+)
+from protocols.rorze.status import CONTROLLER_STATUS_BITS
+
+
+class _Bit(NamedTuple):
+    en: str
+    ja: str
+    remedy_en: str
+    remedy_ja: str
+    manual: str
+    next: tuple[NextCall, ...]
+
+
+STOPPED = "The motor has stopped, or stops; it takes no moves before the error is cleared."
+STOPPED_JA = "モータは停止した、または停止します。エラーを解除するまで移動できません。"
+
+ERROR_BITS: Final[Mapping[str, _Bit]] = {
+    "limit_error": _Bit(
+        "A limit sensor of {address} was reached.",
+        "{address}がリミットセンサに達しました。",
+        "See why it went so far, clear the error, and move it off the limit.",
+        "原因を確認し、エラーを解除してから、リミットから離れる方向へ動かしてください。",
+        "RC-420 manual 13.8.2, 13.9.2",
+        (STATUS, CLEAR_STATUS),
+    ),
+    "ems_error": _Bit(
+        "The EMS input of {address} was on.",
+        "{address}のEMS入力がONになりました。",
+        "See why the EMS input came on, release it, then clear the error.",
+        "EMS入力がONになった原因を確認し、解除してからエラーをクリアしてください。",
+        "RC-420 manual 13.8.2, 13.9.2",
+        (STATUS, CLEAR_STATUS),
+    ),
+    "initialisation_error": _Bit(
+        "{address} could not read its settings from flash memory when it was switched on.",
+        "{address}は電源投入時にフラッシュメモリの設定を正しく読み出せませんでした。",
+        "Check its settings, write them to flash memory again, then clear the error.",
+        "設定を確認してフラッシュメモリに書き直し、エラーをクリアしてください。",
+        "RC-420 manual 13.8.2",
+        (STATUS, CLEAR_STATUS),
+    ),
+    "range_error": _Bit(
+        "{address} was to leave the range in which it may move.",
+        "{address}が移動可能範囲を超えようとしました。",
+        "Check the position that was asked for and the range (EPS), then clear the error.",
+        "指定した位置と移動範囲(EPS)を確認し、エラーをクリアしてください。",
+        "RC-420 manual 13.8.2",
+        (STATUS, POSITION, CLEAR_STATUS),
+    ),
+    "stall_error": _Bit(
+        "{address} has lost steps (STALL).",
+        "{address}が脱調しました(STALL)。",
+        "See what holds the motor. Reset the finder of the STALL that has told it, or home the body; its "
+        "position is not to be believed before that.",
+        "モータの負荷を確認し、脱調検出をリセットするか、原点サーチを行ってください。それまで位置は信頼できません。",
+        "RC-420 manual 13.6, 13.7",
+        (STATUS, CLEAR_STALL_SENSOR, CLEAR_ENCODER_STALL, HOME),
+    ),
+}
+"""The errors of the controller status that stay until they are cleared (9CD)."""
+
+
+def causes(find: Callable[[str], Body | None]) -> Iterator[Cause]:
+    """The causes of bodies, which are found by their addresses; None for one that is configured no more."""
+
+    def about(holds: Callable[[Body], bool]) -> Callable[[str], bool]:
+        def lasts(subject: str) -> bool:
+            body = find(subject.rpartition("/")[2])
+            return body is not None and holds(body)
+
+        return lasts
+
+    yield Cause(
+        "body.offline",
+        "body.offline",
+        words(
+            "{address} does not answer any more.",
+            "A move under way goes on in the controller to its end, if that has power; nobody sees it.",
+            "Check its power, its cable and its rotary switch.",
+        ),
+        words(
+            "{address}が応答しません。",
+            "コントローラに電源が入っていれば、実行中の移動は終わりまで続きます。状態は確認できません。",
+            "電源、ケーブル、ロータリスイッチを確認してください。",
+        ),
+        "RC-420 manual 10.2",
+        (LINE_STATE, STOP),
+        about(lambda body: not body.online),
+    )
+    yield Cause(
+        "body.power_cycled",
+        "body.power_cycled",
+        words(
+            "{address} has lost its power, or seems to have.",
+            "The motor has stopped. Its position, its position table and its settings are those of power-on.",
+            "See that its settings are right, then home it, or acknowledge the power cycle.",
+        ),
+        words(
+            "{address}の電源が切れた、または切れた可能性があります。",
+            "モータは停止しました。位置、位置テーブル、設定は電源投入時の値です。",
+            "設定を確認し、原点サーチを行うか、電源再投入を確認済みにしてください。",
+        ),
+        "RC-420 manual 5.4.2",
+        (STATUS, HOME, ACKNOWLEDGE),
+        about(lambda body: body.power.cycled),
+    )
+    yield Cause(
+        "body.stop.unconfirmed",
+        "body.stop.unconfirmed",
+        words(
+            "A stop of {address} was not confirmed within two seconds. {detail}",
+            "The motor may still move. The stop is repeated until its controller reports standstill.",
+            "Use the hardware stop. Nobody knows by software whether it stands.",
+        ),
+        words(
+            "{address}の停止を2秒以内に確認できませんでした。",
+            "モータはまだ動いている可能性があります。停止が確認されるまで停止指令を繰り返します。",
+            "非常停止回路を使用してください。ソフトウェアでは停止を確認できません。",
+        ),
+        "RC-420 manual 5.4.1, 14.6",
+        (STATUS, STOP, LINE_STATE),
+        about(lambda body: body.being_stopped),
+    )
+    yield Cause(
+        "body.motion.foreign",
+        "body.motion.foreign",
+        words(
+            "{address} moves, and the gateway has not started that.",
+            "The motor moves by a user program, another host or a terminal.",
+            "Stop it if it must not move, and find out who moves it.",
+        ),
+        words(
+            "{address}が、ゲートウェイからの指令なしに動いています。",
+            "ユーザープログラム、他のホスト、または端末によってモータが動いています。",
+            "動いてはならない場合は停止し、何が動かしているかを調べてください。",
+        ),
+        "RC-420 manual 13.8.2, 13.8.4",
+        (STATUS, STOP),
+        about(lambda body: body.moving is True and body.move is None),
+    )
+    yield from _of_status(about)
+    yield from causes_of_moves("body", "RC-420 manual 13.8.3", (MOVE, STATUS, POSITION))
+
+
+def _of_status(about: Callable[[Callable[[Body], bool]], Callable[[str], bool]]) -> Iterator[Cause]:
+    for name, told in ERROR_BITS.items():
+        yield Cause(
+            f"body.{name}",
+            "body.status.changed",
+            words(told.en, STOPPED, told.remedy_en),
+            words(told.ja, STOPPED_JA, told.remedy_ja),
+            told.manual,
+            told.next,
+            about(partial(_shows, 1 << CONTROLLER_STATUS_BITS.index(name))),
+            partial(_tells, name),
+        )
+
+
+def _shows(mask: int, body: Body) -> bool:
+    return bool((body.status_bits or 0) & mask)
+
+
+def _tells(name: str, data: Facts) -> bool:
+    return name in data["status"]

@@ -1,0 +1,420 @@
+"""All that a body keeps: read from it, written as text, read from a text, compared (RC-420 manual 18)."""
+
+import asyncio
+import re
+from collections import deque
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Final, TypeVar
+
+from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
+from gateway.core.errors import ControllerRefused, Misplaced
+from gateway.core.restore_record import Difference
+from gateway.rorze import stored_program
+from gateway.rorze.backup_places import (
+    PLACES_OF,
+    RAM_ONLY,
+    SECTIONS,
+    Command,
+    Place,
+    Section,
+    normal,
+    place_of,
+    words_of,
+)
+from gateway.rorze.bodies import Body
+from gateway.rorze.power import is_mark
+from protocols.rorze.commands import COMMANDS
+from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
+from protocols.rorze.patterns import SetPattern, SetSpeedChange
+from protocols.rorze.position_table import SetPositionEntry
+from protocols.rorze.speeds import (
+    SetFallingAccelerationShare,
+    SetMaximumAcceleration,
+    SetMaximumSpeed,
+    SetRisingAccelerationShare,
+    SetStartSpeed,
+)
+from protocols.rorze.status import GetInformation, SetUserComment
+from protocols.rorze.user_program.assembler import Assembled, assemble
+from protocols.table import WireFault
+
+T = TypeVar("T")
+
+KIND = "body"
+AHEAD = 2
+"""So many questions wait at the line, that it has no rest; more would hold up others who read the body."""
+SPEEDS = (SetStartSpeed, SetMaximumSpeed, SetMaximumAcceleration)
+SHARES = (SetRisingAccelerationShare, SetFallingAccelerationShare)
+READINGS = 4
+"""What is read otherwise again and again is told as it was read last."""
+NOT_THERE: Final = {"0x61"}
+"""The refusal of what the operating mode does not have."""
+NO_PATTERN: Final = {"0x47"}
+PREAMBLE = (
+    "; Backup of motion controllers. Restore it by `motion-gateway restore TARGET FILE`.\n"
+    "; A section, or a line of [settings], that is taken out is left as it is by a restore.\n"
+    "; All other sections are tables: what they do not name is 0, or was never set.\n"
+)
+
+OnRead = Callable[[], None]
+
+
+@dataclass
+class Contents:
+    """What a body keeps, or should."""
+
+    places: dict[Section, dict[str, Command]] = field(default_factory=dict)
+    """By section and by place, the commands that set it."""
+    program: Assembled | tuple[str, ...] | None = None
+    """None where it is not among the sections."""
+    unread: list[str] = field(default_factory=list)
+    """What the body has refused to tell, and why."""
+
+    @property
+    def sections(self) -> list[Section]:
+        """The sections it has, in their order."""
+        return [it for it in SECTIONS if it in self.places or (it == "program" and self.program is not None)]
+
+    @property
+    def instructions(self) -> tuple[str, ...]:
+        """The program as the body stores it."""
+        return self.program.texts() if isinstance(self.program, Assembled) else self.program or ()
+
+    def lasting(self) -> "Contents":
+        """The same without what is gone with the power."""
+        lasting: dict[Section, dict[str, Command]] = {
+            section: {key: it for key, it in commands.items() if not isinstance(it, RAM_ONLY)}
+            for section, commands in self.places.items()
+            if section != "memories"
+        }
+        return Contents(lasting, self.program)
+
+
+# from a body
+
+
+async def read(body: Body, sections: Iterable[Section], on_read: OnRead = lambda: None) -> Contents:
+    """Read sections of a body, one question after the other.
+
+    :raises GatewayError: one was not answered.
+    """
+    found = Contents()
+    for name in sections:
+        if name == "program":
+            found.program = tuple(await stored_program.read_instructions(body))
+        else:
+            found.places[name] = await _Reading(body, found.unread, on_read).section(name)
+    return found
+
+
+def _depends(place: Place) -> bool:
+    """Whether what was read before decides whether it is asked for."""
+    return place.row is SetSpeedChange or place.row in SHARES
+
+
+@dataclass
+class _Reading:
+    body: Body
+    unread: list[str]
+    on_read: OnRead
+    found: dict[str, Command] = field(default_factory=dict)
+
+    async def section(self, name: Section) -> dict[str, Command]:
+        """Read all places of a section that can hold something. The next question is at the line already."""
+        asked: deque[tuple[str, asyncio.Task[Command | None]]] = deque()
+        try:
+            for key, place in PLACES_OF[name].items():
+                while len(asked) >= (1 if _depends(place) else AHEAD):
+                    await self._take(*asked.popleft())
+                if self._may_be_set(place):
+                    asked.append((key, asyncio.create_task(self.at(place))))
+            while asked:
+                await self._take(*asked.popleft())
+        finally:
+            for _, task in asked:
+                task.cancel()
+            await asyncio.gather(*(task for _, task in asked), return_exceptions=True)
+        return self.found
+
+    async def _take(self, key: str, answer: "asyncio.Task[Command | None]") -> None:
+        command = await answer
+        if command is not None:
+            self.found[key] = command
+        self.on_read()
+
+    def _may_be_set(self, place: Place) -> bool:
+        """A pattern that was never set has no speed changes, and a speed set without speeds no shares."""
+        if place.row is SetSpeedChange:
+            return Place(SetPattern, {"pattern": place.at["pattern"]}).key in self.found
+        if place.row in SHARES:
+            return any(Place(it, place.at).key in self.found for it in SPEEDS)
+        return True
+
+    async def at(self, place: Place) -> Command | None:
+        """Read a place; None where nothing is set, or that may be told."""
+        try:
+            reply, _ = await self.body.ask(place.question)
+        except ControllerRefused as refusal:
+            if refusal.error_code not in NOT_THERE | (NO_PATTERN if place.row is SetPattern else set()):
+                if not refusal.lasting:
+                    raise
+                self.unread.append(f"{place.key}: {refusal.detail}")
+            return None
+        command = place.setting(reply)
+        return None if command is None or self._is_mark(command) else command
+
+    def _is_mark(self, command: Command) -> bool:
+        """Whether it is the comment by which the gateway sees a loss of power."""
+        if not isinstance(command, SetUserComment):
+            return False
+        return command.comment_number == self.body.power.comment and is_mark(command.text)
+
+
+async def confirm(body: Body, wanted: Contents, held: Contents) -> None:
+    """Read what differs until two readings agree: one garbled digit proves nothing.
+
+    :raises GatewayError: something was not answered.
+    """
+    reading = _Reading(body, held.unread, lambda: None)
+    for name in wanted.places:
+        for place in differing(name, wanted, held):
+            told = held.places[name].pop(place.key, None)
+            told = await _agreed(told, partial(reading.at, place))
+            if told is not None:
+                held.places[name][place.key] = told
+    if wanted.program is not None and wanted.instructions != held.instructions:
+        again = partial(stored_program.read_instructions, body)
+        held.program = tuple(await _agreed(list(held.instructions), again))
+
+
+async def _agreed(told: T, read_again: Callable[[], Awaitable[T]]) -> T:
+    for _ in range(READINGS):
+        before, told = told, await read_again()
+        if told == before:
+            break
+    return told
+
+
+# as text
+
+
+async def text_of(body: Body, sections: Iterable[Section] = SECTIONS) -> str:
+    """Read a body and write what it keeps.
+
+    :raises GatewayError: it was not read.
+    """
+    version, _ = await body.ask(GetInformation())
+    contents = await read(body, sections)
+    named = f" ({body.name})" if body.name else ""
+    return f"\n; /bodies/{body.address}{named}, {version.text}\n{written(body, contents)}"
+
+
+def written(body: Body, contents: Contents) -> str:
+    """Contents as text."""
+    unread = "".join(f"; Not read: {it}\n" for it in contents.unread)
+    return f"[{KIND} {body.short}]\n{unread}" + "".join(
+        section(name, _program(contents) if name == "program" else _commands(body, contents.places[name]))
+        for name in contents.sections
+    )
+
+
+def _program(contents: Contents) -> Iterator[str]:
+    yield stored_program.StoredProgram(contents.instructions, 0, running=False).source
+
+
+def _commands(body: Body, commands: Mapping[str, Command]) -> Iterator[str]:
+    for command in commands.values():
+        text = f"{command.code}{command.written()}"
+        yield f"{text}\n" if isinstance(command, SetUserComment) else commented(text, _comment(body, command))
+
+
+def _comment(body: Body, command: Command) -> str:
+    if isinstance(command, SetPositionEntry) and body.scale is not None:
+        return f"{body.scale.value(command.pulses or 0):g} {body.scale.unit}"
+    return "pulses" if isinstance(command, SetPositionEntry) else words_of(type(command))
+
+
+def parse(text: str) -> dict[int, Contents]:
+    """Read a backup: what it has of each body, by its number.
+
+    :raises InvalidText: it has faults, each with its line and column.
+    """
+    faults: list[Misplaced] = []
+    found: dict[int, Contents] = {}
+    for part in parts_of(text, KIND):
+        if (number := body_number(part.name)) is None:
+            faults.append(Misplaced(part.line, 1, f"{part.name!r} is no body number."))
+        else:
+            found[number] = _contents(part, faults)
+    refuse(sorted(faults))
+    return found
+
+
+def body_number(text: str) -> int | None:
+    """Read two hexadecimal digits; None where they are none of a body."""
+    return int(text, 16) if re.fullmatch("[0-7][0-9A-Fa-f]", text, re.ASCII) else None
+
+
+def _contents(part: Part, faults: list[Misplaced]) -> Contents:
+    contents = Contents()
+    for name in SECTIONS:
+        lines = part.sections.get(name)
+        if lines is not None and name == "program":
+            contents.program = _assembled(lines, faults)
+        elif lines is not None:
+            contents.places[name] = _parsed(name, lines, faults)
+    faults += [
+        Misplaced(part.line, 1, f"There is no section [{unknown}]: {', '.join(SECTIONS)}.")
+        for unknown in part.sections.keys() - set(SECTIONS)
+    ]
+    return contents
+
+
+def _assembled(lines: list[Line], faults: list[Misplaced]) -> Assembled | tuple[str, ...]:
+    program = assemble("\n".join(line.text for line in lines))
+    if isinstance(program, Assembled):
+        return program
+    faults += [Misplaced(lines[it.line - 1].number, it.column, it.reason) for it in program]
+    return ()
+
+
+def _parsed(name: Section, lines: Iterable[Line], faults: list[Misplaced]) -> dict[str, Command]:
+    found: dict[str, Command] = {}
+    for line in lines:
+        text = line.text.strip()
+        if not text or text.startswith(";"):
+            continue
+        try:
+            key, command = _setting(name, text)
+        except ValueError as fault:
+            faults.append(Misplaced(line.number, 1, str(fault)))
+            continue
+        if key in found:
+            faults.append(Misplaced(line.number, 1, f"{text} sets the same as a line before it."))
+        found[key] = command
+    # In the order of the places, whatever that of the lines is; what is 0 is not named.
+    return {
+        key: found[key] for key, it in PLACES_OF[name].items() if key in found and found[key] != it.emptied
+    }
+
+
+def _setting(name: Section, text: str) -> tuple[str, Command]:
+    """Read a line.
+
+    :raises ValueError: it sets nothing of the section.
+    """
+    code = text[:3]
+    row = COMMANDS.get(code)
+    # A user comment may have blanks and a semicolon; all others may not.
+    arguments = text[3:] if code == SetUserComment.code else "".join(text[3:].partition(";")[0].split())
+    if row is None:
+        raise ValueError(f"There is no command {code}.")
+    try:
+        command = normal(row.read(arguments))
+    except WireFault as fault:
+        raise ValueError(f"{code}: {fault}.") from None
+    place = place_of(command)
+    if place is None or place.key not in PLACES_OF[name]:
+        raise ValueError(f"{code}{arguments} sets nothing that [{name}] has a line for.")
+    return place.key, command
+
+
+# compared
+
+
+def differences(body_id: str, wanted: Contents, held: Contents) -> list[Difference]:
+    """What a body holds otherwise than a backup has it."""
+    found = [
+        Difference(
+            target=body_id,
+            section=name,
+            name=words_of(place.row),
+            wanted=_text(wanted.places[name].get(place.key)),
+            held=_text(held.places[name].get(place.key)),
+            restorable=place.key in wanted.places[name] or place.can_be_unset,
+        )
+        for name in wanted.places
+        for place in differing(name, wanted, held)
+    ]
+    if wanted.program is not None:
+        found += _program_differences(body_id, wanted.instructions, held.instructions)
+    return found
+
+
+def differing(name: Section, wanted: Contents, held: Contents) -> list[Place]:
+    """The places of a section that are not as in a backup; settings that it does not name may be anything."""
+    should, does = wanted.places[name], held.places[name]
+    return [
+        place
+        for key, place in PLACES_OF[name].items()
+        if should.get(key) != does.get(key)
+        and (key in should or not (name == "settings" or place.is_always_set))
+    ]
+
+
+def _text(command: Command | None) -> str | None:
+    return None if command is None else f"{command.code}{command.written()}"
+
+
+def _program_differences(
+    body_id: str, wanted: tuple[str, ...], held: tuple[str, ...]
+) -> Iterator[Difference]:
+    for address in range(max(len(wanted), len(held))):
+        should = wanted[address] if address < len(wanted) else None
+        does = held[address] if address < len(held) else None
+        if should != does:
+            yield Difference(
+                target=body_id,
+                section="program",
+                name=f"address {address}",
+                wanted=should,
+                held=does,
+                restorable=True,
+            )
+
+
+# written again
+
+
+def commands(wanted: Contents, held: Contents) -> list[Command]:
+    """The commands that make a body hold what a backup has; what was never set cannot be unset."""
+    made: list[Command] = []
+    for name in wanted.places:
+        places = differing(name, wanted, held)
+        write = _settings if name == "settings" else _table
+        made += write(places, wanted.places[name], held.places[name])
+    return made
+
+
+def _settings(
+    places: Iterable[Place], wanted: Mapping[str, Command], held: Mapping[str, Command]
+) -> Iterator[Command]:
+    """Free the error outputs that change, which are refused while another cause has them.
+
+    CPS takes the actions of its input away, so that they are set again.
+    """
+    keys = {place.key for place in places}
+    for command in (held.get(key) for key in keys & wanted.keys()):
+        if isinstance(command, SetErrorOutput) and command.output is not None:
+            yield SetErrorOutput(cause=command.cause)
+    armed = {it.port for key in keys if isinstance(it := wanted[key], SetInterruptMode)}
+    for key, command in wanted.items():
+        if key in keys or (isinstance(command, SetInterruptAction) and command.port in armed):
+            yield command
+
+
+def _table(
+    places: Iterable[Place], wanted: Mapping[str, Command], held: Mapping[str, Command]
+) -> Iterator[Command]:
+    """SES takes all changes of a pattern away, never a single one, so that the others are set again."""
+    keys = {place.key for place in places}
+    cleared = {it.pattern for key in keys if isinstance(it := held.get(key), SetSpeedChange)}
+    yield from (SetSpeedChange(pattern=pattern) for pattern in sorted(cleared))
+    for place in places:
+        if place.key not in wanted and place.emptied is not None:
+            yield place.emptied
+    for key, command in wanted.items():
+        if key in keys or (isinstance(command, SetSpeedChange) and command.pattern in cleared):
+            yield command

@@ -1,0 +1,223 @@
+"""What a body keeps, place by place: the command that sets it, and the question that tells it."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Final, Literal
+
+from pydantic import ValidationError
+
+from gateway.rorze.memories import LAST_PLACES
+from protocols.rorze.commands import COMMANDS, Row
+from protocols.rorze.notation import BILLION, Interval, PositionReference
+from protocols.rorze.patterns import SetPattern, SetSpeedChange
+from protocols.rorze.position_table import GetNumberedPositionEntry, SetPositionEntry
+from protocols.rorze.programs import GetProgramMemory, SetProgramMemory
+from protocols.rorze.row import RorzeCommand
+from protocols.table import Reply
+
+Command = RorzeCommand[Any]
+Section = Literal["settings", "speed-sets", "patterns", "positions", "memories", "program"]
+
+SECTIONS: Final[tuple[Section, ...]] = (
+    "settings",
+    "speed-sets",
+    "patterns",
+    "positions",
+    "memories",
+    "program",
+)
+LAST_POSITION = 2047
+BITS = 1 << 32
+
+_READ_BY: Final[Mapping[str, Row]] = {SetPositionEntry.code: GetNumberedPositionEntry}
+"""The answer of 3ND repeats the number, so that none can be mistaken for another."""
+_UNITS: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("OLS", "OHS", "PLS"), "pps"),
+    **dict.fromkeys(("0SS", "PES", "PKS", "QIS", "HZS"), "pulses"),
+    **dict.fromkeys(("OAS", "OBS"), "%"),
+    **dict.fromkeys(("HAS", "HFS"), "um"),
+    "OSS": "pps/s",
+    "CCS": "ms",
+    "PTS": "10 ms",
+}
+_WORDS: Final[Mapping[str, str]] = {
+    "CES": "output that reports an error, and its state then",
+    "CFS": "what an interrupt does",
+    "COS": "states of the general outputs",
+    "CPS": "edge that sets off an interrupt",
+    "DCS": "equal samples, one each ms, that make a change of an input",
+    "DIS": "logic of the general inputs",
+    "DLS": "logic of the sensor inputs and of the CLR output",
+    "SES": "change of speed: where it begins in pulses, and the speed then in pps",
+    "SPS": "speed sets of a pattern",
+    "UDS": "memory of the user program",
+}
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place of a body that holds a value."""
+
+    row: Row
+    """The command that sets it."""
+    at: Mapping[str, object]
+    """Which of its kind it is, in the fields of the command."""
+
+    @property
+    def question(self) -> Command:
+        """What reads it."""
+        return _question_of(self.row, self.at)
+
+    @property
+    def key(self) -> str:
+        """What tells it from all others."""
+        return _key_of(self.question)
+
+    @property
+    def emptied(self) -> Command | None:
+        """What makes it 0, as a table is where it names nothing; None where nothing does."""
+        value = _ZERO.get(self.row.code)
+        return None if value is None else self.row(**self.at, **{value: 0})
+
+    @property
+    def can_be_unset(self) -> bool:
+        """Whether a command takes its value away, if only with those of others."""
+        return self.row.code in _ZERO or self.row is SetSpeedChange
+
+    @property
+    def is_always_set(self) -> bool:
+        """Whether there is only one of its kind, which has a value from the beginning."""
+        return not self.at
+
+    def setting(self, reply: Reply) -> Command | None:
+        """The command that sets what a reply tells; None where a table has nothing there.
+
+        A value that cannot be set was never set.
+        """
+        told = {name: value for name, value in _given(reply).items() if name in self.row.model_fields}
+        if self.row is SetSpeedChange:
+            told.pop("end", None)
+        try:
+            command = normal(self.row(**{**told, **self.at}))
+        except ValidationError:
+            return None
+        return None if command == self.emptied else command
+
+
+_ZERO: Final[Mapping[str, str]] = {"3PS": "pulses", "UDS": "value"}
+
+
+def _given(model: Reply | Command) -> dict[str, object]:
+    return {name: value for name in type(model).model_fields if (value := getattr(model, name)) is not None}
+
+
+def _question_of(row: Row, values: Mapping[str, object]) -> Command:
+    if row is SetProgramMemory and str(values["memory"])[0] == "D":
+        return GetProgramMemory(memory=str(values["memory"]), notation="hexadecimal")
+    reading = _READ_BY.get(row.code) or COMMANDS[f"{row.code[:-1]}D"]
+    return reading(**{name: values[name] for name in reading.model_fields if name in values})
+
+
+def _key_of(question: Command) -> str:
+    return f"{question.code}{question.written()}"
+
+
+def place_of(command: Command) -> Place | None:
+    """The place that a command sets; None where a backup has no such place."""
+    if isinstance(command, SetPositionEntry) and command.pulses is None:
+        return None  # it would store where the motor stands
+    try:
+        return PLACES.get(_key_of(_question_of(type(command), _given(command))))
+    except (KeyError, ValidationError):
+        return None
+
+
+def normal(command: Command) -> Command:
+    """The same, as a backup writes it: bounds are named, 32 bits of a data memory are a number.
+
+    What bits a number below 0 has is not stated, so that these stay bits.
+    """
+    if isinstance(command, Interval) and command.lower is None:
+        return command.model_copy(update={"lower": 1 - BILLION, "upper": BILLION - 1})
+    if not isinstance(command, SetProgramMemory) or command.memory[0] != "D":
+        return command
+    bits = command.bits if command.value is None else command.value % BITS
+    if bits is None or bits >= BILLION:
+        return SetProgramMemory(memory=command.memory, bits=bits)
+    return SetProgramMemory(memory=command.memory, value=bits)
+
+
+def words_of(row: Row) -> str:
+    """What a command sets, in words, with the unit of its value."""
+    title = _WORDS.get(row.code) or row.titles()[1].partition(";")[0].removeprefix("set ").removeprefix(
+        "the "
+    )
+    unit = _UNITS.get(row.code)
+    return f"{title}, {unit}" if unit else title
+
+
+def _each(code: str, **at: object) -> Place:
+    return Place(COMMANDS[code], MappingProxyType(at))
+
+
+def _settings() -> Iterator[Place]:
+    """All of RC-420 manual 18 but speeds and patterns; what others depend on comes first.
+
+    CPS clears what CFS has set for its input (RC-420 manual 13.9.4), and outputs come last.
+    """
+    yield from map(_each, ("EAS", "EDS", "EPS", "DIS", "DLS"))
+    yield from (_each("DCS", bit=bit) for bit in range(15))
+    yield from map(_each, ("0BS", "0RS", "0SS", "CCS"))
+    yield from map(_each, ("PAS", "PBS", "PES", "PJS", "PKS", "PLS", "PSS", "PTS", "QIS", "QSS"))
+    yield from map(_each, ("HTS", "HCS", "HAS", "HFS"))
+    yield from (_each("HZS", axis=axis) for axis in range(10))
+    yield from (_each("CES", cause=cause) for cause in ("ems", "limit", "stall", "any"))
+    for port in (8, 9):
+        yield _each("CPS", port=port)
+        yield _each("CSS", port=port)
+        for recorded in ("position", "encoder", "encoder_in_pulses"):
+            yield _each("CFS", port=port, recorded=recorded)
+        yield _each("CFS", port=port, pulsed="output")
+    yield from (_each("9VS", comment_number=number) for number in range(1, 8))
+    yield from map(_each, ("3IS", "UAS", "COS"))
+
+
+def _speed_sets() -> Iterator[Place]:
+    for number in (None, *range(30)):
+        at = {} if number is None else {"speed_set": number}
+        yield from (_each(code, **at) for code in ("OLS", "OHS", "OSS", "OAS", "OBS"))
+
+
+def _patterns() -> Iterator[Place]:
+    for pattern in range(30):
+        yield Place(SetPattern, {"pattern": pattern})
+        yield from (Place(SetSpeedChange, {"pattern": pattern, "point": point}) for point in range(16))
+
+
+def _positions() -> Iterator[Place]:
+    numbers = range(LAST_POSITION + 1)
+    yield from (Place(SetPositionEntry, {"entry": PositionReference(position=it)}) for it in numbers)
+
+
+def _memories() -> Iterator[Place]:
+    for bank, last in LAST_PLACES.items():
+        yield from (Place(SetProgramMemory, {"memory": f"{bank}{place}"}) for place in range(last + 1))
+
+
+def _by_key(places: Iterable[Place]) -> Mapping[str, Place]:
+    return MappingProxyType({place.key: place for place in places})
+
+
+PLACES_OF: Final[Mapping[Section, Mapping[str, Place]]] = {
+    "settings": _by_key(_settings()),
+    "speed-sets": _by_key(_speed_sets()),
+    "patterns": _by_key(_patterns()),
+    "positions": _by_key(_positions()),
+    "memories": _by_key(_memories()),
+}
+"""The places of each section, by their keys, in the order in which they are read and written."""
+PLACES: Final = {key: place for places in PLACES_OF.values() for key, place in places.items()}
+
+RAM_ONLY: Final[tuple[Row, ...]] = (SetProgramMemory, SetSpeedChange)
+"""What no flash memory holds (RC-420 manual 18): it is gone with the power."""

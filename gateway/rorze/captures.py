@@ -1,0 +1,230 @@
+"""Captures: an edge on input 8 or 9 records where the motor is, once in a move (RC-420 manual 13.9.4)."""
+
+import asyncio
+from typing import Annotated, Final, Literal, NamedTuple, Self
+
+from pydantic import Field, model_validator
+
+from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.records import RequestModel, example
+from gateway.rorze.bodies import Body
+from gateway.rorze.move_requests import Length
+from gateway.rorze.positions import read_one
+from protocols.rorze.inputs_outputs import (
+    GetInterruptAction,
+    GetInterruptMode,
+    GetInterruptRange,
+    SetInterruptAction,
+    SetInterruptMode,
+    SetInterruptRange,
+)
+from protocols.rorze.notation import BILLION, Bounds, PositionReference
+from protocols.rorze.position_table import SetPositionEntry
+
+INPUTS: Final = (8, 9)
+NOTHING_YET: Final = 1 - BILLION
+"""Written into the entries when a capture is armed: the controller's own 0 could be a position."""
+EVERYWHERE: Final = Bounds(lower=1 - BILLION, upper=BILLION - 1)
+ARM_WITHIN_S: Final = 5.0
+
+Edge = Literal["off", "falling", "rising"]
+Kind = Literal["position", "encoder", "encoder_in_pulses"]
+KINDS: Final[tuple[Kind, ...]] = ("position", "encoder", "encoder_in_pulses")
+Entry = Annotated[int, Field(ge=0, le=2047)]
+
+
+class Section(RequestModel):
+    """The stretch of positions in which an edge counts."""
+
+    lower: Length
+    upper: Length
+
+    def bounds(self, body: Body) -> Bounds:
+        """The same in pulses.
+
+        :raises InvalidRequest: it is empty, too long, or in another unit.
+        """
+        lower, upper = self.lower.pulses(body.scale), self.upper.pulses(body.scale)
+        if not -BILLION < lower < upper < BILLION:
+            raise InvalidRequest(
+                f"between: {lower} to {upper} pulses is no stretch of positions; nothing was sent."
+            )
+        return Bounds(lower=lower, upper=upper)
+
+
+class CapturePulse(RequestModel):
+    """A pulse that the edge sets off. Arming gives the output the opposite state."""
+
+    output: int = Field(ge=0, le=7, description="General output, 0-7.")
+    on: bool = Field(description="Its state during the pulse.")
+    duration_ms: int = Field(ge=1, le=30_000)
+
+
+class CaptureRequest(RequestModel, json_schema_extra=example(edge="rising", position=25)):
+    """What an edge in the next move is to do; what is left out, it does not."""
+
+    edge: Literal["falling", "rising"]
+    position: Entry | None = Field(None, description="Position number that takes the position.")
+    encoder: Entry | None = Field(None, description="Position number that takes the encoder count.")
+    encoder_in_pulses: Entry | None = Field(
+        None, description="Position number that takes the encoder count converted to pulses."
+    )
+    pulse: CapturePulse | None = None
+    between: Section | None = Field(None, description="Left out, the edge counts everywhere.")
+
+    def entries(self) -> dict[Kind, int]:
+        """The numbers that take values, by what they take."""
+        numbers = {
+            "position": self.position,
+            "encoder": self.encoder,
+            "encoder_in_pulses": self.encoder_in_pulses,
+        }
+        return {kind: number for kind in KINDS if (number := numbers[kind]) is not None}
+
+    @model_validator(mode="after")
+    def _do_something_once(self) -> Self:
+        numbers = list(self.entries().values())
+        if not numbers and self.pulse is None:
+            raise ValueError("name a position number that takes a value, or a pulse")
+        if len(set(numbers)) < len(numbers):
+            raise ValueError("a position number can take one value only")
+        return self
+
+
+class Recorded(NamedTuple):
+    """An entry of the position table that takes a value."""
+
+    kind: Kind
+    number: int
+    value: int | None
+    """None: no edge has come since it was armed."""
+
+
+class Capture(NamedTuple):
+    """How an input is set up to capture, and what it has captured."""
+
+    input: int
+    edge: Edge
+    """What it waits for; off: it is not armed, or not any more."""
+    between: Bounds | None
+    recorded: tuple[Recorded, ...]
+    pulse: CapturePulse | None
+
+    @property
+    def captured(self) -> bool | None:
+        """Whether an edge has come; None where no entry tells."""
+        return any(it.value is not None for it in self.recorded) if self.recorded else None
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more will come: it has captured, or is not armed."""
+        return self.edge == "off" or bool(self.captured)
+
+
+class ArmingBrokenOff(GatewayError):
+    """An input is set up in part: it may capture in the next move, or not."""
+
+    kind = "arming-broken-off"
+    title = "The capture is set up in part"
+
+    def __init__(self, address: str, port: int, cause: GatewayError) -> None:
+        super().__init__(
+            f"Input {port} of {address} is set up in part, then it was broken off: "
+            f"{cause.title[0].lower()}{cause.title[1:]}.",
+            "Arm it again, or disarm it.",
+        )
+
+
+async def read(body: Body, port: int) -> Capture:
+    """Read how an input is set up (CPD, CFD, CSD), and the entries that take values (3ND).
+
+    :raises GatewayError: it was not read.
+    """
+    mode, _ = await body.ask(GetInterruptMode(port=port))
+    bounds, _ = await body.ask(GetInterruptRange(port=port))
+    pulse, _ = await body.ask(GetInterruptAction(port=port, pulsed="output"))
+    recorded: list[Recorded] = []
+    for kind in KINDS:
+        action, _ = await body.ask(GetInterruptAction(port=port, recorded=kind))
+        if action.number is not None:
+            recorded.append(await _recorded(body, kind, action.number))
+    return Capture(
+        port,
+        mode.edge,
+        None if bounds == EVERYWHERE else bounds,
+        tuple(recorded),
+        None
+        if pulse.output is None or pulse.duration_ms is None
+        else CapturePulse(output=pulse.output, on=bool(pulse.state), duration_ms=pulse.duration_ms),
+    )
+
+
+async def arm(body: Body, port: int, wanted: CaptureRequest) -> Capture:
+    """Let an input capture in the next move, undivided (CSS, CFS, CPS), and mark the entries.
+
+    :raises InvalidRequest: the stretch is none; nothing was sent.
+    :raises ArmingBrokenOff: a stop, or the line, has divided it.
+    :raises GatewayError: it was refused, as while the motor moves, or not sent; nothing was changed.
+    """
+    bounds = None if wanted.between is None else wanted.between.bounds(body)
+    entries, pulse = wanted.entries(), wanted.pulse
+    commands = [
+        SetInterruptRange(port=port)
+        if bounds is None
+        else SetInterruptRange(port=port, lower=bounds.lower, upper=bounds.upper),
+        *(SetInterruptAction(port=port, recorded=kind, number=entries.get(kind)) for kind in KINDS),
+        SetInterruptAction(port=port, pulsed="output")
+        if pulse is None
+        else SetInterruptAction(
+            port=port,
+            pulsed="output",
+            output=pulse.output,
+            state=int(pulse.on),
+            duration_ms=pulse.duration_ms,
+        ),
+        SetInterruptMode(port=port, edge=wanted.edge),
+        *(
+            SetPositionEntry(entry=PositionReference(position=number), pulses=NOTHING_YET)
+            for number in entries.values()
+        ),
+    ]
+    expires_at = asyncio.get_running_loop().time() + ARM_WITHIN_S
+    async with body.line.undivided([body.number], expires_at):
+        for done, command in enumerate(commands):
+            try:
+                await body.ask(command)
+            except GatewayError as error:
+                if done:
+                    raise ArmingBrokenOff(body.address, port, error) from error
+                raise
+    return await read(body, port)
+
+
+async def disarm(body: Body, port: int) -> Capture:
+    """Let an input capture nothing (CPS).
+
+    :raises GatewayError: it was refused, as while the motor moves, not sent, or not answered.
+    """
+    await body.ask(SetInterruptMode(port=port, edge="off"))
+    return await read(body, port)
+
+
+async def wait(body: Body, port: int, within_s: float) -> Capture:
+    """Give a capture when an edge has come, or none will come any more; or as it is when the time is up.
+
+    :raises GatewayError: it was not read.
+    """
+    loop = asyncio.get_running_loop()
+    until = loop.time() + within_s
+    capture = await read(body, port)
+    while not capture.is_over and loop.time() < until:
+        await asyncio.sleep(min(body.poll_interval_s, max(0.0, until - loop.time())))
+        mode, _ = await body.ask(GetInterruptMode(port=port))
+        recorded = [await _recorded(body, it.kind, it.number) for it in capture.recorded]
+        capture = capture._replace(edge=mode.edge, recorded=tuple(recorded))
+    return capture
+
+
+async def _recorded(body: Body, kind: Kind, number: int) -> Recorded:
+    pulses = (await read_one(body, number)).pulses
+    return Recorded(kind, number, None if pulses == NOTHING_YET else pulses)

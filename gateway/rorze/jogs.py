@@ -1,0 +1,244 @@
+"""Jogs of bodies: a bounded move that is stopped as soon as heartbeats stay away."""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final, Literal, cast
+
+from pydantic import Field
+
+from gateway.core.errors import InvalidRequest
+from gateway.core.jogs import (
+    HEARTBEAT_S,
+    KEPT,
+    START_WITHIN_S,
+    Jog,
+    JogEnd,
+    JogOutOfReach,
+    JogOver,
+    no_such_jog,
+)
+from gateway.core.move_record import Move, MoveStatus
+from gateway.core.origin import Origin, acting
+from gateway.core.records import RequestModel, example
+from gateway.core.stops import CONFIRM_WITHIN_S, RECORD_WITHIN_S
+from gateway.rorze.bodies import Body
+from gateway.rorze.move_requests import Length, Pattern, Speed, relative_command
+from gateway.rorze.moves import Moves
+from gateway.rorze.plans import amount_of, top_speed_of
+from gateway.rorze.stops import StopReport, Stops
+from protocols.rorze.modes import GetSoftLimits
+from protocols.rorze.notation import BILLION
+
+LONGEST_S: Final = 10.0
+"""No jog goes further than the motor comes in this time at its top speed: nothing stops it where the gateway
+has died."""
+STILL_WITHIN_S: Final = CONFIRM_WITHIN_S + RECORD_WITHIN_S
+
+Turn = Literal["cw", "ccw"]
+_TURNS: Final[dict[str, Turn]] = {"+": "cw", "-": "ccw", "cw": "cw", "ccw": "ccw"}
+_UNSEEN: Final = (MoveStatus.LOST, MoveStatus.UNKNOWN)
+"""Moves whose ends nobody has seen."""
+
+
+class BodyJogRequest(RequestModel, json_schema_extra=example(direction="cw")):
+    """Which way to jog, how fast, and how far at most."""
+
+    direction: Literal["cw", "ccw", "+", "-"] = Field(description="+ is cw, - is ccw.")
+    speed: Speed = Field(default="low", description="`low` runs at the start speed, without ramps.")
+    pattern: Pattern = None
+    at_most: Length | None = Field(
+        default=None,
+        description="The jog ends after this distance; never further than 10 s take at its top speed, nor "
+        "beyond the soft limits.",
+    )
+
+    @property
+    def turn(self) -> Turn:
+        """The direction in the words of moves."""
+        return _TURNS[self.direction]
+
+
+class BodyJog(Jog):
+    """A body that jogs, or has jogged."""
+
+    id: str = Field(description="Of the jog, and of the move it makes.")
+    body_id: str
+    direction: Turn
+    speed: Speed
+    distance: int = Field(description="So far it goes at most, in pulses; encoder counts in encoder mode.")
+
+
+@dataclass(eq=False)
+class _Session:
+    jog: BodyJog
+    body: Body
+    move: Move
+    until: float = 0.0
+    """Deadline of the next heartbeat, on the event loop's clock."""
+    alarm: asyncio.TimerHandle | None = None
+    """Stops it, unless the next heartbeat comes first."""
+    over: "asyncio.Task[None]" = field(init=False)
+    """Ends when the motor was seen to stand still."""
+    stopping: "asyncio.Task[list[StopReport]] | None" = None
+
+
+class BodyJogs:
+    """The jogs of all bodies of a plant."""
+
+    def __init__(self, moves: Moves, stops: Stops, tell: Callable[[str, Body, BodyJog], None]) -> None:
+        self._moves, self._stops, self._tell = moves, stops, tell
+        self._sessions: dict[str, _Session] = {}
+
+    async def start(self, body: Body, request: BodyJogRequest) -> BodyJog:
+        """Start to jog a body (RC-420 manual 13.2).
+
+        :raises InvalidRequest: the length is in another unit, or it stands at its soft limit; nothing was
+            sent.
+        :raises GatewayError: as of `Moves.start`.
+        """
+        line, number = body.line, body.number
+        line.admission.require()
+        loop = asyncio.get_running_loop()
+        late_at, epoch = loop.time() + START_WITHIN_S, line.gate.epoch(number)
+        distance = await _distance(body, request)
+        if line.gate.epoch(number) != epoch:
+            raise line.gate.overtaken(number)
+        [move] = await self._moves.start(
+            body,
+            relative_command(request.turn, request.speed, distance, request.pattern),
+            max(0.0, late_at - loop.time()),
+            on_sent=lambda move: self._begun(body, move, request, distance),
+            kind="jog",
+        )
+        return self._sessions[move.id].jog
+
+    def _begun(self, body: Body, move: Move, request: BodyJogRequest, distance: int) -> None:
+        """The motor may move from now on, answered or not."""
+        jog = BodyJog(
+            id=move.id, body_id=body.address, direction=request.turn, speed=request.speed, distance=distance
+        )
+        self._sessions[jog.id] = it = _Session(jog, body, move)
+        self._await_heartbeat(it)
+        it.over = asyncio.create_task(self._see_over(it), name=f"jog of {body.address}")
+        over = [key for key, each in self._sessions.items() if each.over.done()]
+        for key in over[: max(0, len(over) - KEPT)]:
+            del self._sessions[key]
+        self._tell("started", body, jog)
+
+    def _await_heartbeat(self, it: _Session) -> None:
+        loop = asyncio.get_running_loop()
+        if it.alarm is not None:
+            it.alarm.cancel()
+        it.until = loop.time() + HEARTBEAT_S
+        it.alarm = loop.call_at(it.until, self._missed, it)
+
+    def heartbeat(self, body: Body, jog_id: str) -> BodyJog:
+        """Let a body jog for another half second.
+
+        :raises NotFound: it had no such jog.
+        :raises JogOver: it is being stopped, or stands still.
+        :raises JogOutOfReach: nobody can keep it, or stop it; the jog is lost as if none had come.
+        """
+        body.line.admission.revise()
+        it = self._find(body, jog_id)
+        if it.jog.state == "jogging" and asyncio.get_running_loop().time() >= it.until:
+            self._stop(it, "lost")  # the loop was held: the alarm comes too late
+        if it.jog.state != "jogging":
+            raise JogOver(body.address, it.jog)
+        if not body.online:
+            raise JogOutOfReach(body.address, "its motor")
+        self._await_heartbeat(it)
+        return it.jog
+
+    async def end(self, body: Body, jog_id: str) -> BodyJog:
+        """Stop a jog, and give it when the motor stands still.
+
+        Its state is `stopping` where that was not seen in time; the stop is repeated. One that is over
+        already is given as it ended.
+
+        :raises NotFound: the body had no such jog.
+        """
+        it = self._find(body, jog_id)
+        if it.jog.state == "jogging":
+            self._stop(it, "ended")
+        await asyncio.wait({it.over}, timeout=STILL_WITHIN_S)
+        return it.jog
+
+    def body_stops(self, body: Body) -> None:
+        """A stop of a body begins: its jog goes on no more."""
+        for it in self._sessions.values():
+            if it.body is body and it.jog.state == "jogging":
+                self._leave(it, "stopped")
+
+    def lose_all(self) -> None:
+        """Stop every body that jogs: its heartbeats are too old."""
+        for it in list(self._sessions.values()):
+            if it.jog.state == "jogging":
+                self._stop(it, "lost")
+
+    async def close(self) -> None:
+        """Give up looking whether motors stand still."""
+        tasks = [it.over for it in self._sessions.values()]
+        for it in self._sessions.values():
+            self._silence(it)
+            it.over.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _find(self, body: Body, jog_id: str) -> _Session:
+        it = self._sessions.get(jog_id)
+        if it is None or it.body is not body:
+            raise no_such_jog(jog_id)
+        return it
+
+    @acting(Origin("gateway: missing heartbeat"))
+    def _missed(self, it: _Session) -> None:
+        self._stop(it, "lost")
+
+    def _stop(self, it: _Session, ends_as: JogEnd) -> None:
+        self._leave(it, ends_as)
+        it.stopping = self._stops.stop([it.body], "decelerate")
+
+    def _leave(self, it: _Session, ends_as: JogEnd) -> None:
+        """Begin the end of a jog, which is done once: the motor may still move."""
+        self._silence(it)
+        it.jog.state, it.jog.ends_as = "stopping", ends_as
+        self._tell("stopping", it.body, it.jog)
+
+    def _silence(self, it: _Session) -> None:
+        if it.alarm is not None:
+            it.alarm.cancel()
+
+    async def _see_over(self, it: _Session) -> None:
+        """Wait until the motor stands still: its move has ended, or else a stop is confirmed."""
+        await it.body.free.wait()
+        if it.jog.state == "jogging":
+            self._leave(it, "ended")
+        while it.move.status in _UNSEEN:
+            [report] = await self._stops.stop([it.body], "decelerate")
+            if report.state == "confirmed":
+                break
+        it.jog.state = cast("JogEnd", it.jog.ends_as)
+        self._tell(it.jog.state, it.body, it.jog)
+
+
+async def _distance(body: Body, request: BodyJogRequest) -> int:
+    """How far a jog may go, in the unit of the operating mode.
+
+    :raises InvalidRequest: it stands at its soft limit, or the length is in another unit.
+    """
+    reach = round(LONGEST_S * await top_speed_of(body, request.speed, request.pattern))
+    reach = await amount_of(body, reach)
+    if request.at_most is not None:
+        reach = min(reach, request.at_most.pulses(body.scale))
+    limits, _ = await body.ask(GetSoftLimits())
+    here = (await body.where_it_rests()).position
+    room = limits.upper - here if request.turn == "cw" else here - limits.lower
+    if min(reach, room) < 1:
+        raise InvalidRequest(
+            f"{body.address} has no room to jog {request.turn}: it stands at {here}, its soft limits are "
+            f"{limits.lower} to {limits.upper}; nothing was sent."
+            if room < 1
+            else "at_most: it comes to less than one pulse; nothing was sent."
+        )
+    return min(reach, room, BILLION - 1)

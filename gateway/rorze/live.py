@@ -1,0 +1,121 @@
+"""Where bodies stand, and how their inputs and outputs are, for those who watch them."""
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar, Self, cast
+
+from gateway.core.errors import GatewayError
+from gateway.core.event_types import IO, Signal, Signals
+from gateway.core.lanes import Lane
+from gateway.core.live import Live
+from gateway.core.sampler import IO_HZ, Source
+from gateway.rorze.bodies import Body, R, counted_in
+from gateway.rorze.event_types import BodyPosition
+from gateway.rorze.sweep import Sweep, Told
+from protocols.rorze.inputs_outputs import GetInputs, GetOutputs
+from protocols.rorze.position import GetPosition
+from protocols.rorze.row import RorzeCommand
+
+INPUTS, OUTPUTS = range(10), range(16)
+FRESH = 0.5
+"""Share of the time between two values that one may be old which was told to somebody else."""
+
+
+@dataclass(eq=False)
+class BodySource(Source):
+    """Values of one body; enough of those that are due with it are asked for by their group."""
+
+    body: Body
+    sweep: Sweep
+    live: Live
+    samples_hz: float = 0.0
+    """How often a second it is asked for during a move."""
+    subject: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.subject = f"/bodies/{self.body.address}"
+
+    def company(self, due: Sequence[Source]) -> dict[Body, Self]:
+        """Those that one frame asks for, by their bodies."""
+        alike = {it.body: it for it in self.among(due)}
+        group = self.sweep.group_for(self.body, alike)
+        return {
+            body: it for body, it in alike.items() if body is self.body or (group and body in group.members)
+        }
+
+    async def ask(self, bodies: Sequence[Body], command: RorzeCommand[R]) -> dict[Body, tuple[R, float]]:
+        """Ask bodies the same, behind everybody else, and give what each has told, and when.
+
+        :raises GatewayError: this one has not told it.
+        """
+        told = await self.sweep.ask(bodies, command, Lane.BACKGROUND)
+        if isinstance(refusal := told[self.body], GatewayError):
+            raise refusal
+        return {body: (cast("R", it.reply), it.at) for body, it in told.items() if isinstance(it, Told)}
+
+
+class PositionSource(BodySource):
+    """Where a body stands (6PD)."""
+
+    type: ClassVar = "body.position"
+
+    @property
+    def own_hz(self) -> float:
+        """While it moves, that of the samples which are kept with the move."""
+        return 0.0 if self.body.way is None else self.samples_hz
+
+    async def read(self, due: Sequence[Source]) -> list[Source]:
+        """Put what somebody else has just been told, or ask."""
+        if self._put_if_fresh():
+            return [self]
+        sources = self.company(due)
+        told = await self.ask(list(sources), GetPosition())
+        for body, (reply, at) in told.items():
+            sources[body].put(reply.pulses, at)
+        return [sources[body] for body in told]
+
+    def _put_if_fresh(self) -> bool:
+        body, hz = self.body, max(self.live.rate(self.type, self.subject), self.own_hz)
+        if body.position is None or body.position_at is None or hz <= 0:
+            return False
+        if asyncio.get_running_loop().time() - body.position_at > FRESH / hz:
+            return False
+        self.put(body.position, body.position_at)
+        return True
+
+    def put(self, pulses: int, at: float) -> None:
+        """Tell where it stood."""
+        scale, mode = self.body.scale, self.body.mode
+        position = BodyPosition(
+            pulses=pulses,
+            counted_in=None if mode is None else counted_in(mode),
+            value=scale.value(pulses) if scale else None,
+            unit=scale.unit if scale else None,
+        )
+        self.live.put(self.type, self.subject, position, at)
+
+
+class SignalSource(BodySource):
+    """A body's general inputs and outputs (CID, COD)."""
+
+    type: ClassVar = IO
+    most_hz: ClassVar = IO_HZ
+
+    async def read(self, due: Sequence[Source]) -> list[Source]:
+        """Ask, and put what was told."""
+        sources = self.company(due)
+        inputs = await self.ask(list(sources), GetInputs())
+        outputs = await self.ask(list(sources), GetOutputs())
+        both = inputs.keys() & outputs.keys()
+        for body in both:
+            signals = Signals(
+                inputs=_signals(INPUTS, body.input_names, inputs[body][0].bits or 0),
+                outputs=_signals(OUTPUTS, body.output_names, outputs[body][0].bits or 0),
+            )
+            self.live.put(self.type, sources[body].subject, signals, inputs[body][1])
+        return [sources[body] for body in both]
+
+
+def _signals(numbers: range, names: Mapping[int, str], bits: int) -> list[Signal]:
+    return [Signal(number=it, name=names.get(it), on=bool(bits >> it & 1)) for it in numbers]

@@ -1,0 +1,148 @@
+"""The position table of a body: 2048 positions, read, stored and read back (RC-420 manual 13.4)."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Final, NamedTuple
+
+from gateway.core.errors import BodyBusy, CommandGarbled, GatewayError, InvalidRequest, NoReply
+from gateway.rorze.bodies import Body
+from gateway.rorze.readings import believed
+from protocols.rorze.flash import SavePositions
+from protocols.rorze.notation import BILLION, PositionReference
+from protocols.rorze.position_table import GetNumberedPositionEntry, SetPositionEntry
+
+LAST_POSITION: Final = 2047
+PLACES: Final = range(LAST_POSITION + 1)
+TRIES: Final = 3
+
+
+class Position(NamedTuple):
+    """A position of the table, in pulses or encoder counts as the operating mode is."""
+
+    number: int
+    pulses: int
+
+
+class Wanted(NamedTuple):
+    """A position to be stored."""
+
+    number: int
+    pulses: int | None
+    """None: where the motor stands."""
+
+
+class PositionsDiffer(GatewayError):
+    """Positions were stored, and the body holds others."""
+
+    kind = "positions-differ"
+    title = "The body holds other positions than were sent"
+    retryable = True
+
+
+class StoringBrokenOff(GatewayError):
+    """Some positions were sent, the rest was not."""
+
+    kind = "storing-broken-off"
+    title = "Only some of the positions were sent"
+
+    def __init__(self, address: str, sent: int, of: int, cause: GatewayError) -> None:
+        super().__init__(
+            f"{sent} of {of} positions were sent to {address} and not read back, then it was broken off: "
+            f"{cause.detail}",
+            "Read the table, and store the rest.",
+        )
+
+
+async def read(body: Body, first: int, last: int) -> list[Position]:
+    """Read positions one by one (3ND), each by its number, which the answer repeats.
+
+    :raises InvalidRequest: the last is before the first.
+    :raises GatewayError: they were not read.
+    """
+    if last < first:
+        raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
+    return [await read_one(body, number) for number in range(first, last + 1)]
+
+
+async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) -> list[Position]:
+    """Store positions (3PS), read them back, and write the whole table to flash memory (FPS) if asked.
+
+    What differs is sent again: no checksum tells a garbled digit.
+
+    :raises InvalidRequest: a number comes twice, or does not exist; nothing was sent.
+    :raises BodyBusy: it moves, and is to store where it stands; nothing was sent.
+    :raises StoringBrokenOff: some were sent.
+    :raises PositionsDiffer: all were sent, and what was read back is something else.
+    :raises GatewayError: nothing was sent, or it was not read back, or not written to flash memory.
+    """
+    _check(wanted)
+    if any(it.pulses is None for it in wanted) and (await body.where_it_rests()).runs:
+        raise BodyBusy(f"{body.address} moves; nothing was sent.", "Wait for standstill.")
+    held: dict[int, Position] = {}
+    left = list(wanted)
+    for _ in range(TRIES):
+        await _send(body, left, len(wanted))
+        held |= {it.number: await read_one(body, it.number) for it in left}
+        left = [it for it in left if it.pulses not in (None, held[it.number].pulses)]
+        if not left:
+            break
+    else:
+        numbers = ", ".join(str(it.number) for it in left)
+        raise PositionsDiffer(
+            f"{body.address} was sent {len(wanted)} positions, and holds others under the numbers {numbers}.",
+            "Store them again.",
+        )
+    if flash:
+        await body.ask(SavePositions())
+    return [held[it.number] for it in wanted]
+
+
+async def _send(body: Body, wanted: Sequence[Wanted], of: int) -> None:
+    for sent, it in enumerate(wanted):
+        try:
+            await _set(body, it)
+        except GatewayError as error:
+            if sent:
+                raise StoringBrokenOff(body.address, sent, of, error) from error
+            raise
+
+
+def _check(wanted: Sequence[Wanted]) -> None:
+    seen: set[int] = set()
+    for number, pulses in wanted:
+        if number not in PLACES:
+            raise InvalidRequest(
+                f"There is no position {number}: they go from 0 to {LAST_POSITION}; nothing was sent."
+            )
+        if pulses is not None and abs(pulses) >= BILLION:
+            raise InvalidRequest(
+                f"Position {number} comes to {pulses} pulses: must be less than {BILLION} either way; "
+                "nothing was sent."
+            )
+        if number in seen:
+            raise InvalidRequest(f"Position {number} is given twice; nothing was sent.")
+        seen.add(number)
+
+
+async def _set(body: Body, wanted: Wanted) -> None:
+    """Store a position; what may be lost or garbled is sent again, which changes nothing where it was not."""
+    command = SetPositionEntry(entry=PositionReference(position=wanted.number), pulses=wanted.pulses)
+    for _ in range(TRIES - 1):
+        with suppress(NoReply, CommandGarbled):
+            await body.ask(command)
+            return
+    await body.ask(command)
+
+
+async def read_one(body: Body, number: int) -> Position:
+    """Read one position (3ND); on a line that errs it is believed when it came twice.
+
+    :raises GatewayError: it was not read.
+    """
+    command = GetNumberedPositionEntry(entry=PositionReference(position=number))
+
+    async def ask() -> int:
+        entry, _ = await body.ask(command)
+        return entry.pulses
+
+    return Position(number, await believed(body.line, ask))

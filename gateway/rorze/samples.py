@@ -1,0 +1,122 @@
+"""Where a body was seen during a move, beside where the speed curve of its settings leads."""
+
+from datetime import datetime
+from typing import Any
+
+from pydantic import Field
+
+from gateway.core.errors import ControllerRefused, GatewayError
+from gateway.core.move_record import Move
+from gateway.core.records import Record
+from gateway.core.ways import Way
+from gateway.rorze.bodies import Body
+from gateway.rorze.plans import PlannedWay, way_of
+from protocols.rorze.profile import ProfileError
+from protocols.rorze.row import RorzeCommand
+
+PLAN_POINTS = 200
+"""Moments of a plan that are told, besides those where a part of its curve begins."""
+
+
+class BodySample(Record):
+    """Where a motor stood."""
+
+    time: datetime = Field(description="When the controller's answer came.")
+    time_s: float = Field(description="Seconds since the move's command was written.")
+    pulses: int
+    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    planned_pulses: float | None = Field(description="Where the plan has it then; null without a plan.")
+
+
+class PlannedPoint(Record):
+    """Where the plan has a motor, had it begun when its command was written."""
+
+    time_s: float
+    pulses: float
+    speed: float = Field(description="Pulses per second; below 0 where positions decrease.")
+
+
+class BodySamples(Record):
+    """Where a body was seen during a move: each answer that told its position, 512 at most."""
+
+    move_id: str
+    body_id: str
+    unit: str | None
+    pulses_per_unit: float | None = Field(description="The body's scale; null without one.")
+    planned_s: float | None = Field(
+        description="How long the plan has pulses run; null without a plan or an end."
+    )
+    plan: list[PlannedPoint] | None = Field(
+        description="Evenly spread, and where a part of the curve begins."
+    )
+    note: str | None = Field(description="Why there is no plan.")
+    samples: list[BodySample]
+
+
+class BodyWay(Way[int]):
+    """The way of a body's move, and what its plan is made of."""
+
+    def __init__(self, body: Body, move: Move, command: RorzeCommand[Any], at: float) -> None:
+        super().__init__(move.sent_at or move.created_at, at, move.start_position or 0)
+        self.body, self.move, self.command = body, move, command
+        self._settings = body.settings
+        self._plan: PlannedWay | str | None = None
+
+    async def plan(self) -> PlannedWay | str:
+        """Work out the plan by the settings that the move was made with, or say why there is none.
+
+        They are read when somebody first asks: no move waits for its plan.
+        """
+        if self._plan is None:
+            try:
+                self._plan = await self._read_plan()
+            except GatewayError as error:
+                return f"The settings could not be read: {error.detail}"
+        return self._plan
+
+    async def _read_plan(self) -> PlannedWay | str:
+        body, move = self.body, self.move
+        try:
+            plan = await way_of(body, self.command, move.start_position or 0, move.target_position)
+        except (ProfileError, ControllerRefused) as error:
+            return f"The settings make no plan: {error}"
+        if body.settings != self._settings:
+            return "Settings of the body may have changed since the move began."
+        return plan or "How far it goes was only known when it was done."
+
+
+async def samples_of(way: BodyWay) -> BodySamples:
+    """Give the samples of a move, with the plan beside them where there is one."""
+    body, plan = way.body, await way.plan()
+    scale, known = body.scale, None if isinstance(plan, str) else plan
+    return BodySamples(
+        move_id=way.move.id,
+        body_id=body.address,
+        unit=scale.unit if scale else None,
+        pulses_per_unit=scale.pulses_per_unit if scale else None,
+        planned_s=known.profile.duration_s if known else None,
+        plan=_points(known, way.places[-1][0]) if known else None,
+        note=plan if isinstance(plan, str) else None,
+        samples=[
+            BodySample(
+                time=way.time_of(seconds),
+                time_s=round(seconds, 6),
+                pulses=pulses,
+                value=scale.value(pulses) if scale else None,
+                planned_pulses=round(known.position(seconds), 3) if known else None,
+            )
+            for seconds, pulses in way.places
+        ],
+    )
+
+
+def _points(plan: PlannedWay, seen_s: float) -> list[PlannedPoint]:
+    """The plan to its end, or as far as an endless move was seen."""
+    end_s = plan.profile.duration_s
+    last_s = seen_s if end_s is None else end_s
+    even = (last_s * index / (PLAN_POINTS - 1) for index in range(PLAN_POINTS))
+    begins = (phase.start_s for phase in plan.profile.curve.phases if phase.start_s < last_s)
+    return [
+        PlannedPoint(time_s=at_s, pulses=round(plan.position(at_s), 3), speed=round(plan.speed(at_s), 3))
+        for at_s in sorted({*even, *begins})
+    ]

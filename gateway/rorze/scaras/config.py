@@ -1,0 +1,82 @@
+"""What the configuration file may say of a SCARA robot."""
+
+from collections.abc import Mapping
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from gateway.core.tables import Array, Fault, Name, Slug, Table, refuse_repeats
+from gateway.rorze.config import BodyId, GroupId, Line
+from protocols.rorze.interpolation import PulsesOfTurn
+from protocols.rorze.notation import BILLION
+from protocols.rorze.scara import BeltLinked, Robot, ThreeAxes
+
+ROBOTS: Mapping[int, type[Robot]] = {2: BeltLinked, 3: ThreeAxes}
+"""The mechanics by the number of axes (HTS)."""
+
+Micrometres = Annotated[int, Field(ge=1, lt=BILLION)]
+
+
+class Scara(Table):
+    """A SCARA robot: bodies of one line, which one frame starts (RC-420 manual 13.10)."""
+
+    id: Slug
+    name: Name | None = None
+    line: Slug
+    group: GroupId
+    """The virtual body that stands for all members."""
+    members: Array[BodyId] = Field(min_length=2, max_length=3)
+    """The bodies of axes 0, 1 and 2: base, arm and finger; two where belts turn the finger (HTS, HCS)."""
+    arm_um: Micrometres
+    """Length of each of the two links (HAS)."""
+    finger_um: Micrometres
+    """From the third joint to the centre of the wafer (HFS)."""
+    pulses_per_turn: Array[PulsesOfTurn]
+    """Of each axis (HZS)."""
+    own_path: int = Field(63, ge=0, le=63)
+    """The interpolation path that the gateway overwrites for its lines (HDS)."""
+    keep_out_um: int = Field(10_000, ge=0, lt=BILLION)
+    """Paths that pass the origin nearer than this, and not straight through it, are refused: the base would
+    turn too fast (RC-420 manual 13.10.6). How near is too near depends on the robot, an assumption; 0 refuses
+    none."""
+    tolerance_pulses: int = Field(2, ge=0, le=10_000)
+    """By how much an axis may end beside the place that the gateway calculates. The manual tells neither the
+    rounding nor the bend of the elbow, so what is calculated is an assumption."""
+    on_fault: Literal["decelerate", "immediate"] = "decelerate"
+    """How the other axes are stopped when one fails."""
+
+    @model_validator(mode="after")
+    def _be_consistent(self) -> Self:
+        refuse_repeats(self.members, "members")
+        if len(self.pulses_per_turn) != len(self.members):
+            raise Fault(f"must have {len(self.members)} numbers, one for each member", "pulses_per_turn")
+        return self
+
+    @property
+    def group_number(self) -> int:
+        """The virtual body number as it is, 128-158."""
+        return int(self.group, 16)
+
+    @property
+    def robot(self) -> Robot:
+        """Its mechanics."""
+        return ROBOTS[len(self.members)](self.arm_um, self.finger_um, self.pulses_per_turn)
+
+    def require_place_on(self, line: Line | None) -> None:
+        """Refuse what is not on its line, or is something else there.
+
+        :raises Fault: that is so.
+        """
+        if line is None:
+            raise Fault(f"there is no line {self.line} of protocol rorze", "line")
+        bodies = {body.id for body in line.bodies}
+        for position, member in enumerate(self.members):
+            if member not in bodies:
+                raise Fault(f"{member} is no body of line {self.line}", "members", position)
+        others = [group.members for group in line.groups if group.id == self.group]
+        if others not in ([], [self.members]):
+            raise Fault("is a group of other members, or in another order", "group")
+        if self.group_number in line.sweep_numbers:
+            raise Fault("is among the line's sweep_groups", "group")
+        if line.introducer != "&":
+            raise Fault(f"cannot be addressed after {line.introducer!r}", "group")

@@ -1,0 +1,172 @@
+"""The mechanics that the controllers of a SCARA robot calculate with (RC-420 manual 13.10.7)."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Final, Literal, NamedTuple
+
+from gateway.core.errors import GatewayError
+from gateway.core.lanes import Lane
+from gateway.core.records import Record
+from gateway.rorze.bodies import Body
+from gateway.rorze.scaras.scara import Scara
+from protocols.rorze.flash import SaveSettings
+from protocols.rorze.interpolation import (
+    ConvertPulsesToCoordinates,
+    Coordinates,
+    GetArmLength,
+    GetDrivenAxis,
+    GetFingerLength,
+    GetPulsesPerTurn,
+    GetRobotType,
+    RobotType,
+    SetArmLength,
+    SetDrivenAxis,
+    SetFingerLength,
+    SetPulsesPerTurn,
+    SetRobotType,
+)
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.scara import TURN, Place, Robot
+
+ROUNDING: Final = 1.0
+"""By how many micrometres, or thousandths of a degree, a controller may round beyond its pulses."""
+TYPES: Final[dict[int, RobotType]] = {2: "two_axes_belt_linked", 3: "three_axes"}
+WHOLE_TURN_MDEG: Final = 360_000
+
+
+class LinkLength(Record):
+    """A length of the mechanics."""
+
+    value: int
+    unit: Literal["um"] = "um"
+
+
+class Geometry(Record):
+    """A robot's mechanics."""
+
+    type: RobotType
+    arm: LinkLength
+    finger: LinkLength
+    pulses_per_turn: list[float]
+
+    @classmethod
+    def of(cls, robot: Robot) -> "Geometry":
+        """What the configuration has."""
+        return cls(
+            type=TYPES[robot.axes],
+            arm=LinkLength(value=robot.link),
+            finger=LinkLength(value=robot.finger),
+            pulses_per_turn=list(robot.pulses_per_turn),
+        )
+
+
+class Held(NamedTuple):
+    """What a controller holds: the axis it drives, and the mechanics."""
+
+    axis: int
+    geometry: Geometry
+
+
+class GeometryDiffers(GatewayError):
+    """A controller calculates with other mechanics than the configuration has, or of other positions."""
+
+    kind = "geometry-differs"
+    title = "A controller calculates otherwise than the configuration has it"
+
+
+def wanted(scara: Scara) -> list[Held]:
+    """What the configuration has for each controller."""
+    return [Held(axis, Geometry.of(scara.robot)) for axis in range(scara.robot.axes)]
+
+
+async def read(scara: Scara) -> list[Held]:
+    """Ask the controllers what they hold, in the order of the axes; errors as of `Scara.ask`."""
+    kinds = await scara.ask(GetRobotType())
+    axes = await scara.ask(GetDrivenAxis())
+    arms = await scara.ask(GetArmLength())
+    fingers = await scara.ask(GetFingerLength())
+    turns = [await scara.ask(GetPulsesPerTurn(axis=axis)) for axis in range(scara.robot.axes)]
+    return [
+        Held(
+            axis.axis,
+            Geometry(
+                type=kind.robot,
+                arm=LinkLength(value=arm.length),
+                finger=LinkLength(value=finger.length),
+                pulses_per_turn=[it.pulses for it in pulses],
+            ),
+        )
+        for kind, axis, arm, finger, *pulses in zip(kinds, axes, arms, fingers, *turns, strict=True)
+    ]
+
+
+async def write(scara: Scara, *, flash: bool) -> list[Held]:
+    """Give the controllers what the configuration has where they differ, and read it back.
+
+    :raises GatewayError: one has refused it or did not answer; what was set stays set.
+    :raises GeometryDiffers: they hold something else nevertheless.
+    """
+    async with scara.line.undivided([scara.group.number]):
+        for body, held, it in zip(scara.members, await read(scara), wanted(scara), strict=True):
+            for command in _missing(held, it):
+                await body.ask(command)
+        found = await read(scara)
+        for body, held, it in zip(scara.members, found, wanted(scara), strict=True):
+            if held != it:
+                raise _differs(body, "holds another geometry than it was sent")
+        if flash:
+            await scara.ask(SaveSettings())
+    return found
+
+
+def _missing(held: Held, it: Held) -> Iterator[RorzeCommand[Any]]:
+    has, wants = held.geometry, it.geometry
+    if has.type != wants.type:
+        yield SetRobotType(robot=wants.type)
+    if held.axis != it.axis:
+        yield SetDrivenAxis(axis=it.axis)
+    if has.arm != wants.arm:
+        yield SetArmLength(length=wants.arm.value)
+    if has.finger != wants.finger:
+        yield SetFingerLength(length=wants.finger.value)
+    for axis, (before, pulses) in enumerate(zip(has.pulses_per_turn, wants.pulses_per_turn, strict=True)):
+        if before != pulses:
+            yield SetPulsesPerTurn(axis=axis, pulses=pulses)
+
+
+async def require_agreement(scara: Scara, pulses: Sequence[int]) -> None:
+    """See that every controller drives its axis, and finds the finger where the gateway does (HCD, HLD).
+
+    So they have all been told these positions (HPS), and calculate with the same mechanics.
+
+    :raises GeometryDiffers: one does not.
+    :raises GatewayError: one did not tell.
+    """
+    place = scara.robot.place(pulses)
+    driven = await scara.ask(GetDrivenAxis(), lane=Lane.PROOF)
+    found = await scara.ask(ConvertPulsesToCoordinates(), lane=Lane.PROOF)
+    for axis, (body, drives, told) in enumerate(zip(scara.members, driven, found, strict=True)):
+        if drives.axis != axis:
+            raise _differs(body, f"drives axis {drives.axis}, not {axis}")
+        if not _agrees(scara.robot, place, told):
+            raise _differs(
+                body,
+                f"finds the finger at X {told.x} um, Y {told.y} um, {told.angle} mdeg; the gateway at "
+                f"X {place.x:.0f} um, Y {place.y:.0f} um, {place.direction:.0f} mdeg",
+            )
+
+
+def _agrees(robot: Robot, place: Place, told: Coordinates) -> bool:
+    """Whether both are the same but for a pulse of each axis: the manual does not tell the rounding."""
+    pulse = sum(1 / turn for turn in robot.pulses_per_turn)
+    slack_um = ROUNDING + pulse * TURN * (2 * robot.link + robot.finger)
+    slack_mdeg = ROUNDING + pulse * WHOLE_TURN_MDEG
+    beside = (told.angle - place.direction + WHOLE_TURN_MDEG / 2) % WHOLE_TURN_MDEG - WHOLE_TURN_MDEG / 2
+    return abs(complex(told.x - place.x, told.y - place.y)) <= slack_um and abs(beside) <= slack_mdeg
+
+
+def _differs(body: Body, what: str) -> GeometryDiffers:
+    return GeometryDiffers(
+        f"{body.address} {what}; nothing was moved.",
+        "Compare GET .../geometry with the configuration, and give the controllers the geometry by POST "
+        ".../geometry/apply.",
+    )

@@ -1,0 +1,474 @@
+"""The moves of SCARA robots: one frame starts all axes, and when one fails all stop (RC-420 manual 13.10)."""
+
+import asyncio
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Any, Final, TypeVar
+
+from gateway.core.errors import (
+    BodyBusy,
+    ControllerRefused,
+    GatewayError,
+    InvalidRequest,
+    Moved,
+    MoveFailed,
+    NoReply,
+    NotFound,
+    RestartedFirst,
+    ShuttingDown,
+)
+from gateway.core.journal.intents import OF_MOVES
+from gateway.core.lanes import Lane
+from gateway.core.move_log import MoveLog, new_id
+from gateway.core.move_record import Move, MoveError, MoveStatus
+from gateway.core.origin import working
+from gateway.rorze.bodies import PULSES_RUNNING, Body, Group
+from gateway.rorze.move_proof import MOTION_ERRORS, Stretch
+from gateway.rorze.moves import Moves
+from gateway.rorze.scaras.geometry import GeometryDiffers
+from gateway.rorze.scaras.paths import PathsDiffer
+from gateway.rorze.scaras.preparation import Plan, prepare, prove_power, weigh, work_out
+from gateway.rorze.scaras.record import PlannedScaraMove, ScaraAxisMove, ScaraMove, ScaraPlace
+from gateway.rorze.scaras.requests import ScaraMoveRequest
+from gateway.rorze.scaras.scara import Scara
+from gateway.rorze.stops import Stops
+from protocols.rorze.link import MoveEnded
+from protocols.rorze.status import ControllerStatus, GetControllerStatus
+
+WATCH_S: Final = 0.1
+"""The pause between two questions to all controllers of a robot that moves."""
+
+ATTEMPTS: Final = 3
+"""A preparation without a reply is made anew, so often in all."""
+
+_WORST_FIRST: Final = (
+    MoveStatus.LOST,
+    MoveStatus.UNKNOWN,
+    MoveStatus.FAILED,
+    MoveStatus.REJECTED,
+    MoveStatus.CANCELLED,
+    MoveStatus.STOPPED,
+)
+"""An axis that ended so decides how the robot's move did."""
+_OF_THE_ROBOT: Final = {MoveStatus.REJECTED: MoveStatus.FAILED, MoveStatus.CANCELLED: MoveStatus.FAILED}
+"""What an axis did not do, others did."""
+
+
+T = TypeVar("T")
+
+
+@dataclass(eq=False)
+class _Run:
+    """A move under way."""
+
+    scara: Scara
+    move: ScaraMove
+    moves: dict[Body, Move] = field(default_factory=dict)
+    """Those of the bodies, once they are begun."""
+    begun: bool = False
+    """Whether the controllers have accepted or refused it."""
+    stopping: "asyncio.Task[Any] | None" = None
+
+    @property
+    def under_way(self) -> bool:
+        """Whether an axis may still move."""
+        return any(not move.status.final for move in self.moves.values())
+
+
+class ScaraMoves:
+    """All moves of all SCARA robots: starts them, watches over them, remembers them."""
+
+    def __init__(self, moves: Moves, stops: Stops, publish: Callable[[str, ScaraMove], str]) -> None:
+        self._moves, self._stops, self._publish = moves, stops, publish
+        self.log = MoveLog[ScaraMove]()
+        self._runs: dict[Body, _Run] = {}
+        """Of the members of robots that move."""
+        self._tasks: set[asyncio.Task[Any]] = set()
+
+    async def start(self, scara: Scara, request: ScaraMoveRequest, start_within_s: float = 5.0) -> ScaraMove:
+        """Prepare a move and start it, undivided, and give it when the controllers have accepted it.
+
+        :raises InvalidRequest: the arm does not come there, or no path leads there; nothing moved.
+        :raises BodyBusy: the robot or one of its bodies moves; nothing was sent.
+        :raises PathsDiffer: the controllers hold different paths; nothing moved.
+        :raises GeometryDiffers: a controller calculates otherwise than the gateway; nothing moved.
+        :raises PowerCycled: a body has lost its power; nothing moved.
+        :raises ControllerRefused: a controller has refused the preparation or the start; nothing moved.
+        :raises NotSent: it was not prepared, or not started; nothing moved.
+        """
+        scara.line.admission.require()
+        self._require_idle(scara)
+        now = datetime.now(UTC)
+        move = ScaraMove(
+            id=new_id(now),
+            body_id=scara.id,
+            scara_id=scara.id,
+            kind=request.kind,
+            command="",
+            frame="",
+            created_at=now,
+        )
+        run = _Run(scara, move)
+        scara.move = move
+        self.log.add(move)
+        move.event_cursor = self._publish("queued", move)
+        self.log.on_change(move)
+        beginning = self._begin(run, request, start_within_s)
+        refusal = await asyncio.shield(self._keep(asyncio.create_task(beginning, name=f"move {move.id}")))
+        if refusal is not None:
+            raise refusal
+        return move
+
+    async def plan(self, scara: Scara, request: ScaraMoveRequest) -> PlannedScaraMove:
+        """Work out a move; only reads are sent.
+
+        :raises InvalidRequest: the arm does not come there, or no path leads there.
+        :raises GatewayError: the robot did not tell where it stands.
+        """
+        return await weigh(await work_out(scara, request), request.pattern)
+
+    async def begun(self) -> None:
+        """Wait until every move that was asked for has been taken or refused."""
+        beginning = [task for task in self._tasks if task.get_name().startswith("move")]
+        if beginning:
+            await asyncio.wait(beginning)
+
+    def let_go(self) -> None:
+        """Give those who wait for moves what is known now."""
+        self.log.let_go()
+
+    async def close(self) -> None:
+        """Stop watching, once the lines are closed; the motors keep doing what they do."""
+        tasks = list(self._tasks)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    # over restarts
+
+    def resume(self, scaras: Mapping[str, Scara], records: Sequence[Mapping[str, Any]]) -> None:
+        """Take over the moves of an earlier life, once those of the bodies are taken over."""
+        own = [ScaraMove.model_validate(it) for it in records if it.get("scara_id") in scaras]
+        self.log.remember(own)
+        for move in own:
+            if not move.status.final:
+                self._take_over(scaras[move.scara_id], move)
+
+    def _take_over(self, scara: Scara, move: ScaraMove) -> None:
+        """Go on with a move by those of its bodies; one that was still being prepared has moved nothing."""
+        run = _Run(scara, move, begun=True)
+        if not any(axis.move_id for axis in move.axes):
+            move.evidence.append("The gateway has ended before the move was started.")
+            self._end(run, MoveStatus.CANCELLED, RestartedFirst())
+            return
+        run.moves = self._moves_of(scara, move)
+        if not run.moves:
+            self._end(run, MoveStatus.UNKNOWN, _other_bodies(scara))
+            return
+        move.evidence.append("The gateway was restarted in the middle of the move; its axes were asked.")
+        scara.move = move
+        self._runs |= dict.fromkeys(run.moves, run)
+        self._begin_to_watch(run)
+        self._look_after(run)
+
+    def _moves_of(self, scara: Scara, move: ScaraMove) -> dict[Body, Move]:
+        """The moves of a robot's bodies; none where it has other bodies now, or one is not kept any more."""
+        if [axis.body_id for axis in move.axes] != [body.address for body in scara.members]:
+            return {}
+        both = zip(scara.members, move.axes, strict=True)
+        try:
+            return {body: self._moves.get(axis.move_id) for body, axis in both if axis.move_id is not None}
+        except NotFound:
+            return {}
+
+    # what bodies tell
+
+    def advanced(self, body: Body, move: Move) -> None:
+        """The move of a body has changed its status."""
+        run = self._runs.get(body)
+        if run is not None:
+            run.moves[body] = move
+            if move.status is MoveStatus.QUEUED:
+                self._note_axes(run)
+                self.log.on_change(run.move)  # the next life has to know the moves of its axes
+            if move.status is MoveStatus.SENT and run.move.status is MoveStatus.QUEUED:
+                self._advance(run, MoveStatus.SENT)
+            self._look_after(run)
+
+    def announced(self, body: Body, frame: MoveEnded) -> None:
+        """A move has ended: where the frame names a cause, the others need not wait until it is proved."""
+        if frame.cause:
+            self._failed(body, f"the link master has announced its end with cause {frame.cause:02X}")
+
+    def fell_silent(self, body: Body) -> None:
+        """A body does not answer any more."""
+        self._failed(body, "it does not answer")
+
+    def _failed(self, body: Body, why: str) -> None:
+        run = self._runs.get(body)
+        if run is not None and run.begun and run.under_way:
+            self._stop_all(run, body, why)
+
+    # before it starts
+
+    def _require_idle(self, scara: Scara) -> None:
+        scara.group.require_in_force()
+        if scara.move is not None:
+            raise BodyBusy(
+                f"{scara.id} still has the move {scara.move.id}; nothing was sent.", "Wait for it or stop it."
+            )
+        for body in scara.members:
+            if body.move is not None:
+                raise BodyBusy(
+                    f"{body.address} of {scara.id} still has the move {body.move.id}; nothing was sent.",
+                    "Wait for it or stop it.",
+                )
+
+    async def _begin(
+        self, run: _Run, request: ScaraMoveRequest, start_within_s: float
+    ) -> GatewayError | None:
+        """Prepare and start it, and give the reason where that was not done: nobody may be waiting for it."""
+        scara = run.scara
+        OF_MOVES.set([run.move.id])
+        try:
+            expires_at = asyncio.get_running_loop().time() + start_within_s
+            async with scara.line.undivided([scara.group.number], expires_at):
+                await self._set_off(run, await self._prepare(run, request), expires_at)
+        except GatewayError as error:
+            refused = isinstance(error, ControllerRefused)
+            self._end(run, MoveStatus.REJECTED if refused else MoveStatus.CANCELLED, error)
+            return error
+        except asyncio.CancelledError:
+            self._end(run, MoveStatus.CANCELLED, ShuttingDown())
+            raise
+        return None
+
+    async def _prepare(self, run: _Run, request: ScaraMoveRequest) -> Plan:
+        """Work the move out and prepare it, anew where a reply was lost: nothing moves by that."""
+        for left in reversed(range(ATTEMPTS)):
+            try:
+                plan = await work_out(run.scara, request, Lane.PROOF)
+                _note_plan(run.move, plan)
+                await prepare(plan, run.move.preparation.append)
+            except NoReply:
+                if not left:
+                    raise
+            except (InvalidRequest, ControllerRefused, GeometryDiffers, PathsDiffer):
+                await prove_power(run.scara)  # that explains it, too
+                raise
+            else:
+                break
+        return plan
+
+    async def _set_off(self, run: _Run, plan: Plan, expires_at: float) -> None:
+        """Start it by one frame, where every axis still stands where the plan begins."""
+        scara = run.scara
+        course = {
+            body: Stretch(start, end, scara.tolerance_pulses)
+            for body, start, end in zip(scara.members, plan.here.pulses, plan.target, strict=True)
+            if body in plan.movers
+        }
+        self._runs |= dict.fromkeys(plan.movers, run)
+        left_s = expires_at - asyncio.get_running_loop().time()
+        await self._moves.start(plan.addressee, plan.manoeuvre.motion, left_s, course)
+        run.begun = True
+        acknowledged = [body for body, move in run.moves.items() if move.acknowledged_at]
+        run.move.acknowledged_at = datetime.now(UTC) if acknowledged else None
+        for body, move in run.moves.items():
+            if acknowledged and not move.acknowledged_at and not move.status.final:
+                self._failed(body, "it has not answered the start, and others have")
+        self._begin_to_watch(run)
+        self._look_after(run)
+
+    # while it runs
+
+    async def _watch(self, run: _Run) -> None:
+        """Ask all controllers at once how they are, until all have ended or one is in trouble."""
+        known = ((body, body.status_bits) for body in run.moves)
+        errors = {body: MOTION_ERRORS if bits is None else bits & MOTION_ERRORS for body, bits in known}
+        for body in errors:
+            body.watched = True
+        try:
+            with working("followers"):
+                while run.under_way and run.stopping is None:
+                    await self._see(run, errors)
+                    await asyncio.sleep(WATCH_S)
+        finally:
+            for body in errors:
+                body.watched = False
+                body.end_due.set()
+
+    async def _see(self, run: _Run, errors: Mapping[Body, int]) -> None:
+        """Have who rests looked at; stop all where one is missing twice, or has an error it did not have."""
+        seen = await _statuses(run.scara.group)
+        missing = [body for body in errors if seen and body not in seen]
+        if missing:
+            again = await _statuses(run.scara.group)
+            missing = [body for body in missing if again and body not in again]
+        for body in missing:
+            self._failed(body, "it does not answer, and others do")
+        for body, before in errors.items():
+            bits = seen.get(body, PULSES_RUNNING)
+            if not bits & PULSES_RUNNING:
+                body.end_due.set()
+            if bits & MOTION_ERRORS & ~before:
+                self._failed(body, "it reports an error")
+
+    def _look_after(self, run: _Run) -> None:
+        """See what has become of the axes."""
+        if not run.begun or run.move.status.final:
+            return
+        moves = run.moves.values()
+        self._note_axes(run)
+        if not run.under_way:
+            self._finish(run)
+            return
+        for body, move in run.moves.items():
+            if move.status.final and move.status is not MoveStatus.SUCCEEDED:
+                self._stop_all(run, body, f"its move is {move.status}")
+                return
+        waits = run.move.status in (MoveStatus.QUEUED, MoveStatus.SENT)
+        if waits and any(it.status is MoveStatus.MOVING for it in moves):
+            self._advance(run, MoveStatus.MOVING)
+
+    def _stop_all(self, run: _Run, body: Body, why: str) -> None:
+        """Stop every axis, once."""
+        if run.stopping is not None:
+            return
+        axis = run.scara.members.index(body)
+        run.move.evidence.append(
+            f"All axes were stopped at the first sign, from {body.address}, axis {axis}: {why}."
+        )
+        run.stopping = self._stops.stop(run.scara.members, run.scara.on_fault)
+        self._keep(run.stopping)
+
+    # the end
+
+    def _finish(self, run: _Run) -> None:
+        """All axes have ended: the worst of them tells how the robot's move did."""
+        worst = min(run.moves.values(), key=lambda move: _badness(move.status)).status
+        if worst is MoveStatus.SUCCEEDED:
+            run.move.end_cause = "normal"
+            self._end(run, worst)
+        elif worst is MoveStatus.STOPPED:
+            run.move.end_cause = "stop_command"
+            self._end(run, worst)
+        else:
+            failed = {body: move for body, move in run.moves.items() if _failed(move)}
+            run.move.failed_axes = sorted(run.scara.members.index(body) for body in failed)
+            run.move.end_cause = "+".join(dict.fromkeys(_cause(move) for move in failed.values()))
+            self._end(run, _OF_THE_ROBOT.get(worst, worst), _failure(run, failed))
+
+    def _note_axes(self, run: _Run) -> None:
+        """Write into the record what is known of its axes."""
+        moves = {body.address: move for body, move in run.moves.items()}
+        for axis in run.move.axes:
+            move = moves.get(axis.body_id)
+            if move is not None:
+                axis.move_id, axis.status, axis.end_cause = move.id, move.status, move.end_cause
+                axis.position = axis.position if move.position is None else move.position
+
+    def _end(self, run: _Run, status: MoveStatus, error: GatewayError | None = None) -> None:
+        scara, move = run.scara, run.move
+        if move.axes:
+            self._note_axes(run)
+            if status in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED, MoveStatus.FAILED):
+                move.coordinates = ScaraPlace.of(scara.robot.place([axis.position for axis in move.axes]))
+        for body in scara.members:
+            if self._runs.get(body) is run:
+                del self._runs[body]
+        scara.move = None
+        self._advance(run, status, error)
+
+    def _advance(self, run: _Run, status: MoveStatus, error: GatewayError | None = None) -> None:
+        """The only place where a move changes its status."""
+        move = run.move
+        move.status = status
+        if error is not None:
+            move.error = MoveError.of(error)
+        if status is MoveStatus.SENT:
+            move.sent_at = datetime.now(UTC)
+        if status.final:
+            move.ended_at = datetime.now(UTC)
+            self.log.end(move)
+        self._publish("started" if status is MoveStatus.MOVING else status, move)
+        self.log.on_change(move)
+
+    def _begin_to_watch(self, run: _Run) -> None:
+        self._keep(asyncio.create_task(self._watch(run), name=f"watch of {run.move.id}"))
+
+    def _keep(self, task: "asyncio.Task[T]") -> "asyncio.Task[T]":
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+
+def _note_plan(move: ScaraMove, plan: Plan) -> None:
+    """Write into the record what is about to be prepared."""
+    scara = plan.scara
+    move.command, move.frame = plan.manoeuvre.motion.code, plan.frame
+    move.start, move.target = ScaraPlace.of(plan.here.place), ScaraPlace.of(scara.robot.place(plan.target))
+    stretches = zip(scara.members, plan.here.pulses, plan.target, strict=True)
+    move.axes = [
+        ScaraAxisMove(
+            axis=axis, body_id=body.address, start_position=start, target_position=target, position=start
+        )
+        for axis, (body, start, target) in enumerate(stretches)
+    ]
+    move.preparation.clear()
+
+
+async def _statuses(group: Group) -> dict[Body, int]:
+    """The status of those who answer; of nobody where the frame was lost: that proves nothing."""
+    try:
+        results = await group.ask(GetControllerStatus(), lane=Lane.PROOF)
+    except GatewayError:
+        return {}
+    return {
+        body: result.bits or 0 for body, result in results.items() if isinstance(result, ControllerStatus)
+    }
+
+
+def _badness(status: MoveStatus) -> int:
+    return _WORST_FIRST.index(status) if status in _WORST_FIRST else len(_WORST_FIRST)
+
+
+def _failed(move: Move) -> bool:
+    return move.status not in (MoveStatus.SUCCEEDED, MoveStatus.STOPPED)
+
+
+def _cause(move: Move) -> str:
+    return move.end_cause or str(move.status)
+
+
+def _failure(run: _Run, failed: Mapping[Body, Move]) -> MoveFailed:
+    """Say which axes have failed, and why."""
+    told = [
+        f"Axis {run.scara.members.index(body)}: {move.error.detail if move.error else _cause(move)}"
+        for body, move in failed.items()
+    ]
+    stopped = ", and all its axes were stopped" if run.stopping else ""
+    failure = MoveFailed(
+        f"The move of {run.scara.id} failed{stopped}. {' '.join(told)}",
+        "Remove the cause, see where the finger is, and bring it back by moves of single axes or by homing.",
+    )
+    failure.moved = _moved(run.moves.values())
+    return failure
+
+
+def _other_bodies(scara: Scara) -> MoveFailed:
+    """The error of a move whose axes are not those of its robot any more."""
+    error = MoveFailed(
+        f"The gateway was restarted in the middle of the move, and {scara.id} has other bodies now, or their "
+        "moves are not kept any more.",
+        "See where the finger is before anything else.",
+    )
+    error.moved = "unknown"
+    return error
+
+
+def _moved(moves: Iterable[Move]) -> Moved:
+    """What the robot did, by what its axes did."""
+    told = {"yes" if move.error is None else move.error.moved for move in moves}
+    return "yes" if "yes" in told else "unknown" if "unknown" in told else "no"

@@ -1,0 +1,170 @@
+"""What goes before a move of a SCARA robot: work it out, tell the controllers, see that they agree."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+from gateway.core.errors import ControllerRefused, InvalidRequest, PowerCycled
+from gateway.core.lanes import Lane
+from gateway.rorze.bodies import Body, Group
+from gateway.rorze.plans import parameters_of_pattern
+from gateway.rorze.scaras import geometry, paths
+from gateway.rorze.scaras.record import PlannedScaraMove, ScaraPlace
+from gateway.rorze.scaras.requests import Course, Here, Manoeuvre, ScaraMoveRequest
+from gateway.rorze.scaras.scara import Scara
+from protocols.rorze.interpolation import (
+    SetPathPoint,
+    SetStartPosition,
+    StartInterpolation,
+    TurnFinger,
+)
+from protocols.rorze.path import PathFault
+from protocols.rorze.profile import ProfileError
+from protocols.rorze.profile import plan as profile
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.scara import OutOfReach
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A move that was worked out from where the robot stands."""
+
+    scara: Scara
+    here: Here
+    manoeuvre: Manoeuvre
+    course: Course
+
+    @property
+    def target(self) -> tuple[int, ...]:
+        """Where the axes should come to."""
+        return tuple(
+            start + turned for start, turned in zip(self.here.pulses, self.course.turned, strict=True)
+        )
+
+    @property
+    def addressee(self) -> Body | Group:
+        """What the motion goes to: HFM to the finger's controller alone (13.10.9), all else to the group."""
+        return self.scara.members[-1] if isinstance(self.manoeuvre.motion, TurnFinger) else self.scara.group
+
+    @property
+    def movers(self) -> list[Body]:
+        """The bodies that it moves."""
+        target = self.addressee
+        return target.members if isinstance(target, Group) else [target]
+
+    @property
+    def frame(self) -> str:
+        """The frame that starts it."""
+        return self.scara.line.frame_of(self.addressee.number, self.manoeuvre.motion)
+
+    def positions(self) -> list[SetStartPosition]:
+        """What tells the controllers where all axes stand (HPS)."""
+        return [SetStartPosition(axis=axis, position=it) for axis, it in enumerate(self.here.pulses)]
+
+    def told(self) -> PlannedScaraMove:
+        """As clients are told who only ask."""
+        line, number = self.scara.line, self.scara.group.number
+        before = (*self.positions(), *self.manoeuvre.preparation)
+        return PlannedScaraMove(
+            scara_id=self.scara.id,
+            frames=[*(line.frame_of(number, command) for command in before), self.frame],
+            start=ScaraPlace.of(self.here.place),
+            target=ScaraPlace.of(self.scara.robot.place(self.target)),
+            start_positions=list(self.here.pulses),
+            target_positions=list(self.target),
+            length_um=self.course.length_um,
+        )
+
+
+async def work_out(scara: Scara, request: ScaraMoveRequest, lane: Lane | None = None) -> Plan:
+    """Work out where a move leads from where the robot stands now; only reads are sent.
+
+    :raises InvalidRequest: the arm does not come there, or no path leads there.
+    :raises GatewayError: the controllers did not tell where they stand, or hold different paths.
+    """
+    pulses, _ = await scara.stand(lane)
+    stored = request.stored_path
+    points = {} if stored is None else await paths.read(scara, stored, lane)
+    robot = scara.robot
+    try:
+        pose = robot.pose(pulses)
+        here = Here(pulses, pose, robot.place(pulses), points, scara.own_path)
+        manoeuvre = request.manoeuvre(here)
+        course = manoeuvre.course(robot, pose)
+    except (OutOfReach, PathFault) as error:
+        raise InvalidRequest(
+            f"{scara.id} cannot do that: {error} Nothing was moved.", "See its coordinates and its geometry."
+        ) from None
+    if course.sharpest_turn * scara.keep_out_um > 1:
+        raise InvalidRequest(
+            f"{scara.id} would pass the origin within {1 / course.sharpest_turn:.0f} um, where the base has "
+            "to turn too fast; nothing was moved.",
+            "Align the arm with the target, and lead the path through the centre (RC-420 manual 13.10.6).",
+        )
+    return Plan(scara, here, manoeuvre, course)
+
+
+async def weigh(plan: Plan, pattern: int | None) -> PlannedScaraMove:
+    """Tell a move that is only planned, how long it would take, and why it would be refused.
+
+    :raises GatewayError: a controller did not tell its speeds.
+    """
+    told, course = plan.told(), plan.course
+    try:
+        _require_power(plan.scara)
+        ramps = [await parameters_of_pattern(body, pattern) for body in plan.movers]
+        if course.length_um is None:
+            turned = dict(zip(plan.scara.members, course.turned, strict=True))
+            lengths = [abs(turned[body]) for body in plan.movers]
+        else:
+            lengths = [ceil(course.length_um)] * len(ramps)
+        profiles = [profile(length, up, down) for length, (up, down) in zip(lengths, ramps, strict=True)]
+    except (PowerCycled, ControllerRefused, ProfileError) as error:
+        told.note = f"It would be refused: {error}"
+    else:
+        told.duration_s = max(it.duration_s or 0.0 for it in profiles)
+    return told
+
+
+async def prepare(plan: Plan, note: Callable[[str], None]) -> None:
+    """Tell the controllers where they stand, see that they agree, and prepare the move (13.10.7, 2 and 3).
+
+    All of it may be sent again: it replaces what was told before. `note` takes each frame.
+
+    :raises PowerCycled: a body has lost its power.
+    :raises GeometryDiffers, PathsDiffer: a controller holds something else.
+    :raises GatewayError: one has refused it, or did not answer.
+    """
+    scara = plan.scara
+    _require_power(scara)
+    for position in plan.positions():
+        await _tell(scara, position, note)
+    await geometry.require_agreement(scara, plan.here.pulses)
+    for command in plan.manoeuvre.preparation:
+        await _tell(scara, command, note)
+        if isinstance(command, SetPathPoint):
+            await paths.require_stored(scara, command)
+
+
+async def _tell(scara: Scara, command: RorzeCommand[Any], note: Callable[[str], None]) -> None:
+    note(scara.line.frame_of(scara.group.number, command))
+    await scara.ask(command)
+
+
+async def prove_power(scara: Scara) -> None:
+    """See that all bodies have kept their power: without it they have forgotten place, geometry and paths.
+
+    :raises PowerCycled: one has not.
+    :raises GatewayError: one did not tell.
+    """
+    for body in scara.members:
+        await body.mark.stands(Lane.PROOF)
+    _require_power(scara)
+
+
+def _require_power(scara: Scara) -> None:
+    for body in scara.members:
+        refusal = body.power.refusal(body.address, StartInterpolation())
+        if refusal is not None:
+            raise refusal

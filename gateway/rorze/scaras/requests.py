@@ -1,0 +1,311 @@
+"""Moves of SCARA robots in the words of clients: their kinds, and the commands they come to."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, Final, Literal, NamedTuple, Self
+
+from pydantic import Field, WithJsonSchema, model_validator
+
+from gateway.core.records import RequestModel, example
+from gateway.rorze.move_requests import Pattern
+from gateway.rorze.scaras.paths import commands_for
+from gateway.rorze.scaras.record import ScaraMoveKind
+from protocols.rorze import ways
+from protocols.rorze.interpolation import (
+    MoveToExtensionStart,
+    Path,
+    PathPoint,
+    PrepareArmExtension,
+    PrepareArmRetraction,
+    PrepareFingerRotation,
+    PrepareMoveAlongX,
+    PrepareMoveAlongY,
+    PreparePath,
+    StartInterpolation,
+    TurnFinger,
+)
+from protocols.rorze.notation import BILLION
+from protocols.rorze.row import RorzeCommand
+from protocols.rorze.scara import TURN, Place, Pose, Robot
+
+_IN_THOUSANDTHS: Final[Mapping[str, float]] = {"mm": 1000.0, "um": 1.0, "deg": 1000.0, "mdeg": 1.0}
+_Value = Annotated[int | float, WithJsonSchema({"type": "number"})]
+
+
+class _Amount(RequestModel):
+    """A number with its unit."""
+
+    value: _Value = Field(gt=-1e9, lt=1e9)
+    unit: str
+
+    @property
+    def thousandths(self) -> int:
+        """In micrometres, or thousandths of a degree, as the controllers count."""
+        return round(self.value * _IN_THOUSANDTHS[self.unit])
+
+    @model_validator(mode="after")
+    def _fits_its_column(self) -> Self:
+        if abs(self.thousandths) >= BILLION:
+            raise ValueError("must be less than 1,000,000 mm or deg")
+        return self
+
+
+class Distance(_Amount, json_schema_extra=example(value=1, unit="mm")):
+    """A length or a coordinate."""
+
+    unit: Literal["mm", "um"]
+
+
+class Angle(_Amount, json_schema_extra=example(value=90, unit="deg")):
+    """An angle, counterclockwise from X."""
+
+    unit: Literal["deg", "mdeg"]
+
+
+class Here(NamedTuple):
+    """What a move begins with."""
+
+    pulses: tuple[int, ...]
+    pose: Pose
+    place: Place
+    points: ways.Points
+    """Of the stored path that is asked for."""
+    own_path: int
+    """The path that the gateway keeps for its lines."""
+
+
+class Course(NamedTuple):
+    """By how much each axis turns, how long the path is, and how sharply it makes the base turn."""
+
+    turned: tuple[int, ...]
+    length_um: float | None = None
+    """None where there is no path."""
+    sharpest_turn: float = 0.0
+    """In radians a micrometre."""
+
+
+class Manoeuvre(NamedTuple):
+    """What is sent for a move, and where it leads."""
+
+    motion: StartInterpolation | TurnFinger | MoveToExtensionStart
+    preparation: Sequence[RorzeCommand[Any]]
+    course: Callable[[Robot, Pose], Course]
+
+
+class _ScaraMoveRequest(RequestModel):
+    kind: ScaraMoveKind
+    pattern: Pattern = None
+    validate_only: bool = Field(
+        default=False, description="Only say where it would lead and what would be sent; nothing moves."
+    )
+
+    @property
+    def stored_path(self) -> int | None:
+        """The stored path it needs."""
+        return None
+
+    @abstractmethod
+    def manoeuvre(self, here: Here) -> Manoeuvre:
+        """What it comes to from here."""
+
+    def _to(self, here: Here, end: Place) -> Manoeuvre:
+        """A straight line of the finger's end, by the path that the gateway keeps for that."""
+        points = [PathPoint(x=round(end.x), y=round(end.y), radius=0)]
+        prepared = PreparePath(path=here.own_path, pattern=self.pattern)
+        return _along(ways.along(dict(enumerate(points))), *commands_for(here.own_path, points), prepared)
+
+
+class ScaraLineRequest(
+    _ScaraMoveRequest,
+    json_schema_extra=example(kind="line", x={"value": 0, "unit": "mm"}, y={"value": 150, "unit": "mm"}),
+):
+    """Move the finger's end straight to a place; the finger keeps its direction (RC-420 manual 13.10.3)."""
+
+    kind: Literal["line"]
+    x: Distance
+    y: Distance
+
+    def manoeuvre(self, here: Here) -> Manoeuvre:
+        """HDS to the gateway's own path, HMS."""
+        return self._to(here, Place(self.x.thousandths, self.y.thousandths, here.place.direction))
+
+
+class ScaraPathRequest(_ScaraMoveRequest, json_schema_extra=example(kind="path", path=3)):
+    """Move the finger's end along a stored path (RC-420 manual 13.10.5)."""
+
+    kind: Literal["path"]
+    path: Path = Field(description="Interpolation path 0-63.")
+
+    @property
+    def stored_path(self) -> int:
+        """The path itself."""
+        return self.path
+
+    def manoeuvre(self, here: Here) -> Manoeuvre:
+        """HMS."""
+        return _along(ways.along(here.points), PreparePath(path=self.path, pattern=self.pattern))
+
+
+class ScaraOffsetRequest(
+    _ScaraMoveRequest, json_schema_extra=example(kind="offset", x={"value": 10, "unit": "mm"})
+):
+    """Move the finger's end straight by an amount in X, in Y or in both."""
+
+    kind: Literal["offset"]
+    x: Distance | None = None
+    y: Distance | None = None
+
+    @model_validator(mode="after")
+    def _has_a_direction(self) -> Self:
+        if self.x is None and self.y is None:
+            raise ValueError("give x, y or both")
+        return self
+
+    def manoeuvre(self, here: Here) -> Manoeuvre:
+        """HXS or HYS; a line for both."""
+        if self.y is None and self.x is not None:
+            row = PrepareMoveAlongX(distance=self.x.thousandths, pattern=self.pattern)
+            return _along(ways.by(self.x.thousandths), row)
+        if self.x is None and self.y is not None:
+            row_y = PrepareMoveAlongY(distance=self.y.thousandths, pattern=self.pattern)
+            return _along(ways.by(1j * self.y.thousandths), row_y)
+        x, y = (0 if it is None else it.thousandths for it in (self.x, self.y))
+        return self._to(here, here.place._replace(x=here.place.x + x, y=here.place.y + y))
+
+
+class _AlongArm(_ScaraMoveRequest):
+    distance: Distance
+
+    @model_validator(mode="after")
+    def _goes_ahead(self) -> Self:
+        if self.distance.thousandths <= 0:
+            raise ValueError("distance must be greater than 0 um")
+        return self
+
+
+class ScaraExtendRequest(
+    _AlongArm, json_schema_extra=example(kind="extend", distance={"value": 10, "unit": "mm"})
+):
+    """Extend the arm along its axis."""
+
+    kind: Literal["extend"]
+
+    def manoeuvre(self, _: Here) -> Manoeuvre:
+        """H+S."""
+        distance = self.distance.thousandths
+        return _along(ways.out(distance), PrepareArmExtension(distance=distance, pattern=self.pattern))
+
+
+class ScaraRetractRequest(
+    _AlongArm, json_schema_extra=example(kind="retract", distance={"value": 10, "unit": "mm"})
+):
+    """Retract the arm along its axis."""
+
+    kind: Literal["retract"]
+
+    def manoeuvre(self, _: Here) -> Manoeuvre:
+        """H-S."""
+        distance = self.distance.thousandths
+        return _along(ways.out(-distance), PrepareArmRetraction(distance=distance, pattern=self.pattern))
+
+
+class ScaraRotateRequest(
+    _ScaraMoveRequest,
+    json_schema_extra=example(
+        kind="rotate", radius={"value": 150, "unit": "mm"}, angle={"value": 90, "unit": "deg"}
+    ),
+):
+    """Turn the finger to a direction about a point on its line, the arm following (three axes)."""
+
+    kind: Literal["rotate"]
+    radius: Distance = Field(description="From the third joint to the centre of the turn.")
+    angle: Angle = Field(description="Between finger and X axis at the end.")
+
+    def manoeuvre(self, _: Here) -> Manoeuvre:
+        """HRS."""
+        radius, angle = self.radius.thousandths, self.angle.thousandths
+        row = PrepareFingerRotation(radius=radius, angle=angle, pattern=self.pattern)
+        return _along(ways.about(radius, angle), row)
+
+
+class ScaraFingerRequest(
+    _ScaraMoveRequest, json_schema_extra=example(kind="finger", angle={"value": 90, "unit": "deg"})
+):
+    """Turn the finger alone to a direction, at a speed in pulses per second (three axes)."""
+
+    kind: Literal["finger"]
+    angle: Angle = Field(description="Between finger and X axis at the end.")
+
+    def manoeuvre(self, _: Here) -> Manoeuvre:
+        """HFM."""
+        angle = self.angle.thousandths
+        motion = TurnFinger(angle=angle, pattern=self.pattern)
+        return Manoeuvre(
+            motion, (), lambda robot, pose: _each_alone(robot, ways.finger_turns(robot, pose, angle))
+        )
+
+
+class ScaraAlignRequest(
+    _ScaraMoveRequest,
+    json_schema_extra=example(kind="align", x={"value": 0, "unit": "mm"}, y={"value": 400, "unit": "mm"}),
+):
+    """Turn base and finger to the line of a place, or of the end of a stored path (RC-420 manual 13.10.6).
+
+    From there an extension ends there, through the centre if need be. At a speed in pulses per second.
+    """
+
+    kind: Literal["align"]
+    x: Distance | None = None
+    y: Distance | None = None
+    path: Path | None = Field(None, description="Interpolation path 0-63, in the place of x and y.")
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        given = (self.x is None, self.y is None, self.path is None)
+        if given not in ((False, False, True), (True, True, False)):
+            raise ValueError("give x and y, or path")
+        return self
+
+    @property
+    def stored_path(self) -> int | None:
+        """The path, if it is asked for."""
+        return self.path
+
+    def manoeuvre(self, here: Here) -> Manoeuvre:
+        """HNM."""
+        x, y = (None if it is None else it.thousandths for it in (self.x, self.y))
+        motion = MoveToExtensionStart(x=x, y=y, path=self.path, pattern=self.pattern)
+
+        def course(robot: Robot, pose: Pose) -> Course:
+            target = ways.end_of(here.points) if x is None or y is None else complex(x, y)
+            return _each_alone(robot, ways.turns_towards(robot, pose, target))
+
+        return Manoeuvre(motion, (), course)
+
+
+ScaraMoveRequest = Annotated[
+    ScaraLineRequest
+    | ScaraPathRequest
+    | ScaraOffsetRequest
+    | ScaraExtendRequest
+    | ScaraRetractRequest
+    | ScaraRotateRequest
+    | ScaraFingerRequest
+    | ScaraAlignRequest,
+    Field(discriminator="kind"),
+]
+
+
+def _along(way: ways.Way, *preparation: RorzeCommand[Any]) -> Manoeuvre:
+    def course(robot: Robot, pose: Pose) -> Course:
+        path = way(robot, pose)
+        return Course(path.pulses(), path.length, path.sharpest_turn())
+
+    return Manoeuvre(StartInterpolation(), preparation, course)
+
+
+def _each_alone(robot: Robot, turns: ways.Turns) -> Course:
+    pulses = (
+        round(turns.get(axis, 0.0) / TURN * per_turn) for axis, per_turn in enumerate(robot.pulses_per_turn)
+    )
+    return Course(tuple(pulses))

@@ -1,0 +1,36 @@
+"""A SCARA robot as the operations see it."""
+
+from typing import Any, NoReturn
+
+from gateway.core.errors import InvalidRequest
+from gateway.core.stops import StopMode
+from gateway.core.targets import Stopped, Target, stopped
+from gateway.rorze.scaras.moves import ScaraMoves
+from gateway.rorze.scaras.scara import Scara
+from gateway.rorze.stops import Stops
+from gateway.rorze.targets import STOP_MODES
+
+
+class ScaraTarget(Target):
+    """A SCARA robot: its commands go to its bodies and its group."""
+
+    stop_modes = STOP_MODES
+
+    def __init__(self, scara: Scara, moves: ScaraMoves, stops: Stops) -> None:
+        self.scara = scara
+        self.address, self.path, self.log = scara.id, scara.path, moves.log
+        self._stops = stops
+
+    async def ask(self, command: Any) -> NoReturn:
+        """Refuse a single command.
+
+        :raises InvalidRequest: always.
+        """
+        raise InvalidRequest(
+            f"{self.address} takes no single commands ({command.name()}); nothing was sent.",
+            f"Send it to a body or to the group {self.scara.group.address}.",
+        )
+
+    async def stop(self, mode: StopMode) -> Stopped:
+        """Stop all its bodies."""
+        return await stopped("bodies", self._stops.stop(self.scara.members, mode))

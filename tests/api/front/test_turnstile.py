@@ -1,0 +1,43 @@
+"""Few requests begin in one turn of the loop, and in their order."""
+
+import asyncio
+
+from api.front.turnstile import Turnstile
+from tests.virtual_time import run_virtual
+
+
+def test_in_each_turn_of_the_loop_a_few_begin_in_their_order() -> None:
+    async def story() -> None:
+        turnstile, begun = Turnstile(at_once=2), list[int]()
+        for number in range(5):
+            turnstile.enter(lambda number=number: begun.append(number))  # type: ignore[misc]
+        seen = [list(begun)]
+        for _ in range(4):
+            await asyncio.sleep(0)
+            seen.append(list(begun))
+        assert seen == [[0, 1], [0, 1, 2, 3], [0, 1, 2, 3, 4], [0, 1, 2, 3, 4], [0, 1, 2, 3, 4]]
+
+    run_virtual(story())
+
+
+def test_who_comes_alone_begins_at_once() -> None:
+    async def story() -> None:
+        turnstile, begun = Turnstile(at_once=1), list[int]()
+        for number in range(3):
+            turnstile.enter(lambda number=number: begun.append(number))  # type: ignore[misc]
+            assert begun[-1] == number
+            await asyncio.sleep(0.001)
+
+    run_virtual(story())
+
+
+def test_who_comes_later_does_not_go_first() -> None:
+    async def story() -> None:
+        turnstile, begun = Turnstile(at_once=1), list[str]()
+        for name in "ab":
+            turnstile.enter(lambda name=name: begun.append(name))  # type: ignore[misc]
+        asyncio.get_running_loop().call_soon(turnstile.enter, lambda: begun.append("c"))
+        await asyncio.sleep(0.001)
+        assert begun == ["a", "b", "c"]
+
+    run_virtual(story())

@@ -1,0 +1,118 @@
+"""Backups over HTTP: a text comes out, goes in again, and what differs is told."""
+
+from tests.api.robots.cell import Cell, in_cell
+from tests.api.stand import Stand, on_stand, socket
+
+BODY = "/bodies/3F"
+SMALL = "[body 3F]\n[patterns]\nSPSA[1],A:S[1],D:S[2] ; both are empty\n[program]\n*A\nEND\n"
+
+
+@on_stand()
+async def test_a_backup_is_a_text_that_equals_what_the_body_holds(stand: Stand) -> None:
+    answer = await stand.get(f"{BODY}/backup")
+    assert (answer.status_code, answer.headers["content-type"]) == (200, "text/plain; charset=utf-8")
+    assert "\n[body 3F]\n\n[settings]\nEAS0 " in answer.text
+    plan = await stand.post(f"{BODY}/restores", {"backup": answer.text, "dry_run": True})
+    assert plan.status_code == 200
+    assert plan.json() == {"target": "/bodies/arm.3F", "dry_run": True, "commands": [], "differences": []}
+
+
+@on_stand()
+async def test_a_dry_run_tells_the_exact_commands_and_writes_nothing(stand: Stand) -> None:
+    before = len(stand.frames())
+    plan = await stand.post(f"{BODY}/restores", {"backup": SMALL, "dry_run": True})
+    assert plan.json()["commands"] == ["&3FUCS", "&3FUWS*A", "&3FUWSEND", "&3FSPSA[1],A:S[1],D:S[2]"]
+    assert plan.json()["differences"][0] == {
+        "target": "arm.3F",
+        "section": "patterns",
+        "name": "speed sets of a pattern",
+        "wanted": "SPSA[1],A:S[1],D:S[2]",
+        "held": None,
+        "restorable": True,
+    }
+    assert not set(plan.json()["commands"]) & set(stand.frames()[before:])
+
+
+@on_stand()
+async def test_a_restore_is_a_record_that_is_followed_to_its_end(stand: Stand) -> None:
+    async with socket(stand, "/events?bodies=3F") as client:
+        await client.message()
+        begun = await stand.post(f"{BODY}/restores", {"backup": SMALL, "flash": True})
+        assert (begun.status_code, begun.json()["status"]) == (202, "running")
+        over = await stand.get(f"{begun.headers['location']}?wait=60")
+        assert (over.json()["status"], over.json()["saved"], over.json()["differences"]) == (
+            "verified",
+            True,
+            [],
+        )
+        types = [(await client.event())["type"]]
+        while types[-1] != "body.restore.verified":
+            types.append((await client.event())["type"])
+        assert "body.restore.started" in types
+    assert (await stand.get(f"{BODY}/restores/current")).json() == over.json()
+    again = await stand.post(f"{BODY}/restores?wait=60", {"backup": SMALL})
+    assert (again.status_code, again.json()["commands"], again.json()["status"]) == (200, 0, "verified")
+
+
+@on_stand()
+async def test_a_restore_is_cancelled(stand: Stand) -> None:
+    nothing = await stand.client.delete(f"{BODY}/restores/current")
+    assert (nothing.status_code, nothing.json()["detail"]) == (
+        404,
+        "No backup is being restored to /bodies/arm.3F.",
+    )
+    await stand.post(f"{BODY}/restores", {"backup": SMALL})
+    cancelled = await stand.client.delete(f"{BODY}/restores/current")
+    assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+    assert len(cancelled.json()["differences"]) == 3
+
+
+@on_stand()
+async def test_what_is_wrong_is_told_by_its_line_and_nothing_is_sent(stand: Stand) -> None:
+    before = len(stand.frames())
+    answer = await stand.post(f"{BODY}/restores", {"backup": "[body 3F]\n[settings]\n1+M500\n"})
+    assert (answer.status_code, answer.json()["errors"][0]["line"]) == (422, 3)
+    other = await stand.post("/bodies/00/restores", {"backup": SMALL})
+    assert (other.status_code, "Name the body" in other.json()["remedy"]) == (422, True)
+    unsaved = await stand.post(f"{BODY}/restores", {"backup": SMALL, "power_cycle": True})
+    assert (unsaved.status_code, unsaved.json()["remedy"]) == (422, "Ask for flash, too.")
+    large = await stand.post(f"{BODY}/restores", {"backup": ";" * 2_097_152})
+    assert large.status_code == 413
+    assert not [frame for frame in stand.frames()[before:] if frame[3:6] in ("UCS", "SPS")]
+
+
+@on_stand({"arm": ({"id": "00"}, {"id": "3F"})})
+async def test_a_line_is_backed_up_and_restored_to_chosen_bodies(stand: Stand) -> None:
+    text = (await stand.get("/lines/arm/backup")).text
+    assert [line for line in text.splitlines() if line.startswith("[body")] == ["[body 00]", "[body 3F]"]
+    one = (await stand.get("/lines/arm/backup?bodies=3F")).text
+    assert ("[body 00]" in one, "[body 3F]" in one) == (False, True)
+    nobody = await stand.get("/lines/arm/backup?bodies=44")
+    assert nobody.status_code == 404
+    short = text.replace("\n[positions]\n", "").replace("\n[memories]\n", "")
+    wanted = {"backup": short.replace("0SS10 ", "0SS20 "), "bodies": ["3F"]}
+    over = await stand.post("/lines/arm/restores?wait=60", wanted)
+    assert (over.json()["status"], over.json()["controllers"]) == ("verified", ["arm.3F"])
+    assert over.headers["location"] == f"/lines/arm/restores/{over.json()['id']}"
+    assert {frame for frame in stand.frames() if frame[3:6] == "0SS"} == {"&3F0SS20"}
+    assert (await stand.get("/lines/arm/restores/current")).json() == over.json()
+    assert (await stand.client.delete("/lines/arm/restores/current")).status_code == 404
+
+
+@in_cell(units=1)
+async def test_a_robot_is_backed_up_and_restored(cell: Cell) -> None:
+    cell.rig.fics.units[1].positions[2] = (1.0, 2.0, 3.0)
+    text = (await cell.get("/robots/r1/backup")).text
+    assert "\n[unit 1 positions]\n" in text
+    wanted = {"backup": text.replace("2 X=1 ", "2 X=7.5 ")}
+    plan = await cell.post("/robots/r1/restores", {**wanted, "dry_run": True})
+    assert plan.json()["commands"] == ["POF 1,2", "POS 7.5,2,3", "POF 2"]
+    over = await cell.post("/robots/r1/restores?wait=60", wanted)
+    assert (over.status_code, over.json()["status"]) == (200, "verified")
+    assert cell.rig.fics.units[1].positions[2] == (7.5, 2.0, 3.0)
+    assert (await cell.get(over.headers["location"])).json() == over.json()
+    assert (await cell.client.delete("/robots/r1/restores/current")).status_code == 404
+    refused = await cell.post("/robots/r1/restores", {**wanted, "flash": True})
+    assert (refused.status_code, "no command" in refused.json()["detail"]) == (422, True)
+    of_bodies = await cell.get("/lines/cell/backup")
+    assert (of_bodies.status_code, of_bodies.json()["remedy"]) == (422, "Back up its robot.")

@@ -1,0 +1,135 @@
+"""Backups on the command line: files, differences as people read them, exit codes that scripts can use."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.app.fake_gateway import Answer, FakeGateway, plant
+
+TEXT = "[body 3F]\n[settings]\n0SS25\n"
+LINES = {"lines": [{"line_id": "arm", "protocol": "rorze"}, {"line_id": "cell", "protocol": "fics"}]}
+DIFFERENCE = {
+    "target": "arm.3F",
+    "section": "settings",
+    "name": "origin offset",
+    "wanted": "0SS25",
+    "held": None,
+    "restorable": False,
+}
+PATH = "/bodies/3F/restores"
+
+
+def record(status: str, differences: list[Any] | None = None, **more: Any) -> dict[str, Any]:
+    return {
+        "id": "7",
+        "target": "/bodies/arm.3F",
+        "controllers": ["arm.3F"],
+        "status": status,
+        "phase": "saving",
+        "read": 9,
+        "written": 1,
+        "commands": 1,
+        "saved": False,
+        "error": None,
+        "differences": differences,
+        **more,
+    }
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "lift.txt"
+    path.write_text(TEXT)
+    return path
+
+
+def test_a_backup_is_printed_or_written_to_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gateway = FakeGateway({"/bodies/3F/backup": [(200, TEXT)]})
+    assert gateway.run(monkeypatch, "backup", "3f").stdout == TEXT
+    said = gateway.run(monkeypatch, "backup", "3F", str(tmp_path / "new"))
+    assert (said.exit_code, said.stdout, (tmp_path / "new").read_text()) == (0, "", TEXT)
+    assert gateway.run(monkeypatch, "backup", "3F", str(tmp_path)).exit_code == 2
+
+
+def test_lines_and_robots_have_backups_and_groups_and_units_have_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    answers = plant() | {"/lines": [(200, LINES)], "/lines/arm": [(200, {"bodies": ["arm.3F", "arm.02"]})]}
+    gateway = FakeGateway({**answers, "/lines/arm/backup": [(200, TEXT)], "/robots/r1/backup": [(200, TEXT)]})
+    for word in ("arm", "r1"):
+        assert gateway.run(monkeypatch, "backup", word).stdout == TEXT
+    assert gateway.run(monkeypatch, "backup", "arm", "--body", "3F").stdout == TEXT
+    for word in ("80", "r1/units/2", "cell"):
+        assert gateway.run(monkeypatch, "backup", word).exit_code == 2
+
+
+def test_what_differs_is_told_line_by_line(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plans: list[Answer] = [(200, {"commands": [], "differences": it}) for it in ([DIFFERENCE], [])]
+    gateway = FakeGateway({PATH: plans})
+    said = gateway.run(monkeypatch, "diff", "3F", str(file), "--from", "40")
+    told = "arm.3F settings: origin offset: backup 0SS25, holds nothing; no command can change that\n"
+    assert (said.exit_code, said.stdout) == (1, told)
+    assert gateway.posted == [(PATH, {"backup": TEXT, "from_body": "40", "dry_run": True})]
+    assert gateway.run(monkeypatch, "diff", "3F", str(file)).exit_code == 0
+
+
+def test_a_dry_run_prints_the_exact_commands(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gateway = FakeGateway({PATH: [(200, {"commands": ["&3F0SS25"], "differences": [DIFFERENCE]})]})
+    said = gateway.run(monkeypatch, "restore", "3F", str(file), "--dry-run")
+    assert (said.exit_code, said.stdout.splitlines()[0]) == (0, "&3F0SS25")
+    assert "no command can change that" in said.stdout
+
+
+def test_a_restore_is_followed_to_its_end(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gateway = FakeGateway(
+        {
+            PATH: [(202, record("running"))],
+            "/bodies/arm.3F/restores/7": [
+                (200, record("running")),
+                (200, record("verified", [], saved=True)),
+            ],
+        }
+    )
+    said = gateway.run(monkeypatch, "restore", "3F", str(file), "--flash")
+    assert said.stdout == "arm.3F: flash memory and RAM hold the backup, read back.\n"
+    assert gateway.posted[0][1] == {"backup": TEXT, "flash": True, "power_cycle": False}
+    assert len(gateway.paths) == 3
+
+
+@pytest.mark.parametrize(
+    ("over", "code", "words"),
+    [
+        (record("verified", []), 0, "RAM holds the backup"),
+        (record("differs", [DIFFERENCE]), 1, "differs: 1 differences."),
+        (
+            record("cancelled", [], error={"detail": "A stop came first.", "remedy": "Again."}),
+            1,
+            "A stop came first.",
+        ),
+        (
+            record("failed", None, error={"detail": "No reply.", "remedy": "Look."}),
+            4,
+            "nobody knows what arm.3F",
+        ),
+    ],
+)
+def test_the_end_of_a_restore_is_an_exit_code(
+    over: dict[str, Any], code: int, words: str, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = FakeGateway({PATH: [(200, over)]}).run(monkeypatch, "restore", "3F", str(file))
+    assert (said.exit_code, words in said.output) == (code, True)
+
+
+def test_a_gateway_that_goes_leaves_the_end_unknown(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gateway = FakeGateway({PATH: [(202, record("running"))]}, (503, {"detail": "Down."}))
+    said = gateway.run(monkeypatch, "restore", "3F", str(file))
+    assert (said.exit_code, "The restore 7 was begun" in said.output) == (4, True)
+
+
+def test_what_cannot_be_read_is_no_backup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    garbled, gateway = tmp_path / "garbled", FakeGateway()
+    garbled.write_bytes(b"\xff")
+    for path in (garbled, tmp_path, tmp_path / "nothing"):
+        assert gateway.run(monkeypatch, "diff", "3F", str(path)).exit_code == 2
+    assert not gateway.asked

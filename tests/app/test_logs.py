@@ -1,0 +1,90 @@
+"""The log: one line each, whatever it tells of, for people, for machines and for the journal of systemd."""
+
+import json
+import logging
+import os
+import re
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.logs import JournalLines, JsonLines, TextLines, formatter_for, logging_to
+
+log = logging.getLogger("tests.logs")
+FACTS: dict[str, Any] = {"caller": "pat", "request_id": "r-1", "move_id": None}
+
+
+def written(wanted: logging.Formatter, message: str = "it moved", **facts: object) -> str:
+    record = logging.LogRecord("gateway", logging.WARNING, "", 0, "%s", (message,), None)
+    record.facts = facts
+    return wanted.format(record)
+
+
+def test_text_has_time_level_name_and_facts() -> None:
+    line = written(TextLines(), **FACTS)
+    assert re.fullmatch(
+        r"\d{4}-\d\d-\d\dT[\d:.]+[+-]\d\d:\d\d WARNING gateway: it moved \[caller=pat request_id=r-1\]", line
+    )
+
+
+def test_a_fact_of_several_words_is_quoted() -> None:
+    assert written(TextLines(), caller="http 10.0.0.7").endswith('[caller="http 10.0.0.7"]')
+
+
+def test_json_has_each_fact_as_a_member() -> None:
+    told = json.loads(written(JsonLines(), **FACTS))
+    assert told.pop("time").endswith("+00:00")
+    assert told == {
+        "level": "warning",
+        "logger": "gateway",
+        "message": "it moved",
+        "caller": "pat",
+        "request_id": "r-1",
+    }
+
+
+@pytest.mark.parametrize("kind", [TextLines, JournalLines, JsonLines])
+def test_nobody_makes_two_lines_of_one(kind: type[logging.Formatter]) -> None:
+    line = written(kind(), "one\n2026 INFO gateway: two\r\x1b[2J\x85\u2028", caller="pat\nkim")
+    assert len(line.splitlines()) == 1
+    assert "\x1b" not in line
+
+
+def test_the_journal_of_systemd_is_given_priorities(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert written(JournalLines()) == "<4>gateway: it moved"
+    with (tmp_path / "journal").open("w") as stream:
+        assert isinstance(formatter_for("text", stream), TextLines)
+        found = os.fstat(stream.fileno())
+        monkeypatch.setenv("JOURNAL_STREAM", f"{found.st_dev}:{found.st_ino}")
+        assert isinstance(formatter_for("text", stream), JournalLines)
+        assert isinstance(formatter_for("json", stream), JsonLines)
+
+
+def test_a_traceback_follows_its_sentence() -> None:
+    stream = StringIO()
+    with logging_to(stream, "info", "text"):
+        try:
+            int("broken")
+        except ValueError:
+            log.exception("it failed")
+    assert "it failed\nTraceback" in stream.getvalue()
+
+
+def test_what_is_below_the_level_is_left_out_and_all_else_is_there_at_the_end() -> None:
+    stream = StringIO()
+    with logging_to(stream, "warning", "json"):
+        for number in range(100):
+            log.info("a %d", number)
+            log.warning("b %d", number)
+    told = [json.loads(line)["message"] for line in stream.getvalue().splitlines()]
+    assert told == [f"b {number}" for number in range(100)]
+
+
+def test_what_is_logged_is_said_as_it_was_then() -> None:
+    stream, moves = StringIO(), ["a"]
+    with logging_to(stream, "info", "text"):
+        log.info("%s", moves)
+        moves.append("b")
+    assert "['a']" in stream.getvalue()

@@ -1,0 +1,54 @@
+"""Live values of robots: of the unit it acts on, and behind all that others want."""
+
+import asyncio
+
+from protocols.fics.homing import HomeRobot
+from tests.fics_plants import fics_rig
+from tests.plants import in_virtual_time
+from tests.watching import watching
+
+POSITION = "robot.position"
+UNITS = "/robots/r1/units/1", "/robots/r1/units/2"
+
+
+@in_virtual_time
+async def test_only_the_unit_that_the_robot_acts_on_is_watched() -> None:
+    async with fics_rig(units=2) as rig:
+        move = await rig.plant.robot_moves.start(rig.robot, 2, HomeRobot())
+        await rig.plant.robot_moves.wait(move.id, 60)
+        selected = len(rig.heard("UNT "))
+        async with watching(rig.plant.events, types=[POSITION], sample=5) as watcher:
+            await asyncio.sleep(10)
+        assert not watcher.of(POSITION, UNITS[0])
+        assert 45 <= len(watcher.of(POSITION, UNITS[1])) <= 51
+        assert len(rig.heard("UNT ")) == selected
+
+
+@in_virtual_time
+async def test_a_place_that_is_not_known_is_null() -> None:
+    async with fics_rig() as rig:
+        async with watching(rig.plant.events, types=[POSITION], sample=5) as watcher:
+            await asyncio.sleep(2)
+        axes = watcher.of(POSITION, UNITS[0])[0]["data"]["axes"]
+        assert {axis["value"] for axis in axes.values()} == {None}
+
+
+@in_virtual_time
+async def test_nothing_is_asked_while_nobody_watches() -> None:
+    async with fics_rig() as rig:
+        async with watching(rig.plant.events, sample=10):
+            await asyncio.sleep(2)
+        asked = len(rig.heard("APS")), len(rig.heard("IDI"))
+        await asyncio.sleep(20)
+        assert (len(rig.heard("APS")), len(rig.heard("IDI"))) == asked
+
+
+@in_virtual_time
+async def test_a_command_waits_for_one_question_at_most() -> None:
+    async with fics_rig(baud=9600) as rig, watching(rig.plant.events, sample=50):
+        await asyncio.sleep(1)
+        for _ in range(20):
+            began = asyncio.get_running_loop().time()
+            await rig.robot.unit(1).status()
+            assert asyncio.get_running_loop().time() - began < 0.25
+            await asyncio.sleep(0.017)

@@ -1,0 +1,130 @@
+"""Rights, scopes and leases are asked for behind the door, whichever front end came through it."""
+
+import inspect
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any
+
+import pytest
+
+import gateway.operations
+from gateway.access.errors import NotAuthenticated, NotPermitted
+from gateway.access.principal import Principal, asking
+from gateway.access.roles import Role
+from gateway.core.leases import Holder, LeaseRefused
+from gateway.core.origin import Origin
+from gateway.operations import bodies, leases, moves, programs, stops
+from gateway.operations.caller import address_of
+from gateway.operations.commands import do
+from gateway.plant import Plant
+from gateway.rorze.move_requests import Length
+from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.position import GetPosition
+from protocols.rorze.speeds import SetStartSpeed
+from tests.plants import in_virtual_time, rig
+
+ME = Origin("test", "r-1")
+FAR = MoveClockwise(distance=50_000)
+ASKS_ITSELF = {
+    "alarms.reset",  # on what the alarm is about
+    "backups.plan",  # on what the restore is for
+    "backups.start",
+    "bodies.define_group",  # on all members
+    "bodies.look_at_all",  # shows what the scope covers
+    "commands.do",  # as the effect of its row says
+    "leases.end",  # of others: an admin
+    "leases.renew",
+    "leases.take",
+    "moves.start",  # a plan takes no lease
+}
+
+
+def operations() -> Iterator[tuple[str, Callable[..., Any]]]:
+    for found in iter_modules(gateway.operations.__path__):
+        module = import_module(f"gateway.operations.{found.name}")
+        for name, function in inspect.getmembers(module, inspect.iscoroutinefunction):
+            if not name.startswith("_") and function.__module__ == module.__name__:
+                yield f"{found.name}.{name}", function
+
+
+def source_of(function: Callable[..., Any]) -> str:
+    return inspect.getsource(inspect.unwrap(function))
+
+
+def test_every_operation_asks_for_a_right() -> None:
+    asked = dict(operations())
+    assert len(asked) > 25
+    for name, function in asked.items():
+        source = source_of(function)
+        itself = "require(" in source or "require_right(" in source or "await do(" in source
+        assert "@needs(" in source or itself, f"{name} is open to everybody"
+    assert {name for name, it in asked.items() if "@for_caller" in source_of(it)} == ASKS_ITSELF
+
+
+def somebody(role: Role = Role.ADMIN, *scope: str) -> Principal:
+    return Principal("somebody", role, frozenset(scope) or None, "s1")
+
+
+OPERATIONS = [
+    (lambda plant: do(plant, ME, "/bodies/3F", FAR), Role.OPERATOR),
+    (lambda plant: do(plant, ME, "/bodies/3F", SetStartSpeed(speed=1000)), Role.SETUP),
+    (lambda plant: do(plant, ME, "/bodies/3F", GetPosition()), Role.VIEWER),
+    (lambda plant: bodies.set_position(plant, ME, "3F", Length(value=0, unit="pulse")), Role.SETUP),
+    (lambda plant: bodies.acknowledge_power_cycle(plant, ME, "3F"), Role.OPERATOR),
+    (lambda plant: bodies.define_group(plant, ME, "85", ["3F", "00"], ""), Role.SETUP),
+    (lambda plant: bodies.start_scan(plant, ME, "line1"), Role.SETUP),
+    (lambda plant: bodies.get_scan(plant, "line1", "none", 0.0), Role.VIEWER),
+    (lambda plant: moves.get(plant, "/bodies/3F", "none"), Role.VIEWER),
+    (lambda plant: programs.read(plant, ME, "3F"), Role.VIEWER),
+    (lambda plant: programs.write_memory(plant, ME, "3F", "U00", 1), Role.OPERATOR),
+    (lambda plant: leases.take(plant, ME, "3F", 1.0, take_over=False), Role.OPERATOR),
+    (lambda plant: leases.take(plant, ME, "3F", 1.0, take_over=True), Role.ADMIN),
+]
+
+
+@pytest.mark.parametrize(("operation", "role"), OPERATIONS)
+@in_virtual_time
+async def test_a_lower_role_or_another_scope_is_refused_and_nothing_is_written(
+    operation: Callable[[Plant], Any], role: Role
+) -> None:
+    async with rig() as it:
+        before = len(it.wire.sent)
+        lower = [lower for lower in Role if list(Role).index(lower) < list(Role).index(role)]
+        for who in (*map(somebody, lower), somebody(Role.ADMIN, "line1.00")):
+            with asking(who), pytest.raises(NotPermitted):
+                await operation(it.plant)
+        assert len(it.wire.sent) == before
+
+
+@in_virtual_time
+async def test_nobody_is_not_everybody() -> None:
+    async with rig() as it:
+        with asking(None), pytest.raises(NotAuthenticated):  # type: ignore[arg-type]
+            await do(it.plant, ME, "/bodies/3F", GetPosition())
+
+
+@in_virtual_time
+async def test_everybody_with_any_credential_stops_everything() -> None:
+    async with rig() as it:
+        with asking(somebody(Role.VIEWER, "nowhere")):
+            assert (await stops.stop(it.plant, ME, "/bodies/3F", "decelerate")).confirmed
+            assert (await stops.stop_all(it.plant, ME, "decelerate")).confirmed
+
+
+@in_virtual_time
+async def test_a_lease_holds_for_every_front_end() -> None:
+    async with rig() as it:
+        parts = it.plant.territory.parts("3F")
+        await it.plant.leases.take("3F", "/bodies/line1.3F", parts, Holder("bert", "b"), 10.0, over=False)
+        with pytest.raises(LeaseRefused):
+            await do(it.plant, ME, "/bodies/3F", FAR)
+        await do(it.plant, ME, "/bodies/3F", GetPosition())
+
+
+@pytest.mark.parametrize(
+    ("target", "address"),
+    [("/bodies/line1.3F", "line1.3F"), ("/robots/r1/units/1", "r1"), ("3F", "3F"), ("/bodies", "/bodies")],
+)
+def test_a_path_tells_the_address(target: str, address: str) -> None:
+    assert address_of(target) == address

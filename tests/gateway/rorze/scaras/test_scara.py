@@ -1,0 +1,64 @@
+"""A SCARA robot's kinematics as clients have them: pulses to coordinates, and back."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gateway.core.errors import InvalidRequest
+from gateway.rorze.bodies import Group
+from gateway.rorze.line import Line
+from gateway.rorze.scaras.record import ScaraPlace
+from gateway.rorze.scaras.scara import Scara
+from protocols.rorze.scara import BeltLinked, Place, Robot, ThreeAxes
+from simulator.rorze.line import build_line
+from tests.simulated_line import SimulatedLine
+
+THREE = ThreeAxes(215_000, 330_000, (121_791.045, 60_000.0, 100_000.0))
+FINE = ThreeAxes(215_000, 330_000, (9_999_999.99,) * 3)
+BELTS = BeltLinked(156_000, 208_000, (98_765.0, 99_000.0))
+
+
+def robot_of(robot: Robot) -> Scara:
+    """A robot that nobody is asked about."""
+    line = Line("line1", SimulatedLine(build_line([], 0.0)), [])
+    return Scara("wafer", Group(line, 0x8A, []), robot)
+
+
+def told(scara: Scara, pulses: tuple[int, ...]) -> Place:
+    """Coordinates as a client reads them, and sends them back."""
+    place = ScaraPlace.of(scara.place_of(pulses))
+    return Place(place.x.value, place.y.value, place.angle.value)
+
+
+@pytest.mark.parametrize("robot", [THREE, FINE])
+@given(st.data())
+def test_there_and_back_within_a_pulse(robot: Robot, data: st.DataObject) -> None:
+    """All over the reach, the elbow bent as in the manual's example."""
+    base, arm, finger = (round(turn / 2) - 2 for turn in robot.pulses_per_turn)
+    wanted = st.tuples(st.integers(-base, base), st.integers(-arm, -2), st.integers(-finger, finger))
+    pulses = data.draw(wanted)
+    scara = robot_of(robot)
+    assert scara.pulses_of(told(scara, pulses)) == pytest.approx(pulses, abs=1)
+
+
+@given(st.integers(-49_000, 49_000), st.integers(-24_700, 24_700))
+def test_there_and_back_within_a_pulse_with_belts(turn: int, arm: int) -> None:
+    scara = robot_of(BELTS)
+    lead = BELTS.lead(BELTS.pose((turn, arm)))
+    back = scara.pulses_of(told(scara, (turn, arm)))
+    # A finger's end behind the base may as well be before it, with the base half a turn on.
+    assert lead <= 100 or back == pytest.approx((turn, arm), abs=1)
+
+
+def test_where_the_arm_does_not_come_there_are_no_pulses() -> None:
+    with pytest.raises(InvalidRequest, match="comes 430000 um from the origin, but not 570000 um"):
+        robot_of(THREE).pulses_of(Place(0, 900_000, 90_000))
+    with pytest.raises(InvalidRequest, match="turned beyond its longest reach"):
+        robot_of(BELTS).place_of((0, 25_000))
+    with pytest.raises(InvalidRequest, match="wafer has 3 axes, not 2"):
+        robot_of(THREE).place_of((0, 0))
+
+
+@pytest.mark.parametrize(("direction", "angle"), [(180e3, 180e3), (-180e3, 180e3), (270e3, -90e3)])
+def test_angles_are_told_within_half_a_turn(direction: float, angle: float) -> None:
+    assert ScaraPlace.of(Place(0, 0, direction)).angle.value == angle

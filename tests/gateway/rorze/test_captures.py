@@ -1,0 +1,35 @@
+"""A capture is armed in one piece: nothing but a stop comes between, and that is told."""
+
+import asyncio
+
+import pytest
+
+from gateway.rorze.captures import NOTHING_YET, ArmingBrokenOff, CaptureRequest, arm, read
+from protocols.rorze.moves import MoveClockwise
+from tests.plants import in_virtual_time, rig, start
+
+ONCE = CaptureRequest(edge="rising", position=25)
+
+
+@in_virtual_time
+async def test_a_move_of_somebody_else_waits_until_the_entries_are_marked() -> None:
+    async with rig(baud=9600) as it:
+        sent = len(it.wire.sent)
+        arming = asyncio.create_task(arm(it.body(), 8, ONCE))
+        await it.wire.begun("&3FCFS8,P:25")
+        starting = asyncio.create_task(start(it, MoveClockwise(distance=500)))
+        assert (await arming).captured is False
+        await starting
+        frames = it.wire.frames(sent)
+        assert frames.index(f"&3F3PSP[25],{NOTHING_YET}") < frames.index("&3F1+M500")
+
+
+@in_virtual_time
+async def test_a_stop_breaks_it_off_and_says_what_is_left() -> None:
+    async with rig(baud=9600) as it:
+        arming = asyncio.create_task(arm(it.body(), 8, ONCE))
+        await it.wire.begun("&3FCFS8,P:25")
+        await it.plant.stops.stop([it.body()], "decelerate")
+        with pytest.raises(ArmingBrokenOff, match="set up in part, then it was broken off: cancelled"):
+            await arming
+        assert (await read(it.body(), 8)).edge == "off"

@@ -1,0 +1,231 @@
+"""Alarms of a whole plant: what goes wrong raises them, and who has seen to it resets them."""
+
+import asyncio
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from gateway.causes import causes_of
+from gateway.config import parse
+from gateway.core.alarms import Alarm, AlarmLasts, Latched
+from gateway.core.lanes import Lane
+from gateway.core.move_record import MoveStatus
+from gateway.core.origin import Origin
+from gateway.event_types import EVENT_TYPES
+from gateway.operations.alarms import reset
+from gateway.operations.commands import do
+from gateway.plant import Plant
+from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.status import ClearControllerStatus
+from simulator.fics.alarms import system_error
+from simulator.rorze.line import build_line
+from simulator.rorze.world import EMS
+from tests.fics_plants import fics_rig
+from tests.plants import SET_UP_S, Rig, Wire, configuration, finished, in_virtual_time, rig
+from tests.tested_plant import TestedPlant
+from tests.world import World
+from transports.base import Receiver, TransportLost
+
+OPERATOR: Final = Origin("operator")
+
+SEEN_S = 40.0
+"""By then a body that does not answer is known to be silent."""
+
+
+def standing(plant: Plant) -> dict[str, Alarm]:
+    return {alarm.cause: alarm for alarm in plant.alarms.standing()}
+
+
+def brown_out(it: Rig, for_s: float = 0.05) -> None:
+    it.machine.brown_out(0x3F, for_s, asyncio.get_running_loop().time())
+    it.wire.turn()
+
+
+def press(it: Rig, *, on: bool) -> None:
+    it.touch(0x3F, lambda axis: axis.world.forced.update({EMS: on}))
+
+
+@in_virtual_time
+async def test_a_plant_at_peace_has_none() -> None:
+    async with rig() as it:
+        move = await finished(it, MoveClockwise(distance=500))
+        assert move.status is MoveStatus.SUCCEEDED
+        await asyncio.sleep(SEEN_S)
+        assert standing(it.plant) == {}
+
+
+@in_virtual_time
+async def test_a_move_into_the_ems_input_raises_the_bit_and_the_failed_move() -> None:
+    async with rig() as it:
+        moving = asyncio.create_task(finished(it, MoveClockwise(distance=50_000)))
+        await asyncio.sleep(0.3)
+        press(it, on=True)
+        move = await moving
+        await it.body().look(Lane.READ)
+        alarms = standing(it.plant)
+        assert alarms.keys() == {"body.ems_error", "body.move.failed"}
+        failed = alarms["body.move.failed"]
+        assert failed.move_id == move.id
+        assert f"Move {move.id} of line1.3F did not end as it should: ems" in failed.en.happened
+        assert f"/bodies/line1.3F/moves/{move.id}" in [call.path for call in failed.next]
+        assert "EMS" in alarms["body.ems_error"].ja.happened
+        with pytest.raises(AlarmLasts):
+            it.plant.alarms.reset(alarms["body.ems_error"].id)
+        it.plant.alarms.reset(failed.id)
+        assert standing(it.plant).keys() == {"body.ems_error"}
+        press(it, on=False)
+        await do(it.plant, OPERATOR, "/bodies/3F", ClearControllerStatus())
+        await it.body().look(Lane.READ)
+        await do_reset(it.plant)
+        assert standing(it.plant) == {}
+
+
+async def do_reset(plant: Plant) -> None:
+    for alarm in plant.alarms.standing():
+        assert (await reset(plant, OPERATOR, alarm.id)).reset_by == "operator"
+
+
+@in_virtual_time
+async def test_a_body_that_loses_its_power_raises_an_alarm_that_lasts_until_that_is_acknowledged() -> None:
+    async with rig() as it:
+        brown_out(it)
+        await asyncio.sleep(SEEN_S)
+        alarm = standing(it.plant)["body.power_cycled"]
+        assert [call.path for call in alarm.next][-1] == "/bodies/line1.3F/power-cycle/acknowledge"
+        with pytest.raises(AlarmLasts):
+            await reset(it.plant, OPERATOR, alarm.id)
+        await it.body().acknowledge_power_cycle()
+        await do_reset(it.plant)
+        assert standing(it.plant) == {}
+
+
+@in_virtual_time
+async def test_a_body_that_is_not_there_and_a_line_that_is_cut() -> None:
+    async with rig(present=(0x00, 0x01)) as it:
+        await asyncio.sleep(SEEN_S)
+        assert standing(it.plant).keys() == {"body.offline"}
+        it.plant.line("line1").connection_lost(TransportLost("pulled out"))
+        await asyncio.sleep(0)
+        down = standing(it.plant)["line.down"]
+        assert "pulled out" in down.en.happened
+        assert "pulled out" in down.ja.happened
+        await asyncio.sleep(SEEN_S)
+        await reset(it.plant, OPERATOR, down.id)
+        assert standing(it.plant).keys() == {"body.offline"}
+
+
+class Absent(Wire):
+    """A port that is not there."""
+
+    async def open(self, receiver: Receiver) -> None:  # noqa: ARG002
+        raise TransportLost("no such port")
+
+
+@in_virtual_time
+async def test_a_line_that_never_was_up_is_alarmed_once() -> None:
+    wire = Absent(build_line([0x3F], 0.0))
+    plant = TestedPlant(parse(configuration(), "test.toml"), open_transport=lambda _: wire)
+    await plant.start()
+    await asyncio.sleep(SEEN_S)
+    assert standing(plant).keys() == {"line.down"}
+    assert plant.events.last == 1
+    await plant.close()
+    assert standing(plant).keys() == {"line.down"}, "an orderly end raises nothing"
+
+
+@in_virtual_time
+async def test_what_the_latch_holds_does_not_move_before_the_reset() -> None:
+    command = MoveClockwise(distance=500)
+    async with rig(server="latch = true") as it:
+        brown_out(it)
+        await asyncio.sleep(SEEN_S)
+        await it.body().acknowledge_power_cycle()
+        with pytest.raises(Latched, match=r"body\.power_cycled at /bodies/line1\.3F"):
+            await do(it.plant, OPERATOR, "/bodies/3F", command)
+        await do(it.plant, OPERATOR, "/bodies/00", command)
+        await do_reset(it.plant)
+        await do(it.plant, OPERATOR, "/bodies/3F", command)
+
+
+@in_virtual_time
+async def test_without_the_latch_an_alarm_keeps_nothing_from_moving() -> None:
+    async with rig() as it:
+        brown_out(it)
+        await asyncio.sleep(SEEN_S)
+        await do(it.plant, OPERATOR, "/bodies/3F", MoveClockwise(distance=500))
+
+
+@in_virtual_time
+async def test_a_member_holds_its_group() -> None:
+    async with rig(server="latch = true", bodies=(0x00, 0x3F), groups={"80": ("00", "3F")}) as it:
+        brown_out(it)
+        await asyncio.sleep(SEEN_S)
+        with pytest.raises(Latched):
+            await do(it.plant, OPERATOR, "/groups/80", MoveClockwise(distance=500))
+
+
+@in_virtual_time
+async def test_alarms_stand_over_restarts_and_a_crash_is_one(tmp_path: Path) -> None:
+    world = World(tmp_path / "data")
+    async with world.gateway() as plant:
+        await asyncio.sleep(SET_UP_S)
+        world.wire.machine.axes[0x00].powered = False  # type: ignore[union-attr]
+        await asyncio.sleep(SEEN_S)
+        [before] = plant.alarms.standing()
+        world.crash()
+    async with world.gateway() as plant:
+        alarms = standing(plant)
+        assert alarms.keys() == {"body.offline", "gateway.crashed"}
+        assert alarms["body.offline"].id == before.id
+        world.wire.machine.axes[0x00].powered = True  # type: ignore[union-attr]
+        await asyncio.sleep(SEEN_S)
+        await do_reset(plant)
+    async with world.gateway() as plant:
+        assert [it.reset_by for it in plant.alarms.history()][:2] == ["operator", "operator"]
+
+
+@in_virtual_time
+async def test_trouble_with_the_journal_is_an_alarm_that_is_written_when_it_can_be(tmp_path: Path) -> None:
+    world = World(tmp_path / "data")
+    async with world.gateway() as plant:
+        journal = plant.journal
+        assert journal is not None
+        journal._in_trouble("the disk is full")
+        assert "the disk is full" in standing(plant)["gateway.journal.trouble"].ja.happened
+        with pytest.raises(AlarmLasts):
+            await do_reset(plant)
+        journal._settle([], None)
+        await do_reset(plant)
+    async with world.gateway() as plant:
+        assert [it.cause for it in plant.alarms.history()] == ["gateway.journal.trouble"]
+
+
+def test_an_error_of_a_robot_stands_until_it_is_reset() -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig() as it:
+            it.touch(lambda fics, now: fics.raise_alarm(system_error(183, 12, 34), now))
+            await it.robot.errors.look()
+            alarm = standing(it.plant)["robot.error"]
+            assert alarm.code == "183"
+            assert [call.path for call in alarm.next] == ["/robots/r1/errors", "/robots/r1/errors/reset"]
+            with pytest.raises(AlarmLasts):
+                await reset(it.plant, OPERATOR, alarm.id)
+            await it.robot.asking.reset_errors()
+            await do_reset(it.plant)
+            assert standing(it.plant) == {}
+
+    story()
+
+
+def test_every_cause_is_worded_in_both_languages_of_what_its_event_tells() -> None:
+    plant = TestedPlant(
+        parse(configuration(), "test.toml"), open_transport=lambda _: Wire(build_line([], 0.0))
+    )
+    for cause in causes_of(plant.families.values(), {}, lambda: None):
+        assert cause.event in EVENT_TYPES
+        for text in (cause.en, cause.ja):
+            assert all(part.strip() for part in text.model_dump().values())
+        assert cause.ja.happened != cause.en.happened
+        assert all(call.path.startswith(("/", "{subject}")) for call in cause.next)
