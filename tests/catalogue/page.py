@@ -1,0 +1,30 @@
+"""The catalogue of faults as a page: `python -m tests.catalogue.page > docs/faults.md`."""
+
+import sys
+
+from tests.catalogue.rows import NOT_PROVED, ROWS
+
+_HEAD = """\
+# What can go wrong
+
+Each fault has a number, what the gateway does about it, and tests that prove it: `pytest -k S01` runs those
+of one. S is the serial line, C a controller, G the process and its computer, J the disk and the journal.
+`python -m tests.catalogue.page` writes this page, and `make test` compares it.
+
+| Number | Fault | What the gateway does | Tests |
+|---|---|---|---|
+"""
+
+
+def page() -> str:
+    """Write all rows."""
+    lines = [
+        f"| {number} | {row.fault} | {row.answer} | {'<br>'.join(f'`{test}`' for test in row.tests)} |"
+        for number, row in ROWS.items()
+    ]
+    rest = [f"* {number}: {why}." for number, why in NOT_PROVED.items()]
+    return "\n".join([_HEAD + "\n".join(lines), "", "Not proved by a test:", "", *rest, ""])
+
+
+if __name__ == "__main__":
+    sys.stdout.write(page())

@@ -1,0 +1,446 @@
+"""The catalogue of faults: what can go wrong, what the gateway does then, and the tests that prove it."""
+
+from typing import Final, NamedTuple
+
+BIT_FLIPS = "bit_flips/test_bit_flips"
+BODY_POWER = "gateway/rorze/test_body_power"
+BREAKDOWNS = "e2e/test_breakdowns"
+DISK = "gateway/core/journal/test_disk"
+ERRORS = "gateway/rorze/test_internal_errors"
+FAULT_SIMULATOR = "fault_simulator/test_fault_simulator"
+FAULTY_LINE = "simulation/test_faulty_line"
+FILES = "gateway/core/journal/test_files"
+INDEX = "gateway/rorze/test_index_steps"
+INTENTS = "gateway/core/journal/test_intents"
+JOURNAL = "gateway/core/journal/test_journal"
+KILLS = "e2e/test_kills"
+LIFE = "e2e/test_life"
+LINE = "gateway/rorze/test_line"
+LINES = "protocols/test_lines"
+LINK = "protocols/rorze/test_link"
+MEMORY = "gateway/test_memory"
+MOVES = "gateway/rorze/test_moves"
+PLANT = "gateway/test_plant"
+PORT_LOOP = "gateway/core/test_port_loop"
+PROOF = "gateway/rorze/test_move_proof"
+READINGS = "gateway/rorze/test_readings"
+REPEATS = "api/common/test_repeats"
+RING = "gateway/core/test_event_ring"
+SCHEDULER = "gateway/core/test_scheduler"
+SERIAL = "transports/test_serial_port"
+SERVER_KILLS = "e2e/test_kills_of_the_server"
+SERVO = "api/bodies/test_servo"
+STOPS = "gateway/rorze/test_stops"
+STORIES = "catalogue/test_stories"
+SUSPENSION = "gateway/rorze/test_suspension"
+TRANSPORTS = "transports/test_contract"
+UNDER_LOAD = "e2e/test_stop_under_load"
+WIND_DOWN = "gateway/test_wind_down"
+
+
+class Row(NamedTuple):
+    """A fault, what is done about it, and the tests, each as file::name."""
+
+    fault: str
+    answer: str
+    tests: tuple[str, ...]
+
+
+def _row(fault: str, answer: str, *tests: tuple[str, str]) -> Row:
+    return Row(fault, answer, tuple(f"tests/{file}.py::test_{name}" for file, name in tests))
+
+
+ROWS: Final = {
+    "S01": _row(
+        "a command is lost",
+        "the line is fenced; the motor proves that nothing was executed; nothing is sent again",
+        (PROOF, "a_lost_command_is_found_not_executed_and_not_sent_again"),
+    ),
+    "S02": _row(
+        "a reply is lost",
+        "the same, and the motor proves that the move is made",
+        (PROOF, "a_lost_reply_is_made_good_by_the_running_motor"),
+        (PROOF, "a_lost_reply_is_made_good_by_a_motor_that_stands_at_the_target"),
+    ),
+    "S03": _row(
+        "a reply is late, and comes before the fence",
+        "it belongs to the old command",
+        (LINE, "a_late_reply_before_the_fence_belongs_to_the_old_command"),
+    ),
+    "S04": _row(
+        "a reply is late, and comes after the fence",
+        "it is dropped and counted",
+        (LINE, "a_late_reply_after_the_fence_is_dropped_and_counted"),
+    ),
+    "S05": _row(
+        "a late reply would fit the next command",
+        "that is not sent before a fence has passed",
+        (LINE, "after_a_timeout_nothing_is_sent_before_a_fence_has_passed"),
+        (LINE, "between_two_equal_commands_goes_a_fence"),
+    ),
+    "S06": _row(
+        "a reply comes twice at once",
+        "the second is dropped, and the line brackets what it acknowledges with fences",
+        (LINE, "a_doubled_reply_is_never_taken_for_the_next_one"),
+        (LINE, "a_line_that_says_replies_twice_tells_so_and_brackets_what_it_acknowledges"),
+    ),
+    "S07": _row(
+        "a reply comes a second time, later",
+        "no move changes by it",
+        (FAULTY_LINE, "what_is_believed_on_a_wire_that_says_replies_twice_is_true"),
+    ),
+    "S08": _row(
+        "one bit is flipped in the body or code of a reply",
+        "it is not credited",
+        (BIT_FLIPS, "the_page_in_the_docs_is_up_to_date"),
+        (LINE, "a_garbled_reply_calls_for_the_fence_at_once"),
+    ),
+    "S09": _row(
+        "one bit is flipped in a digit of a reply",
+        "nothing is decided by one reading on a line that errs",
+        (READINGS, "two_equal_readings_in_a_row_are_believed_on_a_line_that_errs"),
+        (PROOF, "one_garbled_position_does_not_make_a_good_move_fail"),
+        (PROOF, "one_garbled_status_does_not_end_a_move_that_runs"),
+        (STOPS, "one_garbled_status_does_not_confirm_a_stop"),
+    ),
+    "S10": _row(
+        "one bit is flipped in a digit of a command",
+        "the final position tells",
+        (PROOF, "a_garbled_distance_is_found_by_the_final_position"),
+    ),
+    "S11": _row(
+        "one bit turns the body into another",
+        "the one has not moved, the other's motion is told as foreign",
+        (STORIES, "s11_a_bit_that_turns_a_body_into_another_moves_that_and_both_are_told"),
+    ),
+    "S12": _row(
+        "the CR of a command is lost",
+        "it makes no command with what follows; an opening poisons what may be left",
+        (BIT_FLIPS, "what_the_far_end_makes_of_it"),
+        (LINK, "the_poison_makes_every_cut_command_too_long"),
+    ),
+    "S13": _row(
+        "the CR of a reply is lost",
+        "it is dropped, and the next reply is read",
+        (LINK, "a_reply_that_lost_its_end_does_not_take_the_next_with_it"),
+    ),
+    "S14": _row(
+        "stray CR and LF",
+        "they are nothing",
+        (LINK, "stray_ends_of_line_are_nothing"),
+    ),
+    "S15": _row(
+        "noise between frames",
+        "the next frame is read; one exchange is lost at most",
+        (LINK, "after_any_noise_and_an_end_of_line_the_next_frame_is_read"),
+        (LINE, "noise_does_not_use_up_the_tries_of_a_fence"),
+    ),
+    "S16": _row(
+        "noise without an end",
+        "it costs one exchange and no memory",
+        (LINE, "a_flood_without_an_end_costs_one_exchange_and_no_memory"),
+        (LINES, "a_flood_without_an_end_is_not_kept"),
+    ),
+    "S17": _row(
+        "a reply comes byte by byte",
+        "it is waited for, but not for ever",
+        (LINE, "a_reply_that_comes_in_pieces_is_waited_for_but_not_for_ever"),
+    ),
+    "S18": _row(
+        "a reply is split anywhere",
+        "that makes no difference",
+        (LINK, "how_replies_are_split_makes_no_difference"),
+    ),
+    "S19": _row(
+        "the speed of the port is wrong",
+        "the line is down and says that it hears garbage",
+        (LINE, "a_line_that_answers_in_garbage_says_so"),
+    ),
+    "S20": _row(
+        "our own frames come back",
+        "they are no replies, and the echo is named",
+        (LINK, "an_echo_of_our_own_command_is_named"),
+    ),
+    "S21": _row(
+        "the cable is pulled in the middle of a frame",
+        "the half command is poisoned before anything else is said",
+        (LINE, "an_opening_poisons_what_was_left_half_sent_and_then_tells_the_link_master_everything"),
+        (LINK, "the_poison_makes_every_cut_command_too_long"),
+    ),
+    "S22": _row(
+        "the adapter is unplugged",
+        "what was written is not known, what waited was not sent; the port is tried again and again",
+        (LINE, "when_the_port_is_lost_what_waited_was_not_sent_and_what_was_written_is_not_known"),
+        (LINE, "a_missing_port_is_tried_again_with_longer_and_longer_pauses"),
+    ),
+    "S23": _row(
+        "another program opens the port",
+        "it is refused to it, or to us",
+        (SERIAL, "a_port_in_use_is_refused_until_it_is_closed"),
+    ),
+    "S24": _row(
+        "the port takes no bytes",
+        "it is opened anew; a stop that was not sent is called so",
+        (LINE, "a_port_that_takes_no_bytes_is_opened_anew"),
+        (STOPS, "a_stop_on_a_line_that_is_down_says_that_it_was_not_sent_and_goes_out_when_it_is_up"),
+    ),
+    "S25": _row(
+        "the port takes a part of a frame",
+        "the rest follows, and nothing is thrown away",
+        (TRANSPORTS, "a_large_write_arrives_whole_and_is_unsent_until_it_is_taken"),
+        (PORT_LOOP, "a_port_that_takes_bytes_now_and_then_is_not_stuck"),
+    ),
+    "S26": _row(
+        "a stop is asked for while a frame is on the wire",
+        "it goes directly after that frame, never inside",
+        (LINE, "a_stop_waits_for_the_frame_boundary_and_not_for_the_reply"),
+        (UNDER_LOAD, "a_stop_is_the_next_frame_and_nothing_moves_after_it"),
+    ),
+    "S27": _row(
+        "a stop is asked for while a dead body is waited for",
+        "it goes within a frame's time",
+        (STOPS, "a_stop_does_not_wait_for_a_body_that_does_not_answer"),
+    ),
+    "S28": _row(
+        "a stop is lost",
+        "it is repeated until standstill is proved",
+        (STOPS, "a_lost_stop_or_a_lost_reply_to_it_is_made_good"),
+    ),
+    "S29": _row(
+        "the reply to a stop is lost",
+        "the state confirms it",
+        (STOPS, "a_lost_stop_or_a_lost_reply_to_it_is_made_good"),
+    ),
+    "S30": _row(
+        "a thousand stops at once",
+        "they are one",
+        (STOPS, "a_thousand_stops_at_once_are_one"),
+    ),
+    "C01": _row(
+        "a body is absent",
+        "it is offline after three fences, and the others go on",
+        (LINE, "a_body_that_fails_three_fences_is_offline_and_the_others_go_on"),
+        (LINE, "probes_of_a_dead_body_become_rarer"),
+    ),
+    "C02": _row(
+        "a body comes back",
+        "probes find it, and its mark tells whether its power was kept",
+        (LINE, "a_body_that_is_back_is_found_by_the_probes"),
+        (BODY_POWER, "a_body_that_was_silent_and_kept_its_mark_has_kept_its_power"),
+    ),
+    "C03": _row(
+        "a body loses its power at rest",
+        "moves to a place are refused until it was homed",
+        (BODY_POWER, "after_a_loss_of_power_at_rest_an_absolute_move_is_refused"),
+        (BODY_POWER, "homing_ends_the_refusal"),
+    ),
+    "C04": _row(
+        "a body loses its power in motion",
+        "the move is lost, and nothing is homed",
+        (PROOF, "a_body_that_lost_its_power_in_the_middle_has_lost_its_move"),
+    ),
+    "C05": _row(
+        "a user program starts with the power",
+        "its motion is told as foreign, and a stop ends it with its program",
+        (STORIES, "c05_a_program_that_starts_with_the_power_is_told_and_a_stop_ends_it"),
+    ),
+    "C06": _row(
+        "a user program moves on after a stop",
+        "the stop ends it, and is confirmed only then",
+        (STOPS, "a_user_program_is_ended_too_lest_it_starts_the_next_move"),
+        (STOPS, "a_stop_is_not_confirmed_while_a_program_runs_that_could_move_on"),
+    ),
+    "C07": _row(
+        "the controller refuses a move",
+        "nothing moves, and it says why",
+        (MOVES, "a_refusal_moves_nothing_and_says_why"),
+        (ERRORS, "a_move_that_meets_an_error_is_rejected_and_nothing_moves"),
+    ),
+    "C08": _row(
+        "a limit, EMS or a stall ends a move",
+        "it has failed, with the cause",
+        (MOVES, "a_sensor_ends_a_move_as_failed_with_its_cause"),
+        (MOVES, "a_stall_ends_a_move_as_failed"),
+    ),
+    "C09": _row(
+        "the stall bit was cleared, and its finder stays",
+        "moves are refused until that is cleared, too",
+        ("api/bodies/test_homing", "the_status_names_who_has_found_a_stall_and_the_route_that_clears_it"),
+        ("contract/test_manual_sequences", "a_stall_is_noticed_and_stops_every_move_until_it_is_cleared"),
+    ),
+    "C10": _row(
+        "two bodies have one number",
+        "what they say over each other is not credited; nothing is sent to move them, and the others go on",
+        (STORIES, "c10_two_bodies_with_one_number_are_not_understood_and_not_moved"),
+    ),
+    "C11": _row(
+        "the position index is at its end",
+        "the move is refused, and not repeated",
+        (STORIES, "c11_the_end_of_the_position_index_refuses_a_move_and_nothing_is_repeated"),
+    ),
+    "C12": _row(
+        "nobody knows what became of a step of the position index",
+        "nothing is repeated, and the remedy says what to read",
+        (INDEX, "without_a_reply_the_remedy_says_what_to_read"),
+    ),
+    "C13": _row(
+        "one axis of an interpolated move is stopped",
+        "its group is stopped with it",
+        (STOPS, "an_axis_of_an_interpolated_move_takes_its_group_with_it"),
+    ),
+    "C15": _row(
+        "flash memory is to be written while another body moves",
+        "it is refused before anything is sent",
+        (PLANT, "flash_waits_for_the_whole_line_to_stand_still"),
+    ),
+    "C16": _row(
+        "the power is lost while flash memory is written",
+        "the status shows it, and nothing goes to a place",
+        (ERRORS, "settings_found_wrong_at_power_on_show_in_the_status_and_nothing_goes_to_a_place"),
+    ),
+    "C17": _row(
+        "a move is shorter than a poll",
+        "its end is not missed",
+        (STORIES, "c17_a_move_that_is_shorter_than_a_poll_is_not_missed"),
+    ),
+    "C18": _row(
+        "another host moves a body",
+        "that is told, and no move is sent",
+        (PLANT, "motion_that_nobody_here_asked_for_is_reported_once_and_forgets_the_position"),
+        (MOVES, "a_body_that_another_host_moves_is_sent_nothing_and_is_known_to_move"),
+    ),
+    "C19": _row(
+        "INP does not come",
+        "the move goes on until it is sure to have failed",
+        (SERVO, "a_move_goes_on_until_the_drive_is_in_position"),
+        (SERVO, "a_drive_that_never_arrives_fails_the_move"),
+    ),
+    "C20": _row(
+        "somebody writes into the comment of the mark",
+        "his text is left alone; a mark that has gone counts as a loss of power",
+        (BODY_POWER, "a_comment_with_somebodys_own_text_is_left_alone_and_told_once"),
+        (BODY_POWER, "where_position_0_proves_nothing_the_mark_does"),
+    ),
+    "G01": _row(
+        "kill -9 before the intent is durable",
+        "nothing was sent; a repeat with its key is carried out once",
+        (MEMORY, "a_move_that_was_never_written_is_cancelled"),
+        (REPEATS, "a_crash_before_the_intent_leaves_the_key_free"),
+    ),
+    "G02": _row(
+        "kill -9 between the intent and the write",
+        "it is proved not to have been executed, and never sent again",
+        (MEMORY, "an_intent_without_a_frame_proves_itself_not_executed"),
+        (REPEATS, "a_crash_between_the_intent_and_the_answer_makes_no_second_move"),
+    ),
+    "G03": _row(
+        "kill -9 after the write",
+        "the move is followed to its end in its own record",
+        (MEMORY, "a_move_goes_on_in_its_own_record_after_a_crash"),
+        (BREAKDOWNS, "a_move_outlives_the_gateway_that_began_it"),
+        (KILLS, "an_engine_that_is_killed_500_times_does_nothing_twice_and_forgets_nothing"),
+        (SERVER_KILLS, "a_server_that_is_killed_60_times_does_nothing_twice_and_forgets_nothing"),
+    ),
+    "G04": _row(
+        "kill -9 in the middle of a frame",
+        "the half command is poisoned when the port is opened",
+        (LINE, "an_opening_poisons_what_was_left_half_sent_and_then_tells_the_link_master_everything"),
+        (BREAKDOWNS, "a_gateway_that_is_killed_in_a_move"),
+    ),
+    "G05": _row(
+        "kill -9 during a stop",
+        "the motor stands, and the move has a true end",
+        (STORIES, "g05_a_stop_that_a_crash_has_interrupted_has_stopped_the_motor"),
+    ),
+    "G06": _row(
+        "SIGTERM while moves wait",
+        "they are never sent",
+        (WIND_DOWN, "a_move_that_waits_for_the_line_is_never_sent"),
+        (LIFE, "what_would_never_end_is_stopped_and_what_goes_on_is_named"),
+    ),
+    "G07": _row(
+        "the process is held for seconds",
+        "what waited is cancelled, and does not begin late",
+        (SUSPENSION, "a_move_that_waits_for_the_line_does_not_begin_late"),
+    ),
+    "G08": _row(
+        "the process is suspended and goes on",
+        "nothing of before begins to move",
+        (LIFE, "what_was_asked_for_while_the_process_was_suspended_does_not_begin_late"),
+    ),
+    "G09": _row(
+        "a second gateway is started",
+        "it does not start",
+        (DISK, "two_gateways_never_share_a_directory"),
+        (BREAKDOWNS, "a_second_gateway_at_the_same_port"),
+    ),
+    "G10": _row(
+        "the process has no file descriptors left",
+        "lines and stops go on",
+        ("e2e/test_hostile_http", "a_gateway_without_file_descriptors_goes_on"),
+    ),
+    "G11": _row(
+        "memory is short",
+        "whatever waits or is kept has a bound",
+        (SCHEDULER, "a_full_queue_refuses_but_for_stops_and_for_reads_that_join_one"),
+        (RING, "the_newest_are_kept_and_no_others"),
+        (INTENTS, "no_more_wait_for_the_disk_than_may_wait_for_a_body"),
+    ),
+    "J01": _row(
+        "the disk is full",
+        "what has an effect is refused until there is room; stops go",
+        (JOURNAL, "a_full_disk_refuses_what_has_an_effect_until_there_is_room"),
+        (INTENTS, "a_stop_waits_for_no_disk_and_is_written_down_afterwards"),
+    ),
+    "J02": _row(
+        "the disk fails",
+        "it is not trusted again before a restart",
+        (JOURNAL, "a_disk_that_has_failed_is_not_trusted_again"),
+    ),
+    "J03": _row(
+        "the disk is slow",
+        "a command waits no longer than it may, a stop not at all",
+        (INTENTS, "a_disk_that_is_slower_than_the_command_may_wait_lets_it_expire"),
+        (JOURNAL, "a_disk_that_takes_its_time_is_not_waited_for"),
+        (INTENTS, "a_stop_waits_for_no_disk_and_is_written_down_afterwards"),
+    ),
+    "J04": _row(
+        "the journal is damaged",
+        "it is set aside, and that is told",
+        (DISK, "a_damaged_page_is_found_and_the_file_set_aside"),
+        (MEMORY, "a_broken_journal_is_set_aside_and_that_is_told"),
+    ),
+    "J05": _row(
+        "the journal is deleted while the gateway runs",
+        "that is noticed, and what has an effect is refused",
+        (JOURNAL, "a_file_that_has_gone_is_noticed"),
+    ),
+    "J06": _row(
+        "the directory cannot be written at the start",
+        "there are reads and stops only",
+        (MEMORY, "without_a_directory_reads_and_stops_go_on"),
+        (DISK, "a_directory_that_cannot_be_written_says_so"),
+    ),
+    "J07": _row(
+        "the computer loses its power, and the disk what was not synced",
+        "every frame on the wire has its intent nevertheless",
+        (FAULT_SIMULATOR, "whatever_goes_wrong_what_is_told_is_true"),
+        (INTENTS, "the_first_byte_comes_after_the_intent_is_durable"),
+    ),
+    "J08": _row(
+        "the journal has its full size",
+        "the oldest that is over is forgotten, and nothing that is open, no key either",
+        (STORIES, "j08_only_keys_that_are_old_and_answered_are_forgotten"),
+        (FILES, "what_is_too_much_or_too_old_is_forgotten_and_what_is_open_is_kept"),
+    ),
+}
+"""S: the serial line. C: a controller. G: the process and its computer. J: the disk and the journal."""
+
+NOT_PROVED: Final = {
+    "C14": "the preparation of an interpolated move is out of date: no test here",
+    "G12": "the processor is taken by other programs: no test, for it would measure the machine that tests",
+}
+"""What the catalogue has besides."""
+
+SIZES: Final = {"S": 30, "C": 20, "G": 12, "J": 8}
+"""How many faults each part has."""

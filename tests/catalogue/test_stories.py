@@ -1,0 +1,127 @@
+"""Faults of the catalogue that have no better place."""
+
+import asyncio
+import re
+import time
+from pathlib import Path
+
+import pytest
+
+from gateway.core.errors import ControllerRefused, GatewayError
+from gateway.core.journal import files, writes
+from gateway.core.journal.disk import SqliteDisk
+from gateway.core.journal.retention import DAY_S, Retention
+from gateway.core.move_record import MoveStatus
+from protocols.rorze.moves import MoveClockwise
+from protocols.rorze.notation import PositionReference
+from protocols.rorze.position_table import SetPositionIndex
+from tests.plants import finished, in_virtual_time, rig, start
+from tests.tested_plant import TestedPlant
+from tests.world import World
+
+A_WHILE_S = 5.0
+
+
+@in_virtual_time
+async def test_s11_a_bit_that_turns_a_body_into_another_moves_that_and_both_are_told() -> None:
+    async with rig() as it:
+        write = it.wire.write
+        it.wire.write = lambda data: write(data.replace(b"&001+M", b"&011+M"))  # type: ignore[method-assign]
+        move = await finished(it, MoveClockwise(distance=20_000), "00")
+        await asyncio.sleep(A_WHILE_S)
+        assert (move.status, move.end_cause) == (MoveStatus.FAILED, "not_executed")
+        assert [event.subject for event in it.events("body.motion.foreign")] == ["/bodies/line1.01"]
+        assert [it.axis(body).position(0.0) for body in (0x00, 0x01)] == [0, 20_000]
+
+
+@in_virtual_time
+async def test_c05_a_program_that_starts_with_the_power_is_told_and_a_stop_ends_it() -> None:
+    async with rig() as it:
+        it.axis().program = ("*A", "1+M900000", "WAT5", "JMP*A")
+        for command in ("UAS1", "FUS", "FIS"):
+            it.axis().execute(command, _now())
+            await asyncio.sleep(A_WHILE_S)  # the flash memory takes its time
+        it.machine.switch_body(0x3F, on=False, now=_now())
+        await asyncio.sleep(A_WHILE_S)
+        it.machine.switch_body(0x3F, on=True, now=_now())
+        await asyncio.sleep(2 * A_WHILE_S)
+        assert it.types("body.motion") == ["body.motion.foreign"]
+        [stopped] = await it.plant.stops.stop([it.body()], "immediate")
+        assert stopped.state == "confirmed"
+        stands_at = it.axis().position(_now())
+        await asyncio.sleep(A_WHILE_S)
+        assert it.axis().position(_now()) == stands_at
+
+
+@in_virtual_time
+async def test_c10_two_bodies_with_one_number_are_not_understood_and_not_moved() -> None:
+    async with rig() as it:
+        it.wire.deaf_to = re.compile(rb"(?<=>&)3F")  # what both say at once is no number
+        await asyncio.sleep(2 * A_WHILE_S)
+        assert "body.offline" in it.types("body")
+        with pytest.raises(GatewayError):
+            await start(it, MoveClockwise(distance=500))
+        assert (await finished(it, MoveClockwise(distance=500), "00")).status is MoveStatus.SUCCEEDED
+        assert not [frame for frame in it.wire.frames() if frame.startswith("&3F1+M")]
+
+
+@in_virtual_time
+async def test_c11_the_end_of_the_position_index_refuses_a_move_and_nothing_is_repeated() -> None:
+    async with rig() as it:
+        await it.body().ask(SetPositionIndex(position=2047))
+        with pytest.raises(ControllerRefused, match="out of range"):
+            await start(it, MoveClockwise(distance=PositionReference(position="next")))
+        assert it.wire.frames().count("&3F1+MP[+]") == 1
+
+
+@in_virtual_time
+async def test_c17_a_move_that_is_shorter_than_a_poll_is_not_missed() -> None:
+    async with rig() as it:
+        move = await finished(it, MoveClockwise(distance=1))
+        assert (move.status, move.position) == (MoveStatus.SUCCEEDED, 1)
+
+
+def test_g05_a_stop_that_a_crash_has_interrupted_has_stopped_the_motor(tmp_path: Path) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        world = World(tmp_path / "data")
+        async with world.gateway() as plant:
+            await asyncio.sleep(1.0)
+            [move] = await plant.moves.start(plant.body("3F"), MoveClockwise(distance=200_000))
+            await asyncio.sleep(1.0)
+            stopping = plant.stops.stop([plant.body("3F")], "immediate")
+            while not world.sent("5IS"):  # noqa: ASYNC110
+                await asyncio.sleep(0.0001)
+            world.crash()
+            await stopping
+        async with world.gateway() as plant:
+            end = await plant.moves.wait(move.id, 60.0)
+            assert end.status in (MoveStatus.STOPPED, MoveStatus.UNKNOWN)
+            assert end.evidence
+            stands_at = await _position(plant)
+            await asyncio.sleep(A_WHILE_S)
+            assert 0 < stands_at == await _position(plant) < 200_000
+        assert len(world.sent("1+M")) == 1
+
+    story()
+
+
+def test_j08_only_keys_that_are_old_and_answered_are_forgotten(tmp_path: Path) -> None:
+    disk, now = SqliteDisk(tmp_path), time.time()
+    used = {"old": now - 2 * DAY_S, "old and under way": now - 2 * DAY_S, "new": now - DAY_S / 2}
+    disk.commit([writes.key_used("s", key, "digest", at) for key, at in used.items()], durable=True)
+    disk.commit([writes.key_answered("s", key, 202, None, "{}") for key in ("old", "new")], durable=True)
+    disk.close()
+    files.prune(tmp_path, Retention())
+    keys = {row["key"] for row in files.export(tmp_path) if row["table"] == "keys"}
+    assert keys == {"new", "old and under way"}
+
+
+async def _position(plant: TestedPlant) -> int:
+    found = await plant.body("3F").look()
+    assert found
+    return plant.body("3F").position or 0
+
+
+def _now() -> float:
+    return asyncio.get_running_loop().time()

@@ -1,0 +1,284 @@
+"""kill -9 of the whole server under load, motors moving: nothing twice, nothing lost that was answered."""
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import count
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import httpx
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidMessage
+from websockets.sync.client import connect
+
+from gateway.core.journal import files
+from tests.e2e.processes import BODIES, PATIENCE_S, SimulatedLine, simulated_line, until, write_config
+
+KILLS = 60
+LOAD_S = (0.05, 1.6)
+"""From the first answer to the kill."""
+SHORTEST = 2_000
+"""Pulses of a move that takes a moment at the speeds of a new controller."""
+ENTRIES = 16
+ENDED_S = 60.0
+
+
+@dataclass
+class Parent:
+    """Starts one server after the other, and kills it."""
+
+    config: Path
+    data: Path
+    lives: int = 0
+    process_id: int = 0
+
+    def __post_init__(self) -> None:
+        program = [sys.executable, "-m", "tests.e2e.killed_server", str(self.config), str(self.data)]
+        self._process = subprocess.Popen(  # noqa: S603  # our own program
+            program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+
+    def start(self) -> str:
+        """Begin a life; gives its address."""
+        self.lives += 1
+        log = self.config.with_name(f"server-{self.lives}.log")
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.write(f"{log}\n")
+        self._process.stdin.flush()
+        self.process_id = int(self._process.stdout.readline())
+        return until(partial(_address, log), "the server runs")
+
+    def kill(self) -> None:
+        """End the life at once."""
+        os.kill(self.process_id, signal.SIGKILL)
+
+    def end(self) -> None:
+        """There is no next life."""
+        with suppress(ProcessLookupError):
+            self.kill()
+        self._process.communicate()
+
+
+def _address(log: Path) -> str:
+    words = log.read_text("utf-8") if log.exists() else ""
+    _, running, address = words.partition("running on ")
+    return address.split()[0] if running and "\n" in address else ""
+
+
+@dataclass
+class Mover:
+    """Wants one move after the other, each with a key: without an answer it asks again in the next life."""
+
+    body: str
+    numbers: Iterator[int]
+    asked: tuple[str, dict[str, object]] | None = None
+    answered: list[str] = field(default_factory=list)
+    """The ids of its moves."""
+
+    def work(self, http: httpx.Client) -> None:
+        key, content = self.asked = self.asked or self._next()
+        answer = http.post(f"/bodies/{self.body}/moves", json=content, headers={"Idempotency-Key": key})
+        if answer.is_success:
+            move_id = answer.json()["id"]
+            self.answered = [*dict.fromkeys([*self.answered, move_id])]  # one that was repeated is the same
+            http.get(f"/bodies/{self.body}/moves/{move_id}", params={"wait": 5})
+        elif answer.json().get("moved") == "no":  # the key is not used up
+            time.sleep(0.05)
+            return
+        self.asked = None
+
+    def _next(self) -> tuple[str, dict[str, object]]:
+        number = next(self.numbers)
+        distance = {"value": SHORTEST + number, "unit": "pulse"}
+        content: dict[str, object] = {
+            "kind": "relative",
+            "direction": "cw" if number % 2 else "ccw",
+            "distance": distance,
+        }
+        return f"move-{self.body}-{number}", content
+
+
+@dataclass
+class Setter:
+    """Writes one entry of the position table after the other."""
+
+    body: str
+    numbers: Iterator[int]
+    answered: list[int] = field(default_factory=list)
+
+    def work(self, http: httpx.Client) -> None:
+        number = next(self.numbers)
+        content = {"entry": {"position": number % ENTRIES}, "pulses": number}
+        if http.post(f"/bodies/{self.body}/commands/set-position-entry", json=content).is_success:
+            self.answered.append(number)
+        time.sleep(0.01)
+
+    def written(self) -> list[tuple[str, str]]:
+        """The commands that were answered."""
+        return [(self.body, f"3PSP[{number % ENTRIES}],{number}") for number in self.answered]
+
+
+@dataclass
+class Follower:
+    """Reads the events of all lives, from where it has been."""
+
+    cursor: str
+    told: list[dict[str, Any]] = field(default_factory=list)
+
+    def stream(self, http: httpx.Client) -> None:
+        with http.stream("GET", "/events/stream", headers={"Last-Event-ID": self.cursor}) as answer:
+            for line in answer.iter_lines():
+                name, _, value = line.partition(": ")
+                if name == "data":
+                    self._take(value)
+
+    def socket(self, http: httpx.Client) -> None:
+        address = str(http.base_url).replace("http", "ws", 1).rstrip("/")
+        with connect(f"{address}/events?after={self.cursor}") as client:
+            for text in client:
+                self._take(str(text))
+
+    def page(self, http: httpx.Client) -> None:
+        while events := _get(http, f"/events?limit=1000&after={self.cursor}")["events"]:
+            for event in events:
+                self._take(json.dumps(event))
+
+    def _take(self, text: str) -> None:
+        self.told.append(json.loads(text))
+        self.cursor = self.told[-1]["cursor"]
+
+
+def _get(http: httpx.Client, path: str) -> Any:
+    return http.get(path).raise_for_status().json()
+
+
+def _again_and_again(work: Callable[[httpx.Client], object], address: str) -> None:
+    """Go on until the server is killed."""
+    with httpx.Client(base_url=address, timeout=PATIENCE_S) as http, suppress(httpx.TransportError):
+        while True:
+            work(http)
+
+
+def _until_killed(read: Callable[[httpx.Client], object], address: str) -> None:
+    with (
+        httpx.Client(base_url=address, timeout=PATIENCE_S) as http,
+        suppress(httpx.TransportError, ConnectionClosed, InvalidMessage, OSError),
+    ):
+        read(http)
+
+
+@contextmanager
+def parent_of_servers(line: SimulatedLine, data: Path) -> Iterator[Parent]:
+    parent = Parent(write_config(line, "gateway"), data)
+    try:
+        yield parent
+    finally:
+        parent.end()
+
+
+@pytest.mark.timeout(900)
+def test_a_server_that_is_killed_60_times_does_nothing_twice_and_forgets_nothing(tmp_path: Path) -> None:
+    data, dice = tmp_path / "data", Random(1)
+    bodies = BODIES.split(",")
+    movers = [Mover(body, count(1)) for body in bodies]
+    setters = [Setter(body, count(1)) for body in bodies]
+    with simulated_line(tmp_path) as line, parent_of_servers(line, data) as parent:
+        begin, followers = "", list[Follower]()
+        for _ in range(KILLS):
+            address = parent.start()
+            with httpx.Client(base_url=address, timeout=PATIENCE_S) as http:
+                begin = begin or _get(http, "/events")["cursor"]
+                followers = followers or [Follower(begin), Follower(begin)]
+                _look_for_all(http, movers)
+            _live_and_die(parent, address, movers, setters, followers, dice)
+        with httpx.Client(base_url=parent.start(), timeout=PATIENCE_S + ENDED_S) as http:
+            until(lambda: http.get("/readyz").is_success, "the server is ready")
+            moves = _look_for_all(http, movers, wait_s=ENDED_S)
+            for follower in followers:
+                follower.page(http)
+            everything = Follower(begin)
+            everything.page(http)
+        done = [(it.body, it.facts["text"]) for code in ("1+M", "1-M", "3PS") for it in line.executed(code)]
+
+    assert [what for what, times in Counter(done).items() if times > 1] == []
+    assert len(done) > 10 * KILLS
+    _check_intents(data, done)
+    _check_moves(moves)
+    assert [it for setter in setters for it in setter.written() if it not in set(done)] == []
+    for follower in followers:
+        _check_order(follower.told)
+        told = {event["id"] for event in follower.told}
+        assert [event["id"] for event in everything.told if event["id"] not in told] == []
+    assert files.verify(data) == []
+
+
+def _look_for_all(http: httpx.Client, movers: list[Mover], wait_s: float = 0.0) -> list[Any]:
+    """Read every move that was answered, in whichever life."""
+    return [
+        _get(http, f"/bodies/{mover.body}/moves/{move_id}?wait={wait_s}")
+        for mover in movers
+        for move_id in (mover.answered if wait_s else mover.answered[-10:])
+    ]
+
+
+def _check_intents(data: Path, done: list[tuple[str, str]]) -> None:
+    with sqlite3.connect(data / "journal.db") as journal:
+        frames = {frame for (frame,) in journal.execute("SELECT frame FROM intents")}
+    assert [text for body, text in done if f"&{body}{text}\r" not in frames] == []
+
+
+def _check_moves(moves: list[Any]) -> None:
+    """Each was followed to its end, over the kill in which it was under way, or is unknown with evidence."""
+    statuses = Counter(move["status"] for move in moves)
+    assert statuses.keys() <= {"succeeded", "failed", "unknown"}, statuses
+    for move in moves:
+        assert move["ended_at"]
+        assert move["status"] == "succeeded" or (move["evidence"] and move["error"]), move
+    adopted = [it for it in moves if any("restarted" in sentence for sentence in it["evidence"])]
+    assert len(adopted) > KILLS
+    assert sum(it["status"] == "succeeded" for it in adopted) > len(adopted) / 2
+
+
+def _check_order(told: list[Any]) -> None:
+    """Numbers follow one another; after a crash they go on no later than after the last one seen."""
+    last = int(told[0]["sequence"]) - 1
+    for event in told:
+        assert event["type"] != "stream.gap"
+        number = int(event["sequence"])
+        assert number == last + 1 or (number <= last and event["type"] == "gateway.crashed"), event
+        last = number
+
+
+def _live_and_die(
+    parent: Parent,
+    address: str,
+    movers: list[Mover],
+    setters: list[Setter],
+    followers: list[Follower],
+    dice: Random,
+) -> None:
+    """One life: clients at work until the kill, and everybody's end."""
+    stream, socket = followers[0].stream, followers[1].socket
+    if dice.random() < 0.5:
+        stream, socket = followers[1].stream, followers[0].socket
+    with ThreadPoolExecutor(2 + len(movers) + len(setters)) as threads:
+        tasks = [threads.submit(_until_killed, read, address) for read in (stream, socket)]
+        works = [it.work for it in movers] + [it.work for it in setters]
+        tasks += [threads.submit(_again_and_again, work, address) for work in works]
+        time.sleep(dice.uniform(*LOAD_S))
+        parent.kill()
+    for task in tasks:
+        task.result()
