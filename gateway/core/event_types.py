@@ -226,7 +226,7 @@ class Signals(EventData):
 
 SIGNALS = EventType(
     IO,
-    "/{bodies or robots}/{id}",
+    "/bodies/{body_id} or /robots/{robot_id}",
     Signals,
     "somebody watches it (`sample`); twice a second at most",
     live=True,

@@ -54,11 +54,15 @@ async def newest(
     return await asyncio.to_thread(lambda: _formatted(list(passing.pass_on(records))[-last:]))
 
 
-async def follow(
-    plant: Plant, line_id: str, passing: TraceFilter, after: int | None
-) -> AsyncIterator[News | None]:
+def follow(plant: Plant, line_id: str, passing: TraceFilter, after: int | None) -> AsyncIterator[News | None]:
     """Tell records as they come, until the gateway ends; None where there was nothing to tell for a while."""
     require(plant, Right.VIEW, line_id)
+    return _news(plant, line_id, passing, after)
+
+
+async def _news(
+    plant: Plant, line_id: str, passing: TraceFilter, after: int | None
+) -> AsyncIterator[News | None]:
     recorder = plant.recorders[line_id]
     number = recorder.recorded if after is None else min(after, recorder.recorded)
     while not plant.events.closed:

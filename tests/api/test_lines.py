@@ -2,6 +2,7 @@
 
 import asyncio
 
+from gateway.access.principal import EVERYBODY, asking
 from gateway.config import Config
 from gateway.operations import traces
 from gateway.plant import Plant
@@ -88,7 +89,9 @@ async def test_the_trace_is_followed_live(stand: Stand) -> None:
     told: list[str] = []
 
     async def listen() -> None:
-        async for news in traces.follow(stand.plant, "arm", passing, None):
+        with asking(EVERYBODY):
+            following = traces.follow(stand.plant, "arm", passing, None)
+        async for news in following:
             told.extend(entry.data.decode() for entry in (news.entries if news else ()))
 
     listening = asyncio.create_task(listen())

@@ -206,7 +206,7 @@ def test_serve_wants_to_know_what() -> None:
     ("words", "told"),
     [
         ((), ("serve", "simulate", "send", "scan", "--version", "not a safety function")),
-        (("move",), ("relative|absolute|home", "--unit", "--wait")),
+        (("move",), ("relative|absolute", "--unit", "--wait")),
         (("stop",), ("does not replace a hardware stop", "--mode")),
         (("watch",), ("--bodies", "--types", "--after")),
         (("init",), ("Nothing is sent that moves or changes a motor", "--port")),

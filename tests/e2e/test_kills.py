@@ -6,6 +6,8 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 from gateway.core.journal import files
 from tests.e2e.processes import simulated_line
 from tests.open_access import OPEN
@@ -14,6 +16,7 @@ LIVES = 500
 BODIES = "00,01,3F"
 
 
+@pytest.mark.timeout(1_800)
 def test_an_engine_that_is_killed_500_times_does_nothing_twice_and_forgets_nothing(tmp_path: Path) -> None:
     data = tmp_path / "data"
     with simulated_line(tmp_path, BODIES, "--listen", "tcp://127.0.0.1:0") as line:

@@ -9,10 +9,7 @@ from gateway.core.events import _TYPE
 from gateway.event_types import EVENT_TYPES
 from tests.checked_events import CheckedHub, subject_fits
 
-SUBJECTS = (
-    *("/lines/{", "/bodies/{", "/groups/{", "/scaras/{", "/robots/{", "/gateway", "/events"),
-    "/{bodies or robots}/{",
-)
+SUBJECTS = (*("/lines/{", "/bodies/{", "/groups/{", "/scaras/{", "/robots/{", "/gateway", "/events"),)
 
 
 def test_names_are_words_joined_by_dots_and_begin_with_their_subject() -> None:

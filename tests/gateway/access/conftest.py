@@ -1,0 +1,8 @@
+"""Here a story says itself who asks."""
+
+import pytest
+
+
+@pytest.fixture(autouse=True)
+def everybody() -> None:
+    """Nobody."""
