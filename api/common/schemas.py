@@ -1,7 +1,9 @@
 """What generators of clients need of the OpenAPI document, and FastAPI does not write by itself."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, Final
+
+from api.common.words import SECTIONS
 
 Schema = dict[str, Any]
 
@@ -11,12 +13,18 @@ COMMAND = "/commands/"
 """What only paths of single rows of the command tables have."""
 
 
+_MORE: Final = """\
+
+The routes of single commands, `.../commands/NAME`, stand in [the whole document](docs/all)."""
+
+
 def complete(document: Schema) -> None:
-    """Show examples at the request bodies, and leave the defaults of requests to their descriptions.
+    """Describe the sections, show examples, and leave the defaults of requests to their descriptions.
 
     Strict TypeScript demands a member that has a default, for whoever reads it always finds it; but here
     somebody writes it.
     """
+    document["tags"] = list(_sections(document["paths"]))
     for operation in _operations(document):
         for content in _contents(operation.get("requestBody", {})):
             content.setdefault("examples", _examples(document, content["schema"]))
@@ -35,7 +43,23 @@ def core_of(document: Schema) -> Schema:
     kept = {id(schema) for schema in _reached(document, [paths])}
     schemas = document["components"]["schemas"]
     components = {name: schema for name, schema in schemas.items() if id(schema) in kept}
-    return {**document, "paths": paths, "components": {"schemas": components}}
+    return {
+        **document,
+        "info": {**document["info"], "description": document["info"]["description"] + _MORE},
+        "tags": list(_sections(paths)),
+        "paths": paths,
+        "components": {**document["components"], "schemas": components},
+    }
+
+
+def _sections(paths: Schema) -> Iterator[Schema]:
+    """Describe the sections that some paths have."""
+    used = {
+        tag for path in paths.values() for operation in path.values() for tag in operation.get("tags", ())
+    }
+    for name, description in SECTIONS.items():
+        if name in used:
+            yield {"name": name, "description": description}
 
 
 def _operations(document: Schema) -> Iterator[Schema]:

@@ -179,8 +179,10 @@ POST      /sign-in                                       open     any
 POST      /sign-out                                      view     any
 GET       /                                              view     any
 GET       /docs                                          view     any
+GET       /docs/all                                      view     any
 GET       /redoc                                         view     any
 GET       /openapi.json                                  view     any
+GET       /openapi/core.json                             view     any
 GET       /static-offline-docs/swagger-ui-bundle.js      view     any
 GET       /static-offline-docs/swagger-ui.css            view     any
 GET       /static-offline-docs/redoc.standalone.js       view     any

@@ -23,6 +23,18 @@ THEIR_WORDS = ("Input should", "Value error", "Field required", "Extra inputs", 
             "kind",
             "must be 'relative', 'absolute', 'position', 'home' or 'continuous'",
         ),
+        (
+            "moves",
+            {"kind": "relativ"},
+            "kind",
+            "must be 'relative', 'absolute', 'position', 'home' or 'continuous'; did you mean 'relative'?",
+        ),
+        (
+            "moves",
+            RELATIVE | {"speed": "hihg"},
+            "speed",
+            "must be 'high' or 'low', not 'hihg'; did you mean 'high'?",
+        ),
         ("moves", RELATIVE | {"speeed": "low"}, "speeed", "is not known here; did you mean speed?"),
         (
             "moves",
