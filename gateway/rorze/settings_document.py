@@ -29,8 +29,8 @@ Edge = Literal["off", "falling", "rising"]
 class Stretch(RequestModel):
     """Positions from the lower to the upper, in pulses."""
 
-    lower: Pulses = Field(description="Below `upper`.")
-    upper: Pulses
+    lower: Pulses = Field(description="In pulses, below `upper`.")
+    upper: Pulses = Field(description="In pulses.")
 
 
 class ErrorOutputSetting(RequestModel):

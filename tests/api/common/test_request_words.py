@@ -42,7 +42,7 @@ def bodies_of_requests() -> list[tuple[Any, list[Any]]]:
     found = []
     for route in app.routes:
         if isinstance(route, APIRoute) and route.body_field is not None and route.include_in_schema:
-            (method,) = route.methods or ()
+            method = next(iter(route.methods or ()))
             content = paths[route.path_format][method.lower()]["requestBody"]["content"]["application/json"]
             found.append((route.body_field, [it["value"] for it in content["examples"].values()] or [{}]))
     return found
@@ -53,7 +53,8 @@ def spoilt(draw: st.DrawFn) -> tuple[Any, object]:
     """A request's body, and an example of it of which one part is missing, misspelt or something else."""
     field, examples = draw(st.sampled_from(bodies_of_requests()))
     value = json.loads(json.dumps(draw(st.sampled_from(examples))))
-    around, inside = value, []
+    around: Any = value
+    inside: list[tuple[Any, Any]] = []
     while isinstance(around, dict | list) and around and (not inside or draw(st.booleans())):
         key = draw(st.sampled_from(sorted(around) if isinstance(around, dict) else range(len(around))))
         inside.append((around, key))
