@@ -112,3 +112,27 @@ def test_who_asks_for_what_is_not_there_is_told_what_is(path: str, said: str) ->
         assert answer.json()["detail"] == said
 
     story()
+
+
+@pytest.mark.parametrize(
+    ("path", "meant"),
+    [
+        ("/bodies/3F/commands/get-positon", "; did you mean get-position?"),
+        ("/groups/80/commands/mov-to", "; did you mean move-to?"),
+        ("/robots/r1/units/1/commands/get-axis-stats", "; did you mean get-axis-status?"),
+        ("/bodies/3F/commands/sing", ""),
+        ("/nobodies/3F/commands/get-position", ""),
+    ],
+)
+def test_a_misspelt_command_is_answered_by_the_one_that_was_meant(path: str, meant: str) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        before = stand.frames()
+        answer = await stand.post(path, {})
+        assert (answer.status_code, answer.json()["detail"]) == (
+            404,
+            f"There is nothing at {path}{meant}; nothing was sent.",
+        )
+        assert stand.frames() == before
+
+    story()
