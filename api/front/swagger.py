@@ -47,6 +47,5 @@ SwaggerUIBundle({
 
 def swagger_page(title: str, url: str, assets: str) -> HTMLResponse:
     """Show the OpenAPI document at a URL; the scripts and styles stand under `assets`."""
-    return HTMLResponse(
-        _PAGE.substitute(title=escape(title), url=json.dumps(url), assets=escape(assets, quote=True))
-    )
+    quoted = json.dumps(url).replace("<", r"\u003c")
+    return HTMLResponse(_PAGE.substitute(title=escape(title), url=quoted, assets=escape(assets)))
