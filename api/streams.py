@@ -13,7 +13,7 @@ from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
 from api.event_models import EventList
 from api.front.websocket_protocol import EVENTS
-from gateway.core.addresses import canonical_address
+from gateway.core.addresses import canonical_address, there_are
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription
 from gateway.core.rights import Right
@@ -177,7 +177,7 @@ def _addresses(plant: Plant, text: str | None) -> list[str] | None:
     for address in map(canonical_address, wanted or ()):
         if address not in known:
             raise InvalidRequest(
-                f"bodies: there is no {address}.",
+                f"bodies: there is no {address}; {there_are(sorted(known))}.",
                 "GET /bodies, /groups, /scaras, /robots list what there is.",
             )
     return wanted

@@ -1,5 +1,6 @@
 """What pydantic finds wrong, in this project's words: its own never reach a user."""
 
+import re
 from collections.abc import Collection, Mapping
 from difflib import get_close_matches
 from typing import Final, get_args
@@ -55,10 +56,18 @@ def sentence(fault: ErrorDetails, words: Mapping[str, str] | None = None) -> str
     """What is expected, and what was given where that says more; `words` go before those of this module."""
     expected, given = expectation(fault, words), shown(fault["input"])
     if given is None or fault["type"] in _SAYS_ENOUGH:
-        return expected
+        return expected + _meant_by(fault)
     if fault["type"] in _OWN_SENTENCES:
         return expected if given in expected else f"{expected} (given: {given})"
-    return f"{expected}, not {given}"
+    return f"{expected}, not {given}{_meant_by(fault)}"
+
+
+def _meant_by(fault: ErrorDetails) -> str:
+    """Name the word, of those that are possible, which was meant by the one that was given."""
+    context = fault.get("ctx", {})
+    possible = re.findall("'([^']*)'", str(context.get("expected", context.get("expected_tags", ""))))
+    similar = get_close_matches(str(context.get("tag", fault["input"]))[:MOST_SHOWN], possible, n=1)
+    return f"; did you mean {similar[0]!r}?" if similar else ""
 
 
 _SAYS_ENOUGH: Final = frozenset({"missing", "extra_forbidden", "union_tag_not_found"})

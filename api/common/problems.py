@@ -6,6 +6,7 @@ written to the line and nothing will be. What may have reached a controller is 4
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
 from functools import partial
 from http import HTTPStatus
 from typing import Any, Final
@@ -16,6 +17,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.responses import RedirectResponse
+from starlette.routing import Route
 from starlette.types import Scope
 
 from api.common.faults import faults_of
@@ -35,6 +37,7 @@ from gateway.core.errors import (
 )
 from gateway.core.next_calls import NextCall
 from gateway.core.origin import current
+from protocols.wording import MOST_SHOWN
 
 log = logging.getLogger(__name__)
 
@@ -224,11 +227,27 @@ async def _tell_invalid(request: Request, error: RequestValidationError) -> Resp
 
 async def _tell_http_error(request: Request, error: HTTPException) -> Response:
     details = {
-        404: f"There is nothing at {instance_of(request)}; nothing was sent.",
+        404: f"There is nothing at {instance_of(request)}{_meant_by(request)}; nothing was sent.",
         405: f"{request.scope.get('method')} is not possible at {instance_of(request)}; nothing was sent.",
     }
     detail = details.get(error.status_code, error.detail)
     return _refusal(request, _plain(request, error.status_code, detail), error.headers)
+
+
+def _meant_by(request: Request) -> str:
+    """Name the command that was meant by one that nobody knows."""
+    place, commands, name = path_of(request.scope).partition("/commands/")
+    if not commands:
+        return ""
+    levels, start = place.count("/"), "/".join(place.split("/")[:2]) + "/"
+    places = (
+        route.path.partition(commands)
+        for route in request.app.routes
+        if isinstance(route, Route) and route.path.startswith(start)
+    )
+    known = [name for place, _, name in places if name and place.count("/") == levels]
+    similar = get_close_matches(name[:MOST_SHOWN], known, n=1)
+    return f"; did you mean {similar[0]}?" if similar else ""
 
 
 async def _tell_fault(request: Request, _error: Exception) -> Response:

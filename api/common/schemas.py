@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
 from api.common.idempotency import LONGEST_KEY, takes_key
+from api.common.words import SECTIONS
 
 Schema = dict[str, Any]
 
@@ -23,8 +24,13 @@ _KEY: Final[Schema] = {
 }
 
 
+_MORE: Final = """\
+
+The routes of single commands, `.../commands/NAME`, stand in [the whole document](docs/all)."""
+
+
 def complete(document: Schema) -> None:
-    """Name the Idempotency-Key, show examples, and leave the defaults of requests to their descriptions.
+    """Describe sections, name the Idempotency-Key, show examples, and put defaults into descriptions.
 
     Strict TypeScript demands a member that has a default, for whoever reads it always finds it; but here
     somebody writes it.
@@ -33,6 +39,7 @@ def complete(document: Schema) -> None:
         for method, operation in item.items():
             if takes_key(method.upper(), path):
                 operation.setdefault("parameters", []).append(_KEY)
+    document["tags"] = list(_sections(document["paths"]))
     for operation in _operations(document):
         for content in _contents(operation.get("requestBody", {})):
             content.setdefault("examples", _examples(document, content["schema"]))
@@ -51,7 +58,23 @@ def core_of(document: Schema) -> Schema:
     kept = {id(schema) for schema in _reached(document, [paths])}
     schemas = document["components"]["schemas"]
     components = {name: schema for name, schema in schemas.items() if id(schema) in kept}
-    return {**document, "paths": paths, "components": {"schemas": components}}
+    return {
+        **document,
+        "info": {**document["info"], "description": document["info"]["description"] + _MORE},
+        "tags": list(_sections(paths)),
+        "paths": paths,
+        "components": {**document["components"], "schemas": components},
+    }
+
+
+def _sections(paths: Schema) -> Iterator[Schema]:
+    """Describe the sections that some paths have."""
+    used = {
+        tag for path in paths.values() for operation in path.values() for tag in operation.get("tags", ())
+    }
+    for name, description in SECTIONS.items():
+        if name in used:
+            yield {"name": name, "description": description}
 
 
 def _operations(document: Schema) -> Iterator[Schema]:

@@ -30,6 +30,10 @@ MAX_DIGITS = 1000
 """No whole number of a request has more digits; reading one takes the longer the more it has."""
 
 
+MOST_EXACT = 2**53
+"""Up to here no whole number with a point is rounded when it is read."""
+
+
 class NotStrict(ValueError):
     """JSON by its grammar, but not to be trusted."""
 
@@ -42,7 +46,11 @@ def parse(data: bytes) -> object:
     """
     try:
         value: object = json.loads(
-            data.decode("utf-8"), object_pairs_hook=_object, parse_constant=float, parse_int=_integer
+            data.decode("utf-8"),
+            object_pairs_hook=_object,
+            parse_constant=float,
+            parse_int=_integer,
+            parse_float=_number,
         )
     except RecursionError:
         raise NotStrict(f"arrays and objects are nested more than {MAX_DEPTH} deep") from None
@@ -52,6 +60,12 @@ def parse(data: bytes) -> object:
 
 def _integer(digits: str) -> float:
     return int(digits) if len(digits) <= MAX_DIGITS else math.inf
+
+
+def _number(text: str) -> float:
+    """Take 5000.0 for the whole number it is: JSON has one kind of number."""
+    value = float(text)
+    return int(value) if abs(value) <= MOST_EXACT and value.is_integer() else value
 
 
 def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:

@@ -12,10 +12,12 @@ from importlib.resources import files
 from typing import Final
 
 from fastapi import FastAPI, Request, Response
-from fastapi.openapi.docs import get_redoc_html, get_swagger_ui_html
+from fastapi.openapi.docs import get_redoc_html
 from starlette.responses import HTMLResponse
 
 from api.common.routes import PageRoute
+from api.common.schemas import Schema, core_of
+from api.front.swagger import swagger_page
 from gateway.core.rights import Right
 
 HTML = "text/html; charset=utf-8"
@@ -23,6 +25,7 @@ JSON = "application/json"
 
 ASSETS_AT = "/static-offline-docs"
 OPENAPI_AT = "/openapi.json"
+CORE_AT = "/openapi/core.json"
 _ASSETS: Final[Mapping[str, str]] = {
     "swagger-ui-bundle.js": "text/javascript; charset=utf-8",
     "swagger-ui.css": "text/css; charset=utf-8",
@@ -115,13 +118,15 @@ _OF_PAGES: Final = {"X-Frame-Options": "DENY", "Referrer-Policy": "no-referrer"}
 
 
 def install(app: FastAPI, root_path: str = "") -> None:
-    """Add the OpenAPI document, the pages that show it, and what these load; all without internet.
+    """Add the OpenAPI documents, the pages that show them, and what these load; all without internet.
 
     `root_path` is where a proxy has the gateway: the pages load from there.
     """
     documents = {
-        OPENAPI_AT: Document(JSON, lambda: _openapi(app)),
-        "/docs": page(lambda: _swagger(app.title, root_path)),
+        OPENAPI_AT: Document(JSON, lambda: _written(app.openapi())),
+        CORE_AT: Document(JSON, lambda: _written(core_of(app.openapi()))),
+        "/docs": _swagger(app.title, root_path, CORE_AT),
+        "/docs/all": _swagger(f"{app.title}, all commands", root_path, OPENAPI_AT),
         "/redoc": page(lambda: _redoc(app.title, root_path)),
         **{f"{ASSETS_AT}/{name}": _asset(name, media_type) for name, media_type in _ASSETS.items()},
     }
@@ -143,18 +148,12 @@ def _answering(document: Document) -> Callable[[Request], Awaitable[Response]]:
     return answer
 
 
-def _openapi(app: FastAPI) -> bytes:
-    return json.dumps(app.openapi(), ensure_ascii=False, separators=(",", ":")).encode()
+def _written(document: Schema) -> bytes:
+    return json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode()
 
 
-def _swagger(title: str, at: str) -> HTMLResponse:
-    return get_swagger_ui_html(
-        openapi_url=at + OPENAPI_AT,
-        title=f"{title} - Swagger UI",
-        swagger_js_url=f"{at}{ASSETS_AT}/swagger-ui-bundle.js",
-        swagger_css_url=f"{at}{ASSETS_AT}/swagger-ui.css",
-        swagger_favicon_url=f"{at}{ASSETS_AT}/favicon.png",
-    )
+def _swagger(title: str, at: str, document: str) -> Document:
+    return page(lambda: swagger_page(title, at + document, at + ASSETS_AT))
 
 
 def _redoc(title: str, at: str) -> HTMLResponse:

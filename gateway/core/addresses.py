@@ -2,9 +2,12 @@
 
 import re
 from collections.abc import Collection
+from itertools import islice
 
 from gateway.core.errors import InvalidRequest
 
+MOST_LISTED = 32
+"""As many bodies as a line is likely to have."""
 _NUMBERED = re.compile("(?:[a-z][a-z0-9-]*[.])?[0-9][0-9a-f]", re.ASCII | re.IGNORECASE)
 """Numbers of bodies and groups all begin with a digit, ids of robots with a letter."""
 _ROBOT = re.compile("[a-z][a-z0-9-]*(?:/units/[0-9]+)?", re.ASCII | re.IGNORECASE)
@@ -31,5 +34,10 @@ def canonical_address(text: str) -> str:
 
 
 def there_are(names: Collection[str]) -> str:
-    """List what there is."""
-    return f"there {'is' if len(names) == 1 else 'are'} {', '.join(names) or 'none'}"
+    """List what there is, and of very many how many more."""
+    listed = [*islice(names, MOST_LISTED), *_more(len(names) - MOST_LISTED)]
+    return f"there {'is' if len(names) == 1 else 'are'} {', '.join(listed) or 'none'}"
+
+
+def _more(left: int) -> list[str]:
+    return [f"and {left} more"] if left > 0 else []

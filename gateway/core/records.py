@@ -1,8 +1,8 @@
 """What the records that the gateway gives to its clients, and takes from them, have in common."""
 
-from typing import Any, Final
+from typing import Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, JsonValue, TypeAdapter
+from pydantic import BaseModel, ConfigDict, JsonValue, TypeAdapter
 
 
 def _all_required(schema: dict[str, Any]) -> None:
@@ -12,14 +12,6 @@ def _all_required(schema: dict[str, Any]) -> None:
 def example(**members: object) -> dict[str, JsonValue]:
     """What a class of requests takes as `json_schema_extra`, to show one that works on the demo."""
     return {"examples": [TypeAdapter(JsonValue).validate_python(members)]}
-
-
-def _whole(value: object) -> object:
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
-WHOLE: Final = BeforeValidator(_whole)
-"""A whole number of a request may be written 5000.0: JSON knows no difference."""
 
 
 class Record(BaseModel):

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, Field
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import WHOLE, RequestModel, example
+from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Body, CountedIn, counted_in
 from gateway.rorze.changes import Expectation, read
 from gateway.rorze.settings import (
@@ -61,10 +61,10 @@ class ResolutionRequest(
 ):
     """What a turn of the shaft is to the motor, and to the encoder."""
 
-    motor_steps_per_turn: Annotated[int, Field(ge=1, le=100_000_000), WHOLE] = Field(
+    motor_steps_per_turn: Annotated[int, Field(ge=1, le=100_000_000)] = Field(
         description="Pulses that turn the motor once."
     )
-    encoder_lines_per_turn: Annotated[int, Field(ge=1, le=10_000_000), WHOLE] = Field(
+    encoder_lines_per_turn: Annotated[int, Field(ge=1, le=10_000_000)] = Field(
         description="Lines of the encoder, before any multiplication."
     )
     multiplier: Multiplier | None = Field(

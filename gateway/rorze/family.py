@@ -561,7 +561,7 @@ def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -
     wanted = [line_id] if line_id else lines
     found = [things[key] for line in wanted if (key := f"{line}.{short}") in things]
     if not found:
-        raise NotFound(f"There is no {what} {address} in the configuration; nothing was sent.")
+        raise NotFound(f"There is no {what} {address}; {there_are(things)}; nothing was sent.")
     if len(found) > 1:
         names = [thing.address for thing in found]
         raise Ambiguous(

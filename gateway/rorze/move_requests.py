@@ -44,7 +44,7 @@ class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
     """A distance or a position with its unit."""
 
     value: Annotated[int | float, WithJsonSchema({"type": "number"})] = Field(
-        gt=-1e9, lt=1e9, description="Pulses are whole numbers, written without a point."
+        gt=-1e9, lt=1e9, description="Pulses are whole numbers."
     )
     unit: Unit = Field(description="mm, um, deg and mdeg need the body's scale in the configuration.")
 
@@ -58,7 +58,7 @@ class Length(RequestModel, json_schema_extra=example(value=0, unit="pulse")):
     @model_validator(mode="after")
     def _whole_pulses(self) -> Self:
         if self.unit == "pulse" and isinstance(self.value, float):
-            raise ValueError(f"pulses must be a whole number without a point, not {self.value}")
+            raise ValueError(f"pulses must be a whole number, not {self.value}")
         return self
 
 

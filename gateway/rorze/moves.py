@@ -26,6 +26,7 @@ from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Stretch, Verdict
 from gateway.rorze.pace import follow_s
 from gateway.rorze.power import ProofTooOld
 from gateway.rorze.samples import BodyWay
+from gateway.rorze.soft_limits import name_limits
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.origin import CentreStallDog, OriginSearch
@@ -116,6 +117,8 @@ class Moves:
         task.add_done_callback(lambda _: flight.answered.cancel())
         refusal = await asyncio.shield(flight.answered)
         if refusal is not None:
+            if isinstance(target, Body):
+                await name_limits(target, command, refusal)
             raise refusal
         return [case.move for case in flight.cases]
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Self
 from pydantic import BaseModel, Field, model_validator
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import WHOLE, RequestModel, example
+from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Codec, Expectation, Item, Wanted, as_expected, change, read
 from gateway.rorze.speed_sets import STANDARD, parameters_of
@@ -31,21 +31,18 @@ NOT_READABLE: Final = "not readable"
 _UNREADABLE: Final = {f"0x{code:02X}": NOT_READABLE for code in (*range(0x40, 0x49), 0x65)}
 """Its speed sets are not complete, or the changes do not suit them."""
 
-SetNumber = Annotated[Slot, WHOLE]
-Pulses = Annotated[Amount, WHOLE]
-
 
 class SpeedChangeRequest(RequestModel):
     """A change of speed on the way: placed by where it begins, or by where it is done."""
 
-    point: Annotated[ChangePoint, WHOLE] = Field(description="Number of the change, 0-15.")
-    begin: Pulses | None = Field(
+    point: ChangePoint = Field(description="Number of the change, 0-15.")
+    begin: Amount | None = Field(
         default=None, description="Pulses after the start at which it begins; or `end`."
     )
-    end: Pulses | None = Field(
+    end: Amount | None = Field(
         default=None, description="Pulses after the start at which it is done; or `begin`."
     )
-    speed_pps: Annotated[Speed, WHOLE] = Field(description="Speed after the change, 1-1,000,000 pps.")
+    speed_pps: Speed = Field(description="Speed after the change, 1-1,000,000 pps.")
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
@@ -76,8 +73,8 @@ class PatternValues(
 ):
     """A pattern: two speed parameter sets, and its changes of speed."""
 
-    acceleration_set: SetNumber = Field(description="Speed parameter set of the acceleration, 0-29.")
-    deceleration_set: SetNumber = Field(description="Speed parameter set of the deceleration, 0-29.")
+    acceleration_set: Slot = Field(description="Speed parameter set of the acceleration, 0-29.")
+    deceleration_set: Slot = Field(description="Speed parameter set of the deceleration, 0-29.")
     changes: Changes = Field(default_factory=list)
 
     @model_validator(mode="after")
@@ -89,8 +86,8 @@ class PatternValues(
 class PatternChange(RequestModel, json_schema_extra=example(deceleration_set=13)):
     """What of a pattern shall change; the rest stays as it is."""
 
-    acceleration_set: SetNumber | None = Field(default=None, description="0-29.")
-    deceleration_set: SetNumber | None = Field(default=None, description="0-29.")
+    acceleration_set: Slot | None = Field(default=None, description="0-29.")
+    deceleration_set: Slot | None = Field(default=None, description="0-29.")
     changes: Changes | None = None
 
     @model_validator(mode="after")

@@ -4,11 +4,10 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from gateway.core.records import WHOLE, RequestModel, example
+from gateway.core.records import RequestModel, example
 from gateway.rorze.speed_sets import Acceleration, Falling, MaximumSpeed, Rising, StartSpeed, require_together
 from protocols.rorze.interpolation import PulsesOfTurn, RobotType
-from protocols.rorze.notation import BILLION, TwoDecimals
-from protocols.rorze.notation import Pulses as PulsesOnWire
+from protocols.rorze.notation import BILLION, Pulses, TwoDecimals
 from protocols.rorze.row import ModeName
 
 Input = Literal["d0", "d1", "d2", "d3", "d4", "d5", "d6", "d7", "d8", "d9"]
@@ -26,44 +25,42 @@ Recorded = Literal["position", "encoder", "encoder_in_pulses"]
 Contact = Literal["normally_open", "normally_closed"]
 Edge = Literal["off", "falling", "rising"]
 
-Pulses = Annotated[PulsesOnWire, WHOLE]
-
 
 class Stretch(RequestModel):
     """Positions from the lower to the upper, in pulses."""
 
-    lower: Pulses = Field(description="Below `upper`.")
-    upper: Pulses
+    lower: Pulses = Field(description="In pulses, below `upper`.")
+    upper: Pulses = Field(description="In pulses.")
 
 
 class ErrorOutputSetting(RequestModel):
     """The output that reports an error."""
 
-    output: Annotated[int, Field(ge=0, le=15), WHOLE]
+    output: Annotated[int, Field(ge=0, le=15)]
     on: bool = Field(description="The state that it takes on an error.")
 
 
 class InterruptPulse(RequestModel):
     """A one-shot pulse on an output."""
 
-    output: Annotated[int, Field(ge=0, le=7), WHOLE]
+    output: Annotated[int, Field(ge=0, le=7)]
     on: bool = Field(description="The state during the pulse.")
-    duration_ms: Annotated[int, Field(ge=1, le=30_000), WHOLE]
+    duration_ms: Annotated[int, Field(ge=1, le=30_000)]
 
 
 class HomingSettings(RequestModel):
     """What origin searches and the centring of stall dogs go by (RC-420 manual 13.5, 13.6.2)."""
 
-    origin_offset: Annotated[int, Field(ge=1, le=65_535), WHOLE] | None = Field(
+    origin_offset: Annotated[int, Field(ge=1, le=65_535)] | None = Field(
         default=None, description="0SS: pulses from the CW edge of the origin sensor to the origin."
     )
-    overrun_factor: Annotated[int, Field(ge=0, le=5), WHOLE] | None = Field(
+    overrun_factor: Annotated[int, Field(ge=0, le=5)] | None = Field(
         default=None, description="0BS: origin offsets to overrun the origin sensor (RC-420 manual 13.5.1)."
     )
-    homing_retries: Annotated[int, Field(ge=0, le=9), WHOLE] | None = Field(
+    homing_retries: Annotated[int, Field(ge=0, le=9)] | None = Field(
         default=None, description="0RS: how often a failed origin search is tried again."
     )
-    stall_sensor_interval: Annotated[int, Field(ge=100, le=65_535), WHOLE] | None = Field(
+    stall_sensor_interval: Annotated[int, Field(ge=100, le=65_535)] | None = Field(
         default=None, description="QIS: period of the stall dogs in pulses, from ON edge to ON edge."
     )
     stall_sensor_detection: bool | None = Field(default=None, description="QSS.")
@@ -83,21 +80,21 @@ class EncoderSettings(RequestModel):
     encoder_ratio: Annotated[TwoDecimals, Field(ge=1, le=99_999.99)] | None = Field(
         default=None, description="PBS: motor pulses for each encoder count, at most two decimals."
     )
-    encoder_stall_threshold: Annotated[int, Field(ge=0, le=3_000), WHOLE] | None = Field(
+    encoder_stall_threshold: Annotated[int, Field(ge=0, le=3_000)] | None = Field(
         default=None, description="PES: pulses between motor and encoder that are a step-out."
     )
     encoder_stall_detection: bool | None = Field(default=None, description="PSS.")
     adjustment: bool | None = Field(
         default=None, description="PJS: adjust to the encoder after a move; encoder mode only."
     )
-    adjustment_limit: Annotated[int, Field(ge=1, le=65_535), WHOLE] | None = Field(
+    adjustment_limit: Annotated[int, Field(ge=1, le=65_535)] | None = Field(
         default=None,
         description="PKS: most pulses of an adjustment, beyond which is a STALL error; encoder mode only.",
     )
-    adjustment_speed_pps: Annotated[int, Field(ge=0, le=50_000), WHOLE] | None = Field(
+    adjustment_speed_pps: Annotated[int, Field(ge=0, le=50_000)] | None = Field(
         default=None, description="PLS: 0 is the start speed of speed set 30; encoder mode only."
     )
-    adjustment_delay_ms: Annotated[int, Field(ge=0, le=9_990, multiple_of=10), WHOLE] | None = Field(
+    adjustment_delay_ms: Annotated[int, Field(ge=0, le=9_990, multiple_of=10)] | None = Field(
         default=None,
         description="PTS: wait between a move and its adjustment, in steps of 10 ms; encoder mode only.",
     )
@@ -119,7 +116,7 @@ class Settings(EncoderSettings, HomingSettings):
     sensor_logic: dict[Sensor | Literal["clear_output"], Contact] | None = Field(
         default=None, description="DLS: the sensor inputs, and the CLR output."
     )
-    noise_filters: dict[FilteredInput | Sensor, Annotated[int, Field(ge=1, le=99), WHOLE]] | None = Field(
+    noise_filters: dict[FilteredInput | Sensor, Annotated[int, Field(ge=1, le=99)]] | None = Field(
         default=None, description="DCS: equal samples, one each ms, that make a change of level."
     )
     outputs: dict[Output, bool] | None = Field(
@@ -135,31 +132,31 @@ class Settings(EncoderSettings, HomingSettings):
     interrupt_ranges: dict[Port, Stretch | None] | None = Field(
         default=None, description="CSS: where an interrupt is heeded; null for everywhere."
     )
-    interrupt_records: (
-        dict[Port, dict[Recorded, Annotated[int, Field(ge=0, le=2_047), WHOLE] | None]] | None
-    ) = Field(default=None, description="CFS: the positions of the table that take a value.")
+    interrupt_records: dict[Port, dict[Recorded, Annotated[int, Field(ge=0, le=2_047)] | None]] | None = (
+        Field(default=None, description="CFS: the positions of the table that take a value.")
+    )
     interrupt_pulses: dict[Port, InterruptPulse | None] | None = Field(
         default=None, description="CFS: the pulse that an interrupt gives."
     )
-    clear_pulse_ms: Annotated[int, Field(ge=0, lt=BILLION), WHOLE] | None = Field(
+    clear_pulse_ms: Annotated[int, Field(ge=0, lt=BILLION)] | None = Field(
         default=None, description="CCS: the CLR signal's pulse; 0 gives none; servo mode only."
     )
 
     robot_type: RobotType | None = Field(default=None, description="HTS; not in encoder mode.")
-    driven_axis: Annotated[int, Field(ge=0, le=9), WHOLE] | None = Field(
+    driven_axis: Annotated[int, Field(ge=0, le=9)] | None = Field(
         default=None, description="HCS: the axis of a SCARA robot that it drives; not in encoder mode."
     )
-    arm_length_um: Annotated[int, Field(ge=1, lt=BILLION), WHOLE] | None = Field(
+    arm_length_um: Annotated[int, Field(ge=1, lt=BILLION)] | None = Field(
         default=None, description="HAS; not in encoder mode."
     )
-    finger_length_um: Annotated[int, Field(ge=1, lt=BILLION), WHOLE] | None = Field(
+    finger_length_um: Annotated[int, Field(ge=1, lt=BILLION)] | None = Field(
         default=None, description="HFS; not in encoder mode."
     )
     pulses_per_turn: dict[AxisNumber, PulsesOfTurn] | None = Field(
         default=None, description="HZS: of each axis, with up to eight decimals; not in encoder mode."
     )
 
-    position_index: Annotated[int, Field(ge=0, le=2_047), WHOLE] | None = Field(
+    position_index: Annotated[int, Field(ge=0, le=2_047)] | None = Field(
         default=None, description="3IS: moves that step it change it, too."
     )
     comments: dict[CommentNumber, str] | None = Field(

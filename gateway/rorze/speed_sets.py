@@ -5,7 +5,7 @@ from typing import Annotated, Any, Final, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from gateway.core.records import WHOLE, RequestModel, example
+from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import ChangeStep, Expectation, Item, as_expected, change, plain, read
 from gateway.rorze.units import Scaled
@@ -15,21 +15,19 @@ from protocols.rorze.profile import SpeedParameters
 STANDARD: Final = 30
 """The set, and the pattern, that a command means when it names none (RC-420 manual 13.3.4)."""
 
-StartSpeed = Annotated[speeds.StartSpeed, WHOLE, Field(description="OL: 1 to 30,000 pps; 50 at first.")]
+StartSpeed = Annotated[speeds.StartSpeed, Field(description="OL: 1 to 30,000 pps; 50 at first.")]
 MaximumSpeed = Annotated[
-    int, Field(ge=1, le=1_000_000, description="OH: 1 to 1,000,000 pps; 50,000 at first."), WHOLE
+    int, Field(ge=1, le=1_000_000, description="OH: 1 to 1,000,000 pps; 50,000 at first.")
 ]
 Acceleration = Annotated[
-    speeds.Acceleration, WHOLE, Field(description="OS: 1 to 10,000,000 pps/s; 100,000 at first.")
+    speeds.Acceleration, Field(description="OS: 1 to 10,000,000 pps/s; 100,000 at first.")
 ]
 Rising = Annotated[
     speeds.Percent,
-    WHOLE,
     Field(description="OA: percent of the ramp's time in which the acceleration rises; 50 at first."),
 ]
 Falling = Annotated[
     speeds.Percent,
-    WHOLE,
     Field(description="OB: percent of the ramp's time in which it falls; 50 at first."),
 ]
 

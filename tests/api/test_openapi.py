@@ -57,6 +57,24 @@ def test_no_request_has_a_default_for_strict_typescript_demands_the_member_then(
     assert "Left out: high." in schemas["RelativeMoveRequest"]["properties"]["speed"]["description"]
 
 
+def test_every_section_is_described_in_both_documents() -> None:
+    for document in (DOCUMENT, json.loads(CORE)):
+        used = {
+            tag
+            for path in document["paths"].values()
+            for operation in path.values()
+            for tag in operation["tags"]
+        }
+        assert used == {section["name"] for section in document["tags"]}
+        assert all(section["description"].endswith(".") for section in document["tags"])
+
+
+def test_the_core_leads_to_the_whole_and_takes_the_same_key() -> None:
+    core = json.loads(CORE)
+    assert "(docs/all)" in core["info"]["description"]
+    assert core["components"]["securitySchemes"] == DOCUMENT["components"]["securitySchemes"]
+
+
 def test_events_are_a_union_by_type() -> None:
     items = DOCUMENT["components"]["schemas"]["EventList"]["properties"]["events"]["items"]
     assert items["discriminator"]["propertyName"] == "type"

@@ -1,6 +1,6 @@
 """What pydantic finds, in plain words: each kind of its errors has a sentence of ours."""
 
-from typing import get_args
+from typing import Any, Literal, get_args
 
 import pytest
 from pydantic import TypeAdapter, ValidationError
@@ -50,9 +50,11 @@ def test_an_error_of_our_own_keeps_its_words() -> None:
         (list[int], "1,2", "must be an array, not '1,2'"),
         (dict[str, int], 5, "must be an object, not 5"),
         (int, {"a": 1}, "must be a whole number"),
+        (Literal["cw", "ccw"], "up", "must be 'cw' or 'ccw', not 'up'"),
+        (Literal["high", "low"], "hgih", "must be 'high' or 'low', not 'hgih'; did you mean 'high'?"),
     ],
 )
-def test_what_is_expected_stands_beside_what_was_given(shape: type, given: object, said: str) -> None:
+def test_what_is_expected_stands_beside_what_was_given(shape: Any, given: object, said: str) -> None:
     with pytest.raises(ValidationError) as failed:
         TypeAdapter(shape).validate_python(given, strict=True)
     assert sentence(failed.value.errors()[0]) == said

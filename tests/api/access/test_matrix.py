@@ -197,8 +197,10 @@ POST      /sign-out                                      view     any
 GET       /                                              view     any
 GET       /assets/{name}                                 view     any
 GET       /docs                                          view     any
+GET       /docs/all                                      view     any
 GET       /redoc                                         view     any
 GET       /openapi.json                                  view     any
+GET       /openapi/core.json                             view     any
 GET       /static-offline-docs/swagger-ui-bundle.js      view     any
 GET       /static-offline-docs/swagger-ui.css            view     any
 GET       /static-offline-docs/redoc.standalone.js       view     any

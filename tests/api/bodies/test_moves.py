@@ -125,7 +125,7 @@ async def test_a_length_without_a_scale_or_of_another_dimension_is_refused(stand
     [
         ({"distance": {"value": True, "unit": "pulse"}}, "distance.value"),
         ({"distance": {"value": "500", "unit": "pulse"}}, "distance.value"),
-        ({"distance": {"value": 500.0, "unit": "pulse"}}, "distance"),
+        ({"distance": {"value": 500.5, "unit": "pulse"}}, "distance"),
         ({"distance": {"value": 1e300, "unit": "mm"}}, "distance.value"),
         ({"distance": {"value": 10**400, "unit": "mm"}}, "distance.value"),
         ({"distance": 500}, "distance"),

@@ -68,7 +68,7 @@ async def test_everything_works_at_a_sub_path(stand: Stand, keys: Keys) -> None:
     headers = {**keys.header("operator"), "x-forwarded-proto": "https"}
     async with AsyncClient(transport=transport, base_url=f"http://{HOST}/motion", headers=headers) as client:
         page = (await client.get("/docs")).text
-        assert "/motion/openapi.json" in page
+        assert "/motion/openapi/core.json" in page
         assert "/motion/static-offline-docs/swagger-ui-bundle.js" in page
         assert (await client.get("/static-offline-docs/swagger-ui.css")).status_code == 200
         assert (await client.get("/openapi.json")).json()["servers"] == [{"url": "/motion"}]

@@ -50,7 +50,15 @@ async def test_a_stop_goes_out_whatever_stands_in_its_query(stand: Stand) -> Non
 
 
 @pytest.mark.parametrize(
-    "path", ["/bodies/3F/moves?limit=5", "/commands?family=rorze", "/bodies/3F/position?", "/events?limit=1"]
+    "path",
+    [
+        "/bodies/3F/moves?limit=5",
+        "/events?limit=5.0",
+        "/bodies/3F/speed-sets/12.0",
+        "/commands?family=rorze",
+        "/bodies/3F/position?",
+        "/events?limit=1",
+    ],
 )
 def test_what_a_route_knows_may_be_asked(path: str) -> None:
     @on_stand()

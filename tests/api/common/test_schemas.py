@@ -8,9 +8,11 @@ from api.common.schemas import complete, core_of
 STOP = {"properties": {"mode": {"type": "string", "default": "decelerate"}, "note": {"default": ""}}}
 REFERENCE = {"$ref": "#/components/schemas/Stop"}
 DOCUMENT: dict[str, Any] = {
+    "info": {"description": "What it is."},
     "paths": {
         "/stop": {
             "post": {
+                "tags": ["stops"],
                 "requestBody": {
                     "content": {"application/json": {"schema": {"$ref": "#/components/schemas/Stop"}}}
                 },
@@ -18,7 +20,10 @@ DOCUMENT: dict[str, Any] = {
             }
         },
         "/bodies/{body_id}/commands/home": {
-            "post": {"responses": {"200": {"schema": {"$ref": "#/components/schemas/Ack"}}}}
+            "post": {
+                "tags": ["commands"],
+                "responses": {"200": {"schema": {"$ref": "#/components/schemas/Ack"}}},
+            }
         },
     },
     "components": {
@@ -52,4 +57,5 @@ def test_defaults_of_requests_become_words_and_those_of_answers_stay() -> None:
 def test_the_core_leaves_out_commands_and_what_only_they_refer_to() -> None:
     core = core_of(DOCUMENT)
     assert set(core["paths"]) == {"/stop"}
+    assert [section["name"] for section in core["tags"]] == ["stops"]
     assert set(core["components"]["schemas"]) == {"Stop", "Stopped"}

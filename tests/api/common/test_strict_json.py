@@ -87,8 +87,9 @@ def test_a_good_body_is_taken() -> None:
     [
         '{"pulses": true}',
         '{"pulses": "500"}',
-        '{"pulses": 5.0}',
-        '{"pulses": 5e2}',
+        '{"pulses": 5.5}',
+        '{"pulses": 9007199254740994.0}',
+        '{"pulses": 1e300}',
         '{"pulses": null}',
         '{"pulses": NaN}',
         '{"pulses": Infinity}',
@@ -114,6 +115,12 @@ def test_what_could_mean_something_else_is_422(text: str) -> None:
     assert answer.status_code == 422
     assert answer.json()["type"].endswith(":invalid-request")
     assert answer.json()["moved"] == "no"
+
+
+@pytest.mark.parametrize(("text", "pulses"), [("5000.0", 5000), ("5e2", 500), ("-5.00E+1", -50), ("-0.0", 0)])
+def test_a_whole_number_may_be_written_with_a_point(text: str, pulses: int) -> None:
+    answer = post(f'{{"pulses": {text}}}'.encode())
+    assert (answer.status_code, answer.text) == (200, str(pulses))
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gateway.core.addresses import canonical_address, numbered_address
+from gateway.core.addresses import MOST_LISTED, canonical_address, numbered_address, there_are
 from gateway.core.errors import InvalidRequest
 
 
@@ -29,3 +29,11 @@ def test_what_is_no_address_is_refused(text: str) -> None:
 @pytest.mark.parametrize(("text", "answered"), [("9e", "9E"), ("ARM.9e", "arm.9E"), ("nobody", "NOBODY")])
 def test_the_address_of_a_body_or_group_may_be_of_nobody(text: str, answered: str) -> None:
     assert numbered_address(text) == answered
+
+
+def test_what_there_is_is_listed_and_of_very_many_it_is_said_how_many_more() -> None:
+    assert there_are([]) == "there are none"
+    assert there_are(["3F"]) == "there is 3F"
+    assert there_are(["00", "3F"]) == "there are 00, 3F"
+    many = there_are([f"{number:02X}" for number in range(MOST_LISTED + 5)])
+    assert many.endswith(", 1F, and 5 more")

@@ -2399,7 +2399,7 @@ class InvalidField(TypedDict):
 
 
 class IoEvent(TypedDict):
-    """Somebody watches it (`sample`); twice a second at most; about `/{bodies or robots}/{id}`."""
+    """Somebody watches it (`sample`); twice a second at most; about `/bodies/{body_id} or /robots/{robot_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -2515,7 +2515,7 @@ class Length(TypedDict):
     """A distance or a position with its unit."""
 
     value: float
-    """Pulses are whole numbers, written without a point."""
+    """Pulses are whole numbers."""
     unit: Literal["pulse", "mm", "um", "deg", "mdeg"]
     """mm, um, deg and mdeg need the body's scale in the configuration."""
 
@@ -5560,8 +5560,9 @@ class Stretch(TypedDict):
     """Positions from the lower to the upper, in pulses."""
 
     lower: int
-    """Below `upper`."""
+    """In pulses, below `upper`."""
     upper: int
+    """In pulses."""
 
 
 class Strictness(TypedDict):

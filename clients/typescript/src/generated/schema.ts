@@ -8100,7 +8100,7 @@ export interface components {
         };
         /**
          * IoEvent
-         * @description Somebody watches it (`sample`); twice a second at most; about `/{bodies or robots}/{id}`.
+         * @description Somebody watches it (`sample`); twice a second at most; about `/bodies/{body_id} or /robots/{robot_id}`.
          */
         IoEvent: {
             /**
@@ -8340,7 +8340,7 @@ export interface components {
         Length: {
             /**
              * Value
-             * @description Pulses are whole numbers, written without a point.
+             * @description Pulses are whole numbers.
              */
             value: number;
             /**
@@ -15703,10 +15703,13 @@ export interface components {
         Stretch: {
             /**
              * Lower
-             * @description Below `upper`.
+             * @description In pulses, below `upper`.
              */
             lower: number;
-            /** Upper */
+            /**
+             * Upper
+             * @description In pulses.
+             */
             upper: number;
         };
         /**

@@ -1,0 +1,41 @@
+"""Moves that a body refuses because they would end outside its soft limits (RC-420 manual 14, EPS)."""
+
+from typing import Any, Final
+
+from gateway.core.errors import ControllerRefused, GatewayError
+from gateway.rorze.bodies import Body
+from gateway.rorze.plans import target_of
+from protocols.rorze.modes import GetSoftLimits
+from protocols.rorze.position import GetPosition
+from protocols.rorze.row import RorzeCommand
+
+OUT_OF_RANGE: Final = "0x5D"
+"""What the controller answers; it does not say which range is meant."""
+
+
+async def name_limits(body: Body, command: RorzeCommand[Any], refusal: GatewayError) -> None:
+    """Name the target and the limit, where a refused move leads beyond one; only reads are sent."""
+    if not isinstance(refusal, ControllerRefused) or refusal.error_code != OUT_OF_RANGE:
+        return
+    try:
+        here, _ = await body.ask(GetPosition())
+        limits, _ = await body.ask(GetSoftLimits())
+        target = await target_of(body, command, here.pulses)
+        unit = "encoder counts" if await body.know_mode() == "encoder" else "pulses"
+    except GatewayError:
+        return  # the refusal stands, with the controller's own words
+    if target is None or limits.lower <= target <= limits.upper:
+        return
+    side, side_ja, limit = (
+        ("upper", "上限", limits.upper) if target > limits.upper else ("lower", "下限", limits.lower)
+    )
+    refusal.detail = (
+        f"{body.address} refused {refusal.command_code}: the target {target} lies beyond its {side} soft "
+        f"limit {limit} ({unit}). Nothing moved because of it."
+    )
+    refusal.remedy = "Choose a target within the soft limits, or change them in the body's settings."
+    refusal.detail_ja = (
+        f"{refusal.command_code}: 目標位置 {target} が移動可能範囲の{side_ja} {limit} を超えています。"
+        "このコマンドではモータは動いていません。"
+    )
+    refusal.remedy_ja = "移動可能範囲内の目標位置を指定するか、移動可能範囲の設定を変更してください。"
