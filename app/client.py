@@ -160,7 +160,14 @@ class Client:
 
 
 def _data(answer: httpx.Response) -> dict[str, Any]:
-    return dict(answer.json())
+    """Read an object.
+
+    :raises ValueError: it is none; it may come from no gateway.
+    """
+    data = answer.json()
+    if not isinstance(data, dict):
+        raise ValueError(f"status {answer.status_code}, and no object")
+    return data
 
 
 def refusal(status: int, problem: dict[str, Any], request_id: str) -> Failure:

@@ -11,13 +11,13 @@ from app import cli
 
 BLINK = "*BLINK ; a label\n SET OD0\n END\n"
 DONE = {"status": "succeeded", "error": None, "stored": "RAM holds the program.", "phase": "done"}
-RUNNING = {"status": "running", "phase": "writing", "written": 1, "instructions": 3}
+RUNNING = {"id": "7", "status": "running", "phase": "writing", "written": 1, "instructions": 3}
 DIFFERS = {
     "status": "failed",
     "stored": "RAM holds something else.",
     "error": {"detail": "Line 2: it holds END.", "remedy": "Upload it again."},
 }
-PLACE = "/bodies/arm.3F/program/uploads/7"
+PLACE = "/bodies/3F/program/uploads/7"
 
 
 def invoke(*words: str) -> Result:
@@ -68,27 +68,32 @@ def test_what_cannot_be_read_is_no_program(tmp_path: Path) -> None:
 
 
 def test_an_upload_is_followed_to_its_end(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    begun = httpx.Response(202, json=RUNNING, headers={"location": PLACE})
+    begun = httpx.Response(202, json=RUNNING)
     asked = answering(monkeypatch, begun, httpx.Response(200, json=DONE))
     said = invoke("upload", "3F", str(source), "--flash", "--url", "http://gate")
     assert (said.exit_code, said.stdout) == (0, "RAM holds the program.\n")
     assert "1 of 3 written" in said.stderr
     (put, where, options), (get, then, _) = asked
-    assert (put, where, get, then) == ("PUT", "http://gate/bodies/3F/program", "GET", f"http://gate{PLACE}")
-    assert (options["content"], options["params"]) == (BLINK.encode(), {"flash": True})
+    assert (put, where, get, then) == (
+        "PUT",
+        "http://gate/bodies/3F/program?flash=true",
+        "GET",
+        f"http://gate{PLACE}",
+    )
+    assert options["json"] == {"source": BLINK}
 
 
 def test_an_upload_that_failed_says_what_is_stored(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answering(monkeypatch, httpx.Response(200, json=DIFFERS, headers={"location": PLACE}))
+    answering(monkeypatch, httpx.Response(200, json=DIFFERS))
     said = invoke("upload", "3F", str(source))
     assert (said.exit_code, said.stdout) == (1, "")
     assert "Line 2: it holds END. RAM holds something else. Upload it again." in said.stderr
 
 
 def test_a_program_is_downloaded_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = answering(monkeypatch, httpx.Response(200, text="SET OD0\nEND\n"))
+    asked = answering(monkeypatch, httpx.Response(200, json={"source": "SET OD0\nEND\n"}))
     assert invoke("download", "3F").stdout == "SET OD0\nEND\n"
-    assert asked[0][2]["headers"]["accept"] == "text/plain"
+    assert asked[0][2]["timeout"] > 600
 
 
 @pytest.mark.parametrize(
