@@ -162,11 +162,11 @@ class Client:
 def _data(answer: httpx.Response) -> dict[str, Any]:
     """Read an object.
 
-    :raises ValueError: it is none; it may come from no gateway.
+    :raises TypeError: it is none; it may come from no gateway.
     """
     data = answer.json()
     if not isinstance(data, dict):
-        raise ValueError(f"status {answer.status_code}, and no object")
+        raise TypeError(f"status {answer.status_code}, and no object")
     return data
 
 
