@@ -149,7 +149,7 @@ async def test_the_speed_of_a_standing_motor_cannot_be_changed(stand: Stand) -> 
     answer = await stand.post("/bodies/3F/speed", {"mode": "accelerate"})
     assert (answer.status_code, answer.json()["code"]) == (409, "0x56")
     assert (await stand.post("/bodies/3F/speed", {"mode": "change"})).status_code == 422
-    assert (await stand.post("/bodies/3F/speed", {"mode": "change", "speed": 1.0})).status_code == 422
+    assert (await stand.post("/bodies/3F/speed", {"mode": "change", "speed": 1.5})).status_code == 422
 
 
 @on_stand()
