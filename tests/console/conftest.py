@@ -11,8 +11,9 @@ from tests.e2e.conftest import no_program_outlives_its_tests, programs_words
 __all__ = ["no_program_outlives_its_tests", "programs_words"]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture
 def browser() -> Iterator[Browser]:
+    """One for each test: while it is there, an event loop runs that other tests would trip over."""
     if not CHROMIUM:
         pytest.skip("make test installs Chromium")
     with sync_playwright() as playwright:
