@@ -63,6 +63,7 @@ class History:
     """The records of moves as the last life knows them."""
     faults: int = 0
     crashes: int = 0
+    _by_request: defaultdict[str | None, list[Written]] = field(default_factory=lambda: defaultdict(list))
     _last_number: dict[str, int] = field(default_factory=dict)
     _told_of_move: defaultdict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
 
@@ -129,6 +130,8 @@ class History:
     def judge(self) -> list[str]:
         """Look at everything once more: I1, I5, I6, I8, I12."""
         self.violations += [f"I8: {it}" for it in self.cable.overlaps]
+        for written in self.cable.history:
+            self._by_request[written.request_id].append(written)
         facts = defaultdict(list)
         for fact in self.cable.machine.truth:
             if fact.request is not None and fact.request in self.cable.frame:
@@ -166,11 +169,7 @@ class History:
             self.violate("L", f"{deed} is unknown without a word")
 
     def _written(self, deed: Deed) -> list[Written]:
-        return [
-            it
-            for it in self.cable.history
-            if it.request_id == deed.id and self.family.carries(it.text, deed.command)
-        ]
+        return [it for it in self._by_request[deed.id] if self.family.carries(it.text, deed.command)]
 
 
 def _was_there(move: MoveRecord) -> bool:

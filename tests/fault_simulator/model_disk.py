@@ -20,12 +20,15 @@ class ModelDisk:
     def __init__(self, kept: Sequence[Write] = ()) -> None:
         self._connection = sqlite3.connect(":memory:", isolation_level=None)
         migrate(self._connection)
-        self._durable = list(kept)
+        self._durable: list[Write] = []
+        self._intents: set[tuple[Value, Value]] = set()
+        """The request and the frame of each that is durable."""
         self._unsynced: list[Sequence[Write]] = []
         self.full = False
         self.detached = False
         """Nothing reaches it any more: its gateway was killed."""
         self._apply(kept)
+        self._sync(kept)
 
     def commit(self, batch: Sequence[Write], *, durable: bool) -> None:
         """Write all or nothing."""
@@ -36,8 +39,16 @@ class ModelDisk:
         self._apply(batch)
         self._unsynced.append(batch)
         if durable:
-            self._durable += [write for waiting in self._unsynced for write in waiting]
+            self._sync([write for waiting in self._unsynced for write in waiting])
             self._unsynced.clear()
+
+    def _sync(self, batch: Sequence[Write]) -> None:
+        self._durable += batch
+        self._intents |= {
+            (write.values[7], write.values[5])
+            for write in batch
+            if write.sql.startswith("INSERT INTO intents")
+        }
 
     def _apply(self, batch: Sequence[Write]) -> None:
         self._connection.execute("BEGIN")
@@ -74,10 +85,7 @@ class ModelDisk:
 
     def has_intent(self, request_id: str | None, frame: str) -> bool:
         """Whether a loss of power now would leave the intent to write a frame for a request."""
-        return any(
-            write.sql.startswith("INSERT INTO intents") and write.values[5:8:2] == (frame, request_id)
-            for write in reversed(self._durable)
-        )
+        return (request_id, frame) in self._intents
 
 
 class _Waking(SimpleQueue[Any]):
