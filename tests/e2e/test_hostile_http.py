@@ -17,7 +17,7 @@ from websockets.sync.client import connect
 
 from tests.e2e.processes import PATIENCE_S, Gateway, SimulatedLine
 
-HOUSEKEEPING = {"9CD", "6PD", "9VD", "9VS"}
+HOUSEKEEPING = {"9CD", "6PD", "9VD", "9VS", "EAD"}
 """What the gateway itself says to its bodies from time to time."""
 MOVE = '{"kind":"relative","direction":"cw","distance":{"value":VALUE,"unit":"pulse"}MORE}'
 
