@@ -138,6 +138,8 @@ class Plant:
                 asyncio.create_task(watch, name=f"watch of line {line_id}")
                 for watch in self._family_of(line_id).watches(line)
             ]
+        for task in self._watches[line_id]:
+            task.add_done_callback(_tell_of_fault)
 
     async def _unwatch(self, line_id: str) -> None:
         watches = self._watches.pop(line_id, [])
@@ -335,3 +337,9 @@ def _what(subject: str) -> str:
     """What a path is of: `body` for `/bodies/line1.3F`."""
     kind = subject.split("/")[1]
     return {"bodies": "body"}.get(kind, kind.removesuffix("s"))
+
+
+def _tell_of_fault(watch: "asyncio.Task[None]") -> None:
+    """A watch that fails is a fault of the gateway, and would be missed in silence."""
+    if not watch.cancelled() and (fault := watch.exception()) is not None:
+        log.error("the %s has failed and is not carried on", watch.get_name(), exc_info=fault)

@@ -16,6 +16,7 @@ from gateway.core.errors import (
     NotFound,
 )
 from gateway.core.move_record import Move
+from gateway.core.sampler import Sampler
 from gateway.rorze.bodies import MotorState
 from gateway.rorze.config import Units
 from gateway.rorze.errors import refused as refusal_of
@@ -550,3 +551,15 @@ async def test_only_a_body_that_was_asked_itself_is_suspected_of_having_lost_its
         line.on_change("body.offline", {"body": 0x3F, "asked": True})
         assert (body.moving, body.went_silent) == (None, True)
         assert [event.data for event in it.events("body.offline")] == [{"asked": False}, {"asked": True}]
+
+
+@in_virtual_time
+async def test_a_watch_that_fails_is_told_at_once(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def broken(_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(Sampler, "run", broken)
+    async with rig():
+        assert "the watch of line line1 has failed and is not carried on" in caplog.text
