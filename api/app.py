@@ -83,7 +83,7 @@ _KEY: Final = {
 
 
 def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
-    """Make the application. The plant is started and closed by whoever serves it.
+    """Make the application. The server starts and closes the plant.
 
     Without credentials nobody gets in, unless the configuration lets everybody in.
     """

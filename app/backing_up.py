@@ -140,7 +140,7 @@ def _plan(client: Client, path: str, wanted: dict[str, object]) -> dict[str, Any
 
 
 def _wanted(file: Path, from_body: str | None, only: list[str] | None) -> dict[str, object]:
-    """The backup in a file, and whom it is for."""
+    """The backup in a file, and its target."""
     try:
         text = file.read_bytes().decode("utf-8-sig")
     except OSError as error:

@@ -12,7 +12,7 @@ from typing import Any, Final, Literal, TextIO
 
 Format = Literal["text", "json"]
 MOST_WAITING: Final = 10_000
-"""Lines that may wait for whoever reads them; more are lost, and nothing waits for them."""
+"""Lines that may wait to be read; more are lost, and nothing waits for them."""
 
 _PRIORITY: Final = {
     logging.DEBUG: 7,

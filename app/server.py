@@ -37,7 +37,7 @@ STREAMS_S = 1.0
 HANDSHAKE_S = 5.0
 """How long a client may take to agree on TLS."""
 REQUESTS_S = 2.0
-"""How long requests may take to end by themselves; then the lines are closed, which answers whoever waits."""
+"""How long requests may take to end by themselves; then the lines are closed, which answers those who wait."""
 
 
 class CannotListen(OSError):
@@ -246,6 +246,6 @@ def _uvicorn_config(asgi: object, settings: Server, certificate: Certificate | N
         root_path=settings.root_path,
         ssl_context_factory=(lambda *_: certificate.context) if certificate else None,
         lifespan="off",
-        # By then the lines are closed, and whoever still waits has had an answer.
+        # By then the lines are closed, and those who still wait have had an answer.
         timeout_graceful_shutdown=int(2 * REQUESTS_S),
     )

@@ -1,4 +1,4 @@
-"""The log of the plant: each end of a move or a stop, each alarm, and whoever comes and goes.
+"""The log of the plant: each end of a move or a stop, each alarm, and what comes and goes.
 
 Lines tell of themselves (`gateway/core/line.py`); refusals are told where they are answered.
 """

@@ -32,7 +32,7 @@ The routes of single commands, `.../commands/NAME`, stand in [the whole document
 def complete(document: Schema) -> None:
     """Describe sections, name the Idempotency-Key, show examples, and put defaults into descriptions.
 
-    Strict TypeScript demands a member that has a default, for whoever reads it always finds it; but here
+    Strict TypeScript demands a member that has a default, for a reader always finds it; but here
     somebody writes it.
     """
     for path, item in document["paths"].items():

@@ -48,7 +48,7 @@ class Territory:
     def require(self, principal: Principal, right: Right, *addresses: str) -> None:
         """Refuse somebody who does not have the right on all of these; on none means on the whole plant.
 
-        A stop takes no scope: whoever has any valid credential may stop everything.
+        A stop takes no scope: any valid credential may stop everything.
 
         :raises NotPermitted: the role or the scope does not allow it; nothing was sent.
         :raises Ambiguous: an address fits several lines.

@@ -60,5 +60,5 @@ def acting(origin: Origin) -> Iterator[None]:
 
 
 def working(work: Work) -> AbstractContextManager[None]:
-    """Let what is asked here be taken for this work, whoever it is done for."""
+    """Let what is asked here be taken for this work, for every caller."""
     return acting(replace(current(), work=work))

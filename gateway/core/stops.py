@@ -70,7 +70,7 @@ class Stopping(ABC):
     # repeating
 
     async def see_through(self) -> None:
-        """Repeat the stop until standstill is proved. Whoever cancels this gives it up."""
+        """Repeat the stop until standstill is proved. To cancel this gives it up."""
         loop = asyncio.get_running_loop()
         self._warning = loop.call_later(CONFIRM_WITHIN_S, self._warn)
         try:

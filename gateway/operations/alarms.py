@@ -1,4 +1,4 @@
-"""Alarms: listed, and reset by whoever has seen to them."""
+"""Alarms: listed, and reset by people who have seen to them."""
 
 from collections.abc import Sequence
 

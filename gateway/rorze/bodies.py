@@ -509,7 +509,7 @@ class Group:
             raise self.redefined()
 
     def redefined(self) -> BodyBusy:
-        """The error of whoever would reach other bodies than were meant."""
+        """The error of a command that would reach other bodies than were meant."""
         return BodyBusy(f"{self.address} is being defined anew; nothing was sent.", "See who is in it now.")
 
     async def ask(

@@ -55,7 +55,7 @@ from protocols.rorze.row import MODE_NAMES, LinkMasterCommand
 from transports.base import Transport
 
 RESTART = Origin("gateway: restart")
-"""Whoever wanted a move without an end may not be there any more: it is stopped."""
+"""Nobody may be there any more who wanted a move without an end: it is stopped."""
 UNATTENDED: Final = ("continuous", "jog")
 """Moves that must not go on when the gateway ends: nobody else would stop them."""
 BODY = Place("/bodies/{body_id}", Move)
