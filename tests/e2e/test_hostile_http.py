@@ -47,7 +47,9 @@ def post(gateway: Gateway, path: str, content: bytes) -> tuple[int, str]:
     return say(gateway, f"POST {path} HTTP/1.1\r\ncontent-type: application/json", content)
 
 
-@pytest.mark.parametrize("value", ["true", '"500"', "5.5", "5e-1", "NaN", "1e400", "-Infinity", "null", "[5]"])
+@pytest.mark.parametrize(
+    "value", ["true", '"500"', "5.5", "5e-1", "NaN", "1e400", "-Infinity", "null", "[5]"]
+)
 def test_a_distance_that_is_no_whole_number(value: str, gateway: Gateway) -> None:
     status, text = post(
         gateway, "/bodies/3F/moves", MOVE.replace("VALUE", value).replace("MORE", "").encode()
