@@ -47,8 +47,10 @@ console: $(CONSOLE)/node_modules ## Check the console's sources and build its pa
 	cd $(CONSOLE) && ../$(NODE) node_modules/vite/bin/vite.js build
 
 # The pages are tested in it; without it these tests are left out.
+chromium: AS_ROOT := $(if $(filter-out 0,$(shell id -u)),sudo -n)
 chromium:
-	@which chromium chromium-browser >/dev/null || $(if $(filter-out 0,$(shell id -u)),sudo -n) apt-get install -qq -y chromium || \
+	@which chromium >/dev/null || which chromium-browser >/dev/null || \
+		{ $(AS_ROOT) apt-get update -qq && $(AS_ROOT) apt-get install -qq -y --no-install-recommends chromium; } || \
 		echo "There is no Chromium here: the pages of the console are not tested."
 
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
