@@ -165,11 +165,17 @@ def _key(caller: str, key: str, request: Request, body: bytes) -> Key:
 
 
 def _canonical(body: bytes) -> bytes:
-    """Blanks and the order of members make no other request."""
+    """Blanks, the order of members and the point of a whole number make no other request."""
     try:
-        return json.dumps(json.loads(body), sort_keys=True).encode()
+        return json.dumps(json.loads(body, parse_float=_number), sort_keys=True).encode()
     except ValueError:
         return body
+
+
+def _number(text: str) -> float:
+    """`5000.0` and `5000` are one number."""
+    value = float(text)
+    return int(value) if value.is_integer() else value
 
 
 def _found(left: LeftOpen, request: Request) -> _Answer:

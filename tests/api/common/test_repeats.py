@@ -1,6 +1,7 @@
 """A request that is repeated with its Idempotency-Key is carried out once, over restarts, too."""
 
 import asyncio
+import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -55,6 +56,14 @@ async def test_a_repeat_gets_the_same_answer(world: World) -> None:
     assert (again.status_code, again.content) == (first.status_code, first.content)
     assert again.headers["location"] == first.headers["location"]
     assert len(world.sent("1+M")) == 1
+
+
+@in_virtual_time
+async def test_a_whole_number_with_a_point_makes_no_other_request(world: World) -> None:
+    async with world.gateway() as plant, client(plant) as http:
+        await http.post(MOVES, json=relative(500), headers=KEY)
+        again = await http.post(MOVES, content=json.dumps(relative()).replace("500", "5e2"), headers=KEY)
+    assert (again.status_code, is_replayed(again)) == (202, True)
 
 
 @in_virtual_time
