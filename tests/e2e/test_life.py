@@ -236,7 +236,7 @@ def test_a_configuration_is_read_again_while_a_move_goes_on(cell: Cell) -> None:
         wrong.write_text(text.replace("reply_timeout_s = 0.2", "reply_timeot_s = 0.2"), "utf-8")
         gateway.program.signal(signal.SIGHUP)
         until(lambda: gateway.events("gateway.reload_failed"), "what is wrong is told")
-        assert "did you mean reply_timeout_s?" in gateway.program.words()
+        until(lambda: "did you mean reply_timeout_s?" in gateway.program.words(), "the log tells why")
         robot = text[text.rindex("[[lines]]") : text.rindex("robot = ")]
         wrong.write_text(text.replace(robot, robot + "trace_entries = 7\n"), "utf-8")
         gateway.program.signal(signal.SIGHUP)
