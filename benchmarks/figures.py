@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import inf
 from statistics import median
 from typing import Literal
 
@@ -31,8 +32,11 @@ class Figure:
 
     @property
     def ratios(self) -> list[float]:
-        """Each measurement over the yardstick of its own round."""
-        return [mine / theirs for mine, theirs in zip(self.measured, self.yardstick, strict=True)]
+        """Each measurement over the yardstick of its own round; endless where the yardstick is zero."""
+        return [
+            mine / theirs if theirs else inf
+            for mine, theirs in zip(self.measured, self.yardstick, strict=True)
+        ]
 
     @property
     def reached(self) -> bool:

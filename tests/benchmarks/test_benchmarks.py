@@ -70,6 +70,12 @@ def test_the_median_decides_whether_a_target_is_reached(target: Target, reached:
     assert table([found]).endswith("reached" if reached else "MISSED")
 
 
+def test_a_yardstick_of_zero_gives_an_endless_ratio() -> None:
+    found = figure([1, 1, 1], [0, 0, 0], Target("figure", "<=", 2))
+    assert "inf" in table([found])
+    assert found.reached
+
+
 def test_the_table_gives_the_median_and_the_spread() -> None:
     assert "2 (1-9)" in table([figure([1, 2, 9], [4, 4, 4], Target("figure", "<=", 2))])
 
