@@ -97,7 +97,7 @@ BEGUN = {
 
 
 @router.get("/bodies/{body_id}/backup", Right.VIEW, response_class=Response, responses=BACKUP)
-async def read_body_backup(request: Request, body_id: BodyId) -> Response:
+async def get_body_backup(request: Request, body_id: BodyId) -> Response:
     """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
 
     It takes two minutes at 9600 baud; others are served meanwhile.
@@ -136,7 +136,7 @@ async def cancel_body_restore(request: Request, body_id: BodyId) -> Response:
 
 
 @router.get("/lines/{line_id}/backup", Right.VIEW, response_class=Response, responses=BACKUP)
-async def read_line_backup(request: Request, line_id: LineId, bodies: Bodies = None) -> Response:
+async def get_line_backup(request: Request, line_id: LineId, bodies: Bodies = None) -> Response:
     """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
 
     All of them have to answer; `bodies` leaves out who does not.
@@ -173,7 +173,7 @@ async def cancel_line_restore(request: Request, line_id: LineId) -> Response:
 
 
 @router.get("/robots/{robot_id}/backup", Right.VIEW, response_class=Response, responses=BACKUP)
-async def read_robot_backup(request: Request, robot_id: RobotId) -> Response:
+async def get_robot_backup(request: Request, robot_id: RobotId) -> Response:
     """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
     return _text(await backups.read_robot(plant_of(request), origin_of(request), robot_id))
 

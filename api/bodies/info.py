@@ -229,7 +229,7 @@ class SpeedAccepted(BaseModel):
 
 
 @reads.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
-async def read_position(request: Request, body_id: BodyId) -> Response:
+async def get_position(request: Request, body_id: BodyId) -> Response:
     """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
     if _body(request, body_id).mode is None:
         await bodies.know_mode(plant_of(request), origin_of(request), body_id)
@@ -245,7 +245,7 @@ async def set_position(request: Request, body_id: BodyId, position: Length) -> R
 
 
 @reads.get("/bodies/{body_id}/status", Right.VIEW, response_model=BodyStatus)
-async def read_status(request: Request, body_id: BodyId) -> Response:
+async def get_status(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
 
     Where a STALL error stands it is asked who has found it (QRD, PRD).
@@ -286,7 +286,7 @@ async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRe
 
 
 @router.get("/lines/{line_id}/positions", Right.VIEW, response_model=Positions)
-async def read_positions(request: Request, line_id: LineId) -> Response:
+async def get_positions(request: Request, line_id: LineId) -> Response:
     """Ask all bodies of a line where they stand (6PD), in the fewest frames."""
     told, unanswered = await _sweep(request, line_id, WHERE)
     positions = [_position(body, reply.pulses, at) for body, (reply, at) in told.items()]
@@ -294,7 +294,7 @@ async def read_positions(request: Request, line_id: LineId) -> Response:
 
 
 @router.get("/lines/{line_id}/statuses", Right.VIEW, response_model=Statuses)
-async def read_statuses(request: Request, line_id: LineId) -> Response:
+async def get_statuses(request: Request, line_id: LineId) -> Response:
     """Ask all bodies of a line for their status (9CD), in the fewest frames."""
     told, unanswered = await _sweep(request, line_id, GetControllerStatus())
     statuses = [_motor_status(body, reply.bits or 0, at) for body, (reply, at) in told.items()]

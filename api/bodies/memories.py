@@ -43,7 +43,7 @@ class MemoryChange(RequestModel, json_schema_extra=example(value=12)):
 
 
 @router.get("/bodies/{body_id}/memories", Right.VIEW, response_model=Memories)
-async def read_memories(request: Request, body_id: BodyId, first: First = "D0", count: Count = 1) -> Response:
+async def get_memories(request: Request, body_id: BodyId, first: First = "D0", count: Count = 1) -> Response:
     """Read memories of the user program, one by one (UDD)."""
     found = await programs.read_memories(plant_of(request), origin_of(request), body_id, first, count)
     address = plant_of(request).family(Rorze).body(body_id).address

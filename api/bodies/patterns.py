@@ -47,7 +47,7 @@ async def list_patterns(
 
 
 @router.get("/bodies/{body_id}/patterns/{n}", Right.VIEW, response_model=Pattern)
-async def read_pattern(request: Request, body_id: BodyId, n: PatternNumber) -> Response:
+async def get_pattern(request: Request, body_id: BodyId, n: PatternNumber) -> Response:
     """Ask a body for an acceleration pattern (SPD) with its speed changes (SED)."""
     return tagged(await body_settings.read_pattern(plant_of(request), origin_of(request), body_id, n))
 
@@ -82,7 +82,7 @@ async def change_pattern(
 
 
 @router.get("/bodies/{body_id}/patterns/{n}/curve", Right.VIEW, response_model=SpeedCurve)
-async def read_curve(
+async def get_curve(
     request: Request,
     body_id: BodyId,
     n: PatternNumber,

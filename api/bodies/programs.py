@@ -89,7 +89,7 @@ Flash = Annotated[bool, Query(description="For a source in plain text: write it 
     response_model=Program,
     responses={**DECLARED, 200: {"model": Program, "content": {TEXT: {"schema": {"type": "string"}}}}},
 )
-async def read_program(request: Request, body_id: BodyId) -> Response:
+async def get_program(request: Request, body_id: BodyId) -> Response:
     """Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone."""
     stored = await programs.read(plant_of(request), origin_of(request), body_id)
     accepted = request.headers.get("accept", "").lower()

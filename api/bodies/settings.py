@@ -16,7 +16,7 @@ router = new_router("body settings")
 
 
 @router.get("/bodies/{body_id}/settings", Right.VIEW, response_model=BodySettings)
-async def read_body_settings(request: Request, body_id: BodyId) -> Response:
+async def get_body_settings(request: Request, body_id: BodyId) -> Response:
     """Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
 
     Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
@@ -42,7 +42,7 @@ async def change_body_settings(
 
 
 @router.get("/bodies/{body_id}/homing", Right.VIEW, response_model=Homing)
-async def read_homing(request: Request, body_id: BodyId) -> Response:
+async def get_homing(request: Request, body_id: BodyId) -> Response:
     """Ask a body how it searches its origin, and how far its last search went (0PD)."""
     return tagged(await body_settings.read_homing(plant_of(request), origin_of(request), body_id))
 
@@ -58,7 +58,7 @@ async def change_homing(
 
 
 @router.get("/bodies/{body_id}/encoder", Right.VIEW, response_model=Encoder)
-async def read_encoder(request: Request, body_id: BodyId) -> Response:
+async def get_encoder(request: Request, body_id: BodyId) -> Response:
     """Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7)."""
     return tagged(await body_settings.read_encoder(plant_of(request), origin_of(request), body_id))
 

@@ -102,14 +102,14 @@ class ErrorOutputChoice(RequestModel, json_schema_extra=example(output=7, on=Tru
 
 
 @router.get("/bodies/{body_id}/inputs", Right.VIEW, response_model=BodyInputs)
-async def read_body_inputs(request: Request, body_id: BodyId) -> Response:
+async def get_body_inputs(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for all ten inputs (CID)."""
     found, at = await body_signals.inputs(plant_of(request), origin_of(request), body_id)
     return json_response(BodyInputs(**_told(request, body_id, at), inputs=_states(found)))
 
 
 @router.get("/bodies/{body_id}/outputs", Right.VIEW, response_model=BodyOutputs)
-async def read_body_outputs(request: Request, body_id: BodyId) -> Response:
+async def get_body_outputs(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for all sixteen outputs (COD)."""
     found, at = await body_signals.outputs(plant_of(request), origin_of(request), body_id)
     return json_response(BodyOutputs(**_told(request, body_id, at), outputs=_states(found)))
@@ -134,14 +134,14 @@ async def pulse_body_output(
 
 
 @router.get("/bodies/{body_id}/sensors", Right.VIEW, response_model=BodySensors)
-async def read_body_sensors(request: Request, body_id: BodyId) -> Response:
+async def get_body_sensors(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for all six sensors (CLD)."""
     found, at = await body_signals.sensors(plant_of(request), origin_of(request), body_id)
     return json_response(BodySensors(**_told(request, body_id, at), sensors=SensorBits(**found)))
 
 
 @router.get("/bodies/{body_id}/error-outputs", Right.VIEW, response_model=BodyErrorOutputs)
-async def read_error_outputs(request: Request, body_id: BodyId) -> Response:
+async def get_error_outputs(request: Request, body_id: BodyId) -> Response:
     """Ask the controller which outputs report errors (CED), and which errors stand (CRD)."""
     found = await body_signals.error_outputs(plant_of(request), origin_of(request), body_id)
     return _error_outputs(request, body_id, found)

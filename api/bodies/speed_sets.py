@@ -39,7 +39,7 @@ async def list_speed_sets(
 
 
 @router.get("/bodies/{body_id}/speed-sets/{n}", Right.VIEW, response_model=SpeedSet)
-async def read_speed_set(request: Request, body_id: BodyId, n: SetNumber) -> Response:
+async def get_speed_set(request: Request, body_id: BodyId, n: SetNumber) -> Response:
     """Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD)."""
     return tagged(await body_settings.read_speed_set(plant_of(request), origin_of(request), body_id, n))
 

@@ -175,7 +175,7 @@ async def get_unit(request: Request, robot_id: RobotId, unit: UnitNumber) -> Res
 
 
 @router.get("/robots/{robot_id}/units/{unit}/position", Right.VIEW, response_model=UnitPosition)
-async def read_unit_position(
+async def get_unit_position(
     request: Request, robot_id: RobotId, unit: UnitNumber, coordinates: Coordinates = "user"
 ) -> Response:
     """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
@@ -203,7 +203,7 @@ async def read_unit_position(
 
 
 @router.get("/robots/{robot_id}/units/{unit}/status", Right.VIEW, response_model=UnitStatus)
-async def read_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
+async def get_unit_status(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
     found = await robots.status(plant_of(request), origin_of(request), robot_id, unit)
     return json_response(

@@ -12,7 +12,7 @@ router = new_router("robot settings")
 
 
 @router.get("/robots/{robot_id}/units/{unit}/settings", Right.VIEW, response_model=UnitSettings)
-async def read_settings(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
+async def get_settings(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot for all settings of a unit, one by one; refused while it moves."""
     return json_response(await settings.read(plant_of(request), origin_of(request), robot_id, unit))
 

@@ -64,7 +64,7 @@ class VariableSetting(RequestModel, json_schema_extra=example(value=12.5)):
 
 
 @router.get("/robots/{robot_id}/inputs", Right.VIEW, response_model=Channels)
-async def read_inputs(
+async def get_inputs(
     request: Request, robot_id: RobotId, first: FirstChannel = 1, count: ChannelCount = 1
 ) -> Response:
     """Ask the robot for inputs, channel by channel (IDI)."""
@@ -72,7 +72,7 @@ async def read_inputs(
 
 
 @router.get("/robots/{robot_id}/outputs", Right.VIEW, response_model=Channels)
-async def read_outputs(
+async def get_outputs(
     request: Request, robot_id: RobotId, first: FirstChannel = 1, count: ChannelCount = 1
 ) -> Response:
     """Ask the robot for outputs, channel by channel (IDO)."""
@@ -94,7 +94,7 @@ async def switch_output(
 
 
 @router.get("/robots/{robot_id}/variables", Right.VIEW, response_model=Variables)
-async def read_variables(
+async def get_variables(
     request: Request,
     robot_id: RobotId,
     first: FirstVariable = 0,

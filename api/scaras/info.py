@@ -140,7 +140,7 @@ async def get_scara(request: Request, scara_id: ScaraId) -> Response:
 
 
 @router.get("/scaras/{scara_id}/coordinates", Right.VIEW, response_model=ScaraCoordinates)
-async def read_scara_coordinates(request: Request, scara_id: ScaraId) -> Response:
+async def get_scara_coordinates(request: Request, scara_id: ScaraId) -> Response:
     """Ask all axes in one frame where they stand (6PD), and calculate where the finger ends."""
     scara = _scara(request, scara_id)
     pulses, at = await scaras.stand(plant_of(request), origin_of(request), scara_id)
@@ -176,7 +176,7 @@ async def calculate_positions(request: Request, scara_id: ScaraId, wanted: Wante
 
 
 @router.get("/scaras/{scara_id}/geometry", Right.VIEW, response_model=ScaraGeometry)
-async def read_scara_geometry(request: Request, scara_id: ScaraId) -> Response:
+async def get_scara_geometry(request: Request, scara_id: ScaraId) -> Response:
     """Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare."""
     found = await scaras.read_geometry(plant_of(request), origin_of(request), scara_id)
     return json_response(_geometry(_scara(request, scara_id), found))

@@ -83,7 +83,7 @@ class StoredPath(BaseModel):
 
 
 @router.get("/scaras/{scara_id}/paths/{path}", Right.VIEW, response_model=StoredPath)
-async def read_scara_path(request: Request, scara_id: ScaraId, path: PathNumber) -> Response:
+async def get_scara_path(request: Request, scara_id: ScaraId, path: PathNumber) -> Response:
     """Read a path from all controllers (HDD); 409 where they hold different ones."""
     points = await scaras.read_path(plant_of(request), origin_of(request), scara_id, path)
     return json_response(_stored(scara_id, path, points))

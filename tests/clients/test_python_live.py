@@ -48,7 +48,7 @@ def test_it_moves_a_motor_and_waits_for_the_end(gateway: Gateway) -> None:
     ended = gateway.wait_for_move(move, timeout=PATIENCE_S)
 
     assert ended["position"] == (ended["start_position"] or 0) + 500
-    assert gateway.read_position("3F")["pulses"] == ended["position"]
+    assert gateway.get_position("3F")["pulses"] == ended["position"]
     assert gateway.command("3F", "get-position")["pulses"] == ended["position"]
 
 
@@ -138,11 +138,11 @@ def test_a_refusal_says_what_the_motor_did_and_what_to_do_next(gateway: Gateway)
 def test_a_jog_moves_for_as_long_as_the_block_runs(gateway: Gateway) -> None:
     after = gateway.list_events(limit=1000)["cursor"]
     with gateway.jog("r1", unit=2, axis="X", direction="+") as session:
-        begun = gateway.read_unit_status("r1", 2)
+        begun = gateway.get_unit_status("r1", 2)
         # Longer than the dead man waits.
-        until(lambda: seconds_between(begun, gateway.read_unit_status("r1", 2)) > 1.2, "it jogs on")
-        assert gateway.read_unit_status("r1", 2)["axes"]["X"]["motion"] == "jog"
-    assert not gateway.read_unit_status("r1", 2)["moving"]
+        until(lambda: seconds_between(begun, gateway.get_unit_status("r1", 2)) > 1.2, "it jogs on")
+        assert gateway.get_unit_status("r1", 2)["axes"]["X"]["motion"] == "jog"
+    assert not gateway.get_unit_status("r1", 2)["moving"]
     events = gateway.list_events(after=after, bodies="r1", types="robot.jog.*", limit=1000)["events"]
     assert [event["type"] for event in events][-1] == "robot.jog.ended"
     assert "robot.jog.lost" not in [event["type"] for event in events]

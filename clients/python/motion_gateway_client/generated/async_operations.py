@@ -179,7 +179,7 @@ class AsyncOperations(Protocol):
     ) -> Any:
         """Send a request, and give the answer's content."""
 
-    async def read_position(self, body_id: str) -> Position:
+    async def get_position(self, body_id: str) -> Position:
         """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
         answer: Position = await self.call("GET", filled("/bodies/{body_id}/position", body_id=body_id))
         return answer
@@ -196,7 +196,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_status(self, body_id: str) -> BodyStatus:
+    async def get_status(self, body_id: str) -> BodyStatus:
         """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
 
         Where a STALL error stands it is asked who has found it (QRD, PRD).
@@ -221,12 +221,12 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_positions(self, line_id: str) -> Positions:
+    async def get_positions(self, line_id: str) -> Positions:
         """Ask all bodies of a line where they stand (6PD), in the fewest frames."""
         answer: Positions = await self.call("GET", filled("/lines/{line_id}/positions", line_id=line_id))
         return answer
 
-    async def read_statuses(self, line_id: str) -> Statuses:
+    async def get_statuses(self, line_id: str) -> Statuses:
         """Ask all bodies of a line for their status (9CD), in the fewest frames."""
         answer: Statuses = await self.call("GET", filled("/lines/{line_id}/statuses", line_id=line_id))
         return answer
@@ -651,7 +651,7 @@ class AsyncOperations(Protocol):
         answer: Posture = await self.call("GET", filled("/system/posture"))
         return answer
 
-    async def read_program(self, body_id: str) -> Program | str:
+    async def get_program(self, body_id: str) -> Program | str:
         """Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone."""
         answer: Program | str = await self.call("GET", filled("/bodies/{body_id}/program", body_id=body_id))
         return answer
@@ -737,7 +737,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_memories(
+    async def get_memories(
         self, body_id: str, *, first: str | None = None, count: int | None = None
     ) -> Memories:
         """Read memories of the user program, one by one (UDD)."""
@@ -760,7 +760,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_body_settings(self, body_id: str) -> BodySettings:
+    async def get_body_settings(self, body_id: str) -> BodySettings:
         """Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
 
         Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
@@ -791,7 +791,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_homing(self, body_id: str) -> Homing:
+    async def get_homing(self, body_id: str) -> Homing:
         """Ask a body how it searches its origin, and how far its last search went (0PD)."""
         answer: Homing = await self.call("GET", filled("/bodies/{body_id}/homing", body_id=body_id))
         return answer
@@ -815,7 +815,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_encoder(self, body_id: str) -> Encoder:
+    async def get_encoder(self, body_id: str) -> Encoder:
         """Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7)."""
         answer: Encoder = await self.call("GET", filled("/bodies/{body_id}/encoder", body_id=body_id))
         return answer
@@ -869,7 +869,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_speed_set(self, body_id: str, n: int) -> SpeedSet:
+    async def get_speed_set(self, body_id: str, n: int) -> SpeedSet:
         """Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD)."""
         answer: SpeedSet = await self.call(
             "GET", filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n)
@@ -925,7 +925,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_pattern(self, body_id: str, n: int) -> Pattern:
+    async def get_pattern(self, body_id: str, n: int) -> Pattern:
         """Ask a body for an acceleration pattern (SPD) with its speed changes (SED)."""
         answer: Pattern = await self.call(
             "GET", filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n)
@@ -975,7 +975,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_curve(
+    async def get_curve(
         self,
         body_id: str,
         n: int,
@@ -993,7 +993,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_body_backup(self, body_id: str) -> str:
+    async def get_body_backup(self, body_id: str) -> str:
         """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
 
         It takes two minutes at 9600 baud; others are served meanwhile.
@@ -1041,7 +1041,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_line_backup(self, line_id: str, *, bodies: str | None = None) -> str:
+    async def get_line_backup(self, line_id: str, *, bodies: str | None = None) -> str:
         """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
 
         All of them have to answer; `bodies` leaves out who does not.
@@ -1088,7 +1088,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_robot_backup(self, robot_id: str) -> str:
+    async def get_robot_backup(self, robot_id: str) -> str:
         """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
         answer: str = await self.call("GET", filled("/robots/{robot_id}/backup", robot_id=robot_id))
         return answer
@@ -1208,7 +1208,7 @@ class AsyncOperations(Protocol):
         answer: ScaraInfo = await self.call("GET", filled("/scaras/{scara_id}", scara_id=scara_id))
         return answer
 
-    async def read_scara_coordinates(self, scara_id: str) -> ScaraCoordinates:
+    async def get_scara_coordinates(self, scara_id: str) -> ScaraCoordinates:
         """Ask all axes in one frame where they stand (6PD), and calculate where the finger ends."""
         answer: ScaraCoordinates = await self.call(
             "GET", filled("/scaras/{scara_id}/coordinates", scara_id=scara_id)
@@ -1242,7 +1242,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_scara_geometry(self, scara_id: str) -> ScaraGeometry:
+    async def get_scara_geometry(self, scara_id: str) -> ScaraGeometry:
         """Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare."""
         answer: ScaraGeometry = await self.call(
             "GET", filled("/scaras/{scara_id}/geometry", scara_id=scara_id)
@@ -1342,7 +1342,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_scara_path(self, scara_id: str, path: int) -> StoredPath:
+    async def get_scara_path(self, scara_id: str, path: int) -> StoredPath:
         """Read a path from all controllers (HDD); 409 where they hold different ones."""
         answer: StoredPath = await self.call(
             "GET", filled("/scaras/{scara_id}/paths/{path}", scara_id=scara_id, path=path)
@@ -1454,12 +1454,12 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_body_inputs(self, body_id: str) -> BodyInputs:
+    async def get_body_inputs(self, body_id: str) -> BodyInputs:
         """Ask the controller for all ten inputs (CID)."""
         answer: BodyInputs = await self.call("GET", filled("/bodies/{body_id}/inputs", body_id=body_id))
         return answer
 
-    async def read_body_outputs(self, body_id: str) -> BodyOutputs:
+    async def get_body_outputs(self, body_id: str) -> BodyOutputs:
         """Ask the controller for all sixteen outputs (COD)."""
         answer: BodyOutputs = await self.call("GET", filled("/bodies/{body_id}/outputs", body_id=body_id))
         return answer
@@ -1488,12 +1488,12 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_body_sensors(self, body_id: str) -> BodySensors:
+    async def get_body_sensors(self, body_id: str) -> BodySensors:
         """Ask the controller for all six sensors (CLD)."""
         answer: BodySensors = await self.call("GET", filled("/bodies/{body_id}/sensors", body_id=body_id))
         return answer
 
-    async def read_error_outputs(self, body_id: str) -> BodyErrorOutputs:
+    async def get_error_outputs(self, body_id: str) -> BodyErrorOutputs:
         """Ask the controller which outputs report errors (CED), and which errors stand (CRD)."""
         answer: BodyErrorOutputs = await self.call(
             "GET", filled("/bodies/{body_id}/error-outputs", body_id=body_id)
@@ -1583,7 +1583,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_unit_position(
+    async def get_unit_position(
         self, robot_id: str, unit: int, *, coordinates: Literal["user", "motor"] | None = None
     ) -> UnitPosition:
         """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
@@ -1594,7 +1594,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_unit_status(self, robot_id: str, unit: int) -> UnitStatus:
+    async def get_unit_status(self, robot_id: str, unit: int) -> UnitStatus:
         """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
         answer: UnitStatus = await self.call(
             "GET", filled("/robots/{robot_id}/units/{unit}/status", robot_id=robot_id, unit=unit)
@@ -1833,7 +1833,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_settings(self, robot_id: str, unit: int) -> UnitSettings:
+    async def get_settings(self, robot_id: str, unit: int) -> UnitSettings:
         """Ask the robot for all settings of a unit, one by one; refused while it moves."""
         answer: UnitSettings = await self.call(
             "GET", filled("/robots/{robot_id}/units/{unit}/settings", robot_id=robot_id, unit=unit)
@@ -1856,7 +1856,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_inputs(
+    async def get_inputs(
         self, robot_id: str, *, first: int | None = None, count: int | None = None
     ) -> Channels:
         """Ask the robot for inputs, channel by channel (IDI)."""
@@ -1867,7 +1867,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_outputs(
+    async def get_outputs(
         self, robot_id: str, *, first: int | None = None, count: int | None = None
     ) -> Channels:
         """Ask the robot for outputs, channel by channel (IDO)."""
@@ -1897,7 +1897,7 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def read_variables(
+    async def get_variables(
         self, robot_id: str, *, first: int | None = None, count: int | None = None
     ) -> Variables:
         """Ask the robot for variables, one by one (VAR)."""

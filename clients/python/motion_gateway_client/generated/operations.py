@@ -179,7 +179,7 @@ class Operations(Protocol):
     ) -> Any:
         """Send a request, and give the answer's content."""
 
-    def read_position(self, body_id: str) -> Position:
+    def get_position(self, body_id: str) -> Position:
         """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
         answer: Position = self.call("GET", filled("/bodies/{body_id}/position", body_id=body_id))
         return answer
@@ -194,7 +194,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_status(self, body_id: str) -> BodyStatus:
+    def get_status(self, body_id: str) -> BodyStatus:
         """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
 
         Where a STALL error stands it is asked who has found it (QRD, PRD).
@@ -219,12 +219,12 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_positions(self, line_id: str) -> Positions:
+    def get_positions(self, line_id: str) -> Positions:
         """Ask all bodies of a line where they stand (6PD), in the fewest frames."""
         answer: Positions = self.call("GET", filled("/lines/{line_id}/positions", line_id=line_id))
         return answer
 
-    def read_statuses(self, line_id: str) -> Statuses:
+    def get_statuses(self, line_id: str) -> Statuses:
         """Ask all bodies of a line for their status (9CD), in the fewest frames."""
         answer: Statuses = self.call("GET", filled("/lines/{line_id}/statuses", line_id=line_id))
         return answer
@@ -641,7 +641,7 @@ class Operations(Protocol):
         answer: Posture = self.call("GET", filled("/system/posture"))
         return answer
 
-    def read_program(self, body_id: str) -> Program | str:
+    def get_program(self, body_id: str) -> Program | str:
         """Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone."""
         answer: Program | str = self.call("GET", filled("/bodies/{body_id}/program", body_id=body_id))
         return answer
@@ -723,7 +723,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_memories(self, body_id: str, *, first: str | None = None, count: int | None = None) -> Memories:
+    def get_memories(self, body_id: str, *, first: str | None = None, count: int | None = None) -> Memories:
         """Read memories of the user program, one by one (UDD)."""
         answer: Memories = self.call(
             "GET",
@@ -744,7 +744,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_body_settings(self, body_id: str) -> BodySettings:
+    def get_body_settings(self, body_id: str) -> BodySettings:
         """Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
 
         Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
@@ -775,7 +775,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_homing(self, body_id: str) -> Homing:
+    def get_homing(self, body_id: str) -> Homing:
         """Ask a body how it searches its origin, and how far its last search went (0PD)."""
         answer: Homing = self.call("GET", filled("/bodies/{body_id}/homing", body_id=body_id))
         return answer
@@ -799,7 +799,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_encoder(self, body_id: str) -> Encoder:
+    def get_encoder(self, body_id: str) -> Encoder:
         """Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7)."""
         answer: Encoder = self.call("GET", filled("/bodies/{body_id}/encoder", body_id=body_id))
         return answer
@@ -853,7 +853,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_speed_set(self, body_id: str, n: int) -> SpeedSet:
+    def get_speed_set(self, body_id: str, n: int) -> SpeedSet:
         """Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD)."""
         answer: SpeedSet = self.call("GET", filled("/bodies/{body_id}/speed-sets/{n}", body_id=body_id, n=n))
         return answer
@@ -905,7 +905,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_pattern(self, body_id: str, n: int) -> Pattern:
+    def get_pattern(self, body_id: str, n: int) -> Pattern:
         """Ask a body for an acceleration pattern (SPD) with its speed changes (SED)."""
         answer: Pattern = self.call("GET", filled("/bodies/{body_id}/patterns/{n}", body_id=body_id, n=n))
         return answer
@@ -953,7 +953,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_curve(
+    def get_curve(
         self,
         body_id: str,
         n: int,
@@ -971,7 +971,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_body_backup(self, body_id: str) -> str:
+    def get_body_backup(self, body_id: str) -> str:
         """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
 
         It takes two minutes at 9600 baud; others are served meanwhile.
@@ -1019,7 +1019,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_line_backup(self, line_id: str, *, bodies: str | None = None) -> str:
+    def get_line_backup(self, line_id: str, *, bodies: str | None = None) -> str:
         """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
 
         All of them have to answer; `bodies` leaves out who does not.
@@ -1066,7 +1066,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_robot_backup(self, robot_id: str) -> str:
+    def get_robot_backup(self, robot_id: str) -> str:
         """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
         answer: str = self.call("GET", filled("/robots/{robot_id}/backup", robot_id=robot_id))
         return answer
@@ -1182,7 +1182,7 @@ class Operations(Protocol):
         answer: ScaraInfo = self.call("GET", filled("/scaras/{scara_id}", scara_id=scara_id))
         return answer
 
-    def read_scara_coordinates(self, scara_id: str) -> ScaraCoordinates:
+    def get_scara_coordinates(self, scara_id: str) -> ScaraCoordinates:
         """Ask all axes in one frame where they stand (6PD), and calculate where the finger ends."""
         answer: ScaraCoordinates = self.call(
             "GET", filled("/scaras/{scara_id}/coordinates", scara_id=scara_id)
@@ -1216,7 +1216,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_scara_geometry(self, scara_id: str) -> ScaraGeometry:
+    def get_scara_geometry(self, scara_id: str) -> ScaraGeometry:
         """Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare."""
         answer: ScaraGeometry = self.call("GET", filled("/scaras/{scara_id}/geometry", scara_id=scara_id))
         return answer
@@ -1314,7 +1314,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_scara_path(self, scara_id: str, path: int) -> StoredPath:
+    def get_scara_path(self, scara_id: str, path: int) -> StoredPath:
         """Read a path from all controllers (HDD); 409 where they hold different ones."""
         answer: StoredPath = self.call(
             "GET", filled("/scaras/{scara_id}/paths/{path}", scara_id=scara_id, path=path)
@@ -1424,12 +1424,12 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_body_inputs(self, body_id: str) -> BodyInputs:
+    def get_body_inputs(self, body_id: str) -> BodyInputs:
         """Ask the controller for all ten inputs (CID)."""
         answer: BodyInputs = self.call("GET", filled("/bodies/{body_id}/inputs", body_id=body_id))
         return answer
 
-    def read_body_outputs(self, body_id: str) -> BodyOutputs:
+    def get_body_outputs(self, body_id: str) -> BodyOutputs:
         """Ask the controller for all sixteen outputs (COD)."""
         answer: BodyOutputs = self.call("GET", filled("/bodies/{body_id}/outputs", body_id=body_id))
         return answer
@@ -1458,12 +1458,12 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_body_sensors(self, body_id: str) -> BodySensors:
+    def get_body_sensors(self, body_id: str) -> BodySensors:
         """Ask the controller for all six sensors (CLD)."""
         answer: BodySensors = self.call("GET", filled("/bodies/{body_id}/sensors", body_id=body_id))
         return answer
 
-    def read_error_outputs(self, body_id: str) -> BodyErrorOutputs:
+    def get_error_outputs(self, body_id: str) -> BodyErrorOutputs:
         """Ask the controller which outputs report errors (CED), and which errors stand (CRD)."""
         answer: BodyErrorOutputs = self.call(
             "GET", filled("/bodies/{body_id}/error-outputs", body_id=body_id)
@@ -1549,7 +1549,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_unit_position(
+    def get_unit_position(
         self, robot_id: str, unit: int, *, coordinates: Literal["user", "motor"] | None = None
     ) -> UnitPosition:
         """Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS)."""
@@ -1560,7 +1560,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_unit_status(self, robot_id: str, unit: int) -> UnitStatus:
+    def get_unit_status(self, robot_id: str, unit: int) -> UnitStatus:
         """Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD)."""
         answer: UnitStatus = self.call(
             "GET", filled("/robots/{robot_id}/units/{unit}/status", robot_id=robot_id, unit=unit)
@@ -1795,7 +1795,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_settings(self, robot_id: str, unit: int) -> UnitSettings:
+    def get_settings(self, robot_id: str, unit: int) -> UnitSettings:
         """Ask the robot for all settings of a unit, one by one; refused while it moves."""
         answer: UnitSettings = self.call(
             "GET", filled("/robots/{robot_id}/units/{unit}/settings", robot_id=robot_id, unit=unit)
@@ -1818,7 +1818,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_inputs(self, robot_id: str, *, first: int | None = None, count: int | None = None) -> Channels:
+    def get_inputs(self, robot_id: str, *, first: int | None = None, count: int | None = None) -> Channels:
         """Ask the robot for inputs, channel by channel (IDI)."""
         answer: Channels = self.call(
             "GET",
@@ -1827,7 +1827,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_outputs(self, robot_id: str, *, first: int | None = None, count: int | None = None) -> Channels:
+    def get_outputs(self, robot_id: str, *, first: int | None = None, count: int | None = None) -> Channels:
         """Ask the robot for outputs, channel by channel (IDO)."""
         answer: Channels = self.call(
             "GET",
@@ -1855,7 +1855,7 @@ class Operations(Protocol):
         )
         return answer
 
-    def read_variables(
+    def get_variables(
         self, robot_id: str, *, first: int | None = None, count: int | None = None
     ) -> Variables:
         """Ask the robot for variables, one by one (VAR)."""

@@ -12,10 +12,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Position
+         * Get Position
          * @description Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD).
          */
-        get: operations["readPosition"];
+        get: operations["getPosition"];
         /**
          * Set Position
          * @description Call the present position by another number (6PS). Nothing moves; refused while the motor moves.
@@ -36,12 +36,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Status
+         * Get Status
          * @description Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
          *
          *     Where a STALL error stands it is asked who has found it (QRD, PRD).
          */
-        get: operations["readStatus"];
+        get: operations["getStatus"];
         put?: never;
         post?: never;
         delete?: never;
@@ -78,10 +78,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Positions
+         * Get Positions
          * @description Ask all bodies of a line where they stand (6PD), in the fewest frames.
          */
-        get: operations["readPositions"];
+        get: operations["getPositions"];
         put?: never;
         post?: never;
         delete?: never;
@@ -98,10 +98,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Statuses
+         * Get Statuses
          * @description Ask all bodies of a line for their status (9CD), in the fewest frames.
          */
-        get: operations["readStatuses"];
+        get: operations["getStatuses"];
         put?: never;
         post?: never;
         delete?: never;
@@ -828,10 +828,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Program
+         * Get Program
          * @description Read the user program from the controller (UED, UPD); with `Accept: text/plain` its text alone.
          */
-        get: operations["readProgram"];
+        get: operations["getProgram"];
         /**
          * Upload Program
          * @description Upload a user program (UCS, UWS), read it back and compare it; its source alone may come as text/plain.
@@ -955,10 +955,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Memories
+         * Get Memories
          * @description Read memories of the user program, one by one (UDD).
          */
-        get: operations["readMemories"];
+        get: operations["getMemories"];
         put?: never;
         post?: never;
         delete?: never;
@@ -995,12 +995,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Body Settings
+         * Get Body Settings
          * @description Ask a body for the settings that FIS keeps (RC-420 manual 18), some ninety frames.
          *
          *     Speed sets 0-29 and patterns stand at `/speed-sets` and `/patterns`; the standard set is here.
          */
-        get: operations["readBodySettings"];
+        get: operations["getBodySettings"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1024,10 +1024,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Homing
+         * Get Homing
          * @description Ask a body how it searches its origin, and how far its last search went (0PD).
          */
-        get: operations["readHoming"];
+        get: operations["getHoming"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1048,10 +1048,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Encoder
+         * Get Encoder
          * @description Ask a body what its encoder counts (6ED, 6MD), and how it is set up (RC-420 manual 13.7).
          */
-        get: operations["readEncoder"];
+        get: operations["getEncoder"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1112,10 +1112,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Speed Set
+         * Get Speed Set
          * @description Ask a body for a speed parameter set (OLD, OHD, OSD, OAD, OBD).
          */
-        get: operations["readSpeedSet"];
+        get: operations["getSpeedSet"];
         /**
          * Set Speed Set
          * @description Set the parameters of a set that differ, and read each back; refused while the motor moves.
@@ -1160,10 +1160,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Pattern
+         * Get Pattern
          * @description Ask a body for an acceleration pattern (SPD) with its speed changes (SED).
          */
-        get: operations["readPattern"];
+        get: operations["getPattern"];
         /**
          * Set Pattern
          * @description Set what differs of a pattern and its speed changes, and read it back; refused while the motor moves.
@@ -1190,10 +1190,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Curve
+         * Get Curve
          * @description Work out how a move with this pattern would go, with the settings of now; nothing moves.
          */
-        get: operations["readCurve"];
+        get: operations["getCurve"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1210,12 +1210,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Body Backup
+         * Get Body Backup
          * @description Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
          *
          *     It takes two minutes at 9600 baud; others are served meanwhile.
          */
-        get: operations["readBodyBackup"];
+        get: operations["getBodyBackup"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1294,12 +1294,12 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Line Backup
+         * Get Line Backup
          * @description Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
          *
          *     All of them have to answer; `bodies` leaves out who does not.
          */
-        get: operations["readLineBackup"];
+        get: operations["getLineBackup"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1376,10 +1376,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Robot Backup
+         * Get Robot Backup
          * @description Read what a robot tells of what it keeps: variables, and of each unit settings and positions.
          */
-        get: operations["readRobotBackup"];
+        get: operations["getRobotBackup"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1616,10 +1616,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Scara Coordinates
+         * Get Scara Coordinates
          * @description Ask all axes in one frame where they stand (6PD), and calculate where the finger ends.
          */
-        get: operations["readScaraCoordinates"];
+        get: operations["getScaraCoordinates"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1678,10 +1678,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Scara Geometry
+         * Get Scara Geometry
          * @description Ask the controllers for the geometry they calculate with (HTD, HCD, HAD, HFD, HZD), and compare.
          */
-        get: operations["readScaraGeometry"];
+        get: operations["getScaraGeometry"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1787,10 +1787,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Scara Path
+         * Get Scara Path
          * @description Read a path from all controllers (HDD); 409 where they hold different ones.
          */
-        get: operations["readScaraPath"];
+        get: operations["getScaraPath"];
         /**
          * Write Scara Path
          * @description Store a path in all controllers, undivided (HDS), in RAM; read it back.
@@ -1941,10 +1941,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Body Inputs
+         * Get Body Inputs
          * @description Ask the controller for all ten inputs (CID).
          */
-        get: operations["readBodyInputs"];
+        get: operations["getBodyInputs"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1961,10 +1961,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Body Outputs
+         * Get Body Outputs
          * @description Ask the controller for all sixteen outputs (COD).
          */
-        get: operations["readBodyOutputs"];
+        get: operations["getBodyOutputs"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2021,10 +2021,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Body Sensors
+         * Get Body Sensors
          * @description Ask the controller for all six sensors (CLD).
          */
-        get: operations["readBodySensors"];
+        get: operations["getBodySensors"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2041,10 +2041,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Error Outputs
+         * Get Error Outputs
          * @description Ask the controller which outputs report errors (CED), and which errors stand (CRD).
          */
-        get: operations["readErrorOutputs"];
+        get: operations["getErrorOutputs"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2209,10 +2209,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Unit Position
+         * Get Unit Position
          * @description Ask the robot where the unit stands, in user (APS) or motor coordinates (MPS).
          */
-        get: operations["readUnitPosition"];
+        get: operations["getUnitPosition"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2229,10 +2229,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Unit Status
+         * Get Unit Status
          * @description Ask the robot how the unit's motor axes are (ACD) and for their sensors (ASD).
          */
-        get: operations["readUnitStatus"];
+        get: operations["getUnitStatus"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2569,10 +2569,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Settings
+         * Get Settings
          * @description Ask the robot for all settings of a unit, one by one; refused while it moves.
          */
-        get: operations["readSettings"];
+        get: operations["getSettings"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2596,10 +2596,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Inputs
+         * Get Inputs
          * @description Ask the robot for inputs, channel by channel (IDI).
          */
-        get: operations["readInputs"];
+        get: operations["getInputs"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2616,10 +2616,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Outputs
+         * Get Outputs
          * @description Ask the robot for outputs, channel by channel (IDO).
          */
-        get: operations["readOutputs"];
+        get: operations["getOutputs"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2656,10 +2656,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Read Variables
+         * Get Variables
          * @description Ask the robot for variables, one by one (VAR).
          */
-        get: operations["readVariables"];
+        get: operations["getVariables"];
         put?: never;
         post?: never;
         delete?: never;
@@ -16197,7 +16197,7 @@ export interface components {
 }
 export type $defs = Record<string, never>;
 export interface operations {
-    readPosition: {
+    getPosition: {
         parameters: {
             query?: never;
             header?: never;
@@ -16286,7 +16286,7 @@ export interface operations {
             };
         };
     };
-    readStatus: {
+    getStatus: {
         parameters: {
             query?: never;
             header?: never;
@@ -16375,7 +16375,7 @@ export interface operations {
             };
         };
     };
-    readPositions: {
+    getPositions: {
         parameters: {
             query?: never;
             header?: never;
@@ -16416,7 +16416,7 @@ export interface operations {
             };
         };
     };
-    readStatuses: {
+    getStatuses: {
         parameters: {
             query?: never;
             header?: never;
@@ -18071,7 +18071,7 @@ export interface operations {
             };
         };
     };
-    readProgram: {
+    getProgram: {
         parameters: {
             query?: never;
             header?: never;
@@ -18421,7 +18421,7 @@ export interface operations {
             };
         };
     };
-    readMemories: {
+    getMemories: {
         parameters: {
             query?: {
                 /** @description D0-D199, C0-C29 or T0-T29. */
@@ -18517,7 +18517,7 @@ export interface operations {
             };
         };
     };
-    readBodySettings: {
+    getBodySettings: {
         parameters: {
             query?: never;
             header?: never;
@@ -18611,7 +18611,7 @@ export interface operations {
             };
         };
     };
-    readHoming: {
+    getHoming: {
         parameters: {
             query?: never;
             header?: never;
@@ -18705,7 +18705,7 @@ export interface operations {
             };
         };
     };
-    readEncoder: {
+    getEncoder: {
         parameters: {
             query?: never;
             header?: never;
@@ -18898,7 +18898,7 @@ export interface operations {
             };
         };
     };
-    readSpeedSet: {
+    getSpeedSet: {
         parameters: {
             query?: never;
             header?: never;
@@ -19097,7 +19097,7 @@ export interface operations {
             };
         };
     };
-    readPattern: {
+    getPattern: {
         parameters: {
             query?: never;
             header?: never;
@@ -19250,7 +19250,7 @@ export interface operations {
             };
         };
     };
-    readCurve: {
+    getCurve: {
         parameters: {
             query: {
                 /** @description How far the move goes. */
@@ -19302,7 +19302,7 @@ export interface operations {
             };
         };
     };
-    readBodyBackup: {
+    getBodyBackup: {
         parameters: {
             query?: never;
             header?: never;
@@ -19492,7 +19492,7 @@ export interface operations {
             };
         };
     };
-    readLineBackup: {
+    getLineBackup: {
         parameters: {
             query?: {
                 /** @description These only, joined by commas: 00,3F. Left out: all. */
@@ -19685,7 +19685,7 @@ export interface operations {
             };
         };
     };
-    readRobotBackup: {
+    getRobotBackup: {
         parameters: {
             query?: never;
             header?: never;
@@ -20259,7 +20259,7 @@ export interface operations {
             };
         };
     };
-    readScaraCoordinates: {
+    getScaraCoordinates: {
         parameters: {
             query?: never;
             header?: never;
@@ -20396,7 +20396,7 @@ export interface operations {
             };
         };
     };
-    readScaraGeometry: {
+    getScaraGeometry: {
         parameters: {
             query?: never;
             header?: never;
@@ -20678,7 +20678,7 @@ export interface operations {
             };
         };
     };
-    readScaraPath: {
+    getScaraPath: {
         parameters: {
             query?: never;
             header?: never;
@@ -21112,7 +21112,7 @@ export interface operations {
             };
         };
     };
-    readBodyInputs: {
+    getBodyInputs: {
         parameters: {
             query?: never;
             header?: never;
@@ -21153,7 +21153,7 @@ export interface operations {
             };
         };
     };
-    readBodyOutputs: {
+    getBodyOutputs: {
         parameters: {
             query?: never;
             header?: never;
@@ -21294,7 +21294,7 @@ export interface operations {
             };
         };
     };
-    readBodySensors: {
+    getBodySensors: {
         parameters: {
             query?: never;
             header?: never;
@@ -21335,7 +21335,7 @@ export interface operations {
             };
         };
     };
-    readErrorOutputs: {
+    getErrorOutputs: {
         parameters: {
             query?: never;
             header?: never;
@@ -21775,7 +21775,7 @@ export interface operations {
             };
         };
     };
-    readUnitPosition: {
+    getUnitPosition: {
         parameters: {
             query?: {
                 coordinates?: "user" | "motor";
@@ -21820,7 +21820,7 @@ export interface operations {
             };
         };
     };
-    readUnitStatus: {
+    getUnitStatus: {
         parameters: {
             query?: never;
             header?: never;
@@ -22684,7 +22684,7 @@ export interface operations {
             };
         };
     };
-    readSettings: {
+    getSettings: {
         parameters: {
             query?: never;
             header?: never;
@@ -22777,7 +22777,7 @@ export interface operations {
             };
         };
     };
-    readInputs: {
+    getInputs: {
         parameters: {
             query?: {
                 /** @description The first channel. */
@@ -22823,7 +22823,7 @@ export interface operations {
             };
         };
     };
-    readOutputs: {
+    getOutputs: {
         parameters: {
             query?: {
                 /** @description The first channel. */
@@ -22921,7 +22921,7 @@ export interface operations {
             };
         };
     };
-    readVariables: {
+    getVariables: {
         parameters: {
             query?: {
                 /** @description The first variable. */
