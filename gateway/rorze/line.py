@@ -339,7 +339,8 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
 
     def _came_back(self, body: int) -> None:
         self.on_change("body.online", {"body": body})
-        if self._silence is not None or self._nobody_answers:
+        was_silent = self._silence is not None or self._nobody_answers
+        if was_silent and self._ready and not self._set_up_due:
             self._nobody_answers = False
             self.set_up_again("the line was silent and answers again")
 
