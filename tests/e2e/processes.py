@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 MOTION_GATEWAY = Path(sys.executable).with_name("motion-gateway")
 """The command as `make` installs it."""
-PATIENCE_S = 20.0
+PATIENCE_S = 90.0
 """What has not happened by then on a busy machine never will."""
 LOOK_AGAIN_S = 0.02
 BODIES = "00,01,3F"
