@@ -1,10 +1,10 @@
 """What generators of clients need of the OpenAPI document, and FastAPI does not write by itself."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final
 
 from api.common.idempotency import LONGEST_KEY, takes_key
-from api.common.words import SECTIONS
+from api.common.words import CORE, SECTIONS
 
 Schema = dict[str, Any]
 
@@ -26,7 +26,7 @@ _KEY: Final[Schema] = {
 
 _MORE: Final = """\
 
-The routes of single commands, `.../commands/NAME`, stand in [the whole document](docs/all)."""
+This is what is needed first. [All](docs/all) has the routes of single commands, too: `.../commands/NAME`."""
 
 
 def complete(document: Schema) -> None:
@@ -53,14 +53,28 @@ def complete(document: Schema) -> None:
 
 
 def core_of(document: Schema) -> Schema:
+    """The document of what is needed first, as the sections say."""
+    core = _part(resources_of(document), lambda _, operation: CORE.keys() >= {*operation["tags"]})
+    return {**core, "info": {**core["info"], "description": core["info"]["description"] + _MORE}}
+
+
+def resources_of(document: Schema) -> Schema:
     """The document without the routes of single commands, which stay few and have the better names."""
-    paths = {path: item for path, item in document["paths"].items() if COMMAND not in path}
+    return _part(document, lambda path, _: COMMAND not in path)
+
+
+def _part(document: Schema, has: Callable[[str, Schema], bool]) -> Schema:
+    """Some operations of the document, with the schemas that they refer to."""
+    operations = {
+        path: {method: operation for method, operation in item.items() if has(path, operation)}
+        for path, item in document["paths"].items()
+    }
+    paths = {path: item for path, item in operations.items() if item}
     kept = {id(schema) for schema in _reached(document, [paths])}
     schemas = document["components"]["schemas"]
     components = {name: schema for name, schema in schemas.items() if id(schema) in kept}
     return {
         **document,
-        "info": {**document["info"], "description": document["info"]["description"] + _MORE},
         "tags": list(_sections(paths)),
         "paths": paths,
         "components": {**document["components"], "schemas": components},

@@ -1,4 +1,4 @@
-"""What the gateway takes and gives; generated from openapi/core.json."""
+"""What the gateway takes and gives; generated from openapi/resources.json."""
 
 from __future__ import annotations
 
