@@ -41,6 +41,9 @@ def complete(document: Schema) -> None:
                 operation.setdefault("parameters", []).append(_KEY)
     document["tags"] = list(_sections(document["paths"]))
     for operation in _operations(document):
+        for parameter in operation.get("parameters", ()):
+            if parameter["in"] == "path" and (examples := parameter["schema"].get("examples")):
+                parameter["example"] = examples[0]  # Swagger UI fills in no other
         for content in _contents(operation.get("requestBody", {})):
             content.setdefault("examples", _examples(document, content["schema"]))
             for member in content["schema"].get("properties", {}).values():
