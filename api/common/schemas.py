@@ -37,13 +37,9 @@ def complete(document: Schema) -> None:
     """
     for path, item in document["paths"].items():
         for method, operation in item.items():
-            if takes_key(method.upper(), path):
-                operation.setdefault("parameters", []).append(_KEY)
+            _complete_parameters(operation, keyed=takes_key(method.upper(), path))
     document["tags"] = list(_sections(document["paths"]))
     for operation in _operations(document):
-        for parameter in operation.get("parameters", ()):
-            if parameter["in"] == "path" and (examples := parameter["schema"].get("examples")):
-                parameter["example"] = examples[0]  # Swagger UI fills in no other
         for content in _contents(operation.get("requestBody", {})):
             content.setdefault("examples", _examples(document, content["schema"]))
             for member in content["schema"].get("properties", {}).values():
@@ -53,6 +49,14 @@ def complete(document: Schema) -> None:
     ):
         for member in schema.get("properties", {}).values():
             _describe_default(member)
+
+
+def _complete_parameters(operation: Schema, *, keyed: bool) -> None:
+    for parameter in operation.get("parameters", ()):
+        if parameter["in"] == "path" and (examples := parameter["schema"].get("examples")):
+            parameter["example"] = examples[0]  # Swagger UI fills in no other
+    if keyed:
+        operation.setdefault("parameters", []).append(_KEY)
 
 
 def core_of(document: Schema) -> Schema:
