@@ -10,6 +10,8 @@ from pydantic_core.core_schema import ErrorType
 
 MOST_SHOWN = 40
 """Characters of what was given that a sentence repeats."""
+_SIMILAR: Final = 0.65
+"""What is less like a name than this was not meant by it: `bodies` is 0.6 like `mode`."""
 
 _WHOLE: Final = "must be a whole number"
 _NUMBER: Final = "must be a number"
@@ -109,7 +111,7 @@ def shown(given: object) -> str | None:
 
 def unknown(name: str, known: Collection[str]) -> str:
     """Say of a name that nobody knows which was meant, or which there are."""
-    similar = get_close_matches(name, known, n=1)
+    similar = get_close_matches(name, known, n=1, cutoff=_SIMILAR)
     if similar:
         return f"did you mean {similar[0]}?"
     return f"known are {', '.join(known)}" if known else "nothing is known here"

@@ -21,11 +21,12 @@ from api.common.requests import (
     utc_of,
 )
 from gateway.core.errors import GatewayError
+from gateway.core.move_record import CountedIn
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
 from gateway.operations.commands import ask
-from gateway.rorze.bodies import PULSES_RUNNING, Body, CountedIn, counted_in
+from gateway.rorze.bodies import PULSES_RUNNING, Body
 from gateway.rorze.family import Rorze
 from gateway.rorze.move_requests import Length
 from gateway.rorze.power import Homed
@@ -80,8 +81,9 @@ class BodyInfo(BaseModel):
     unit: str | None = Field(description="The unit of its scale; null without one.")
     pulses_per_unit: float | None
     groups: list[str]
+    counted_in: CountedIn | None = Field(description="Of the position; null where its mode is not known.")
     position: int | None = Field(
-        description="In pulses, as last read; null until it has been read since it was called otherwise."
+        description="In `counted_in`, as last read; null until it was read since it was called otherwise."
     )
     position_read_at: datetime | None
     status: list[str] | None = Field(description="The status bits that were set when last read.")
@@ -343,7 +345,7 @@ def _position(body: Body, pulses: int, at: float) -> Position:
     return Position(
         body_id=body.address,
         pulses=pulses,
-        counted_in=None if body.mode is None else counted_in(body.mode),
+        counted_in=body.counted_in,
         value=scale.value(pulses) if scale else None,
         unit=scale.unit if scale else None,
         read_at=utc_of(at),
@@ -395,6 +397,7 @@ def _info(rorze: Rorze, body: Body) -> BodyInfo:
         unit=body.scale.unit if body.scale else None,
         pulses_per_unit=body.scale.pulses_per_unit if body.scale else None,
         groups=[group.address for group in rorze.groups_of(body)],
+        counted_in=body.counted_in,
         position=body.position,
         position_read_at=None if body.position_at is None else utc_of(body.position_at),
         status=None if body.status_bits is None else names_of(body.status_bits, CONTROLLER_STATUS_BITS),

@@ -16,8 +16,8 @@ from fastapi.openapi.docs import get_redoc_html
 from starlette.responses import HTMLResponse
 
 from api.common.routes import PageRoute
-from api.common.schemas import Schema, core_of
-from api.front.swagger import swagger_page
+from api.common.schemas import Schema, core_of, resources_of
+from api.front.swagger import Page, swagger_page
 from gateway.core.rights import Right
 
 HTML = "text/html; charset=utf-8"
@@ -25,6 +25,7 @@ JSON = "application/json"
 
 ASSETS_AT = "/static-offline-docs"
 OPENAPI_AT = "/openapi.json"
+RESOURCES_AT = "/openapi/resources.json"
 CORE_AT = "/openapi/core.json"
 _ASSETS: Final[Mapping[str, str]] = {
     "swagger-ui-bundle.js": "text/javascript; charset=utf-8",
@@ -32,6 +33,11 @@ _ASSETS: Final[Mapping[str, str]] = {
     "redoc.standalone.js": "text/javascript; charset=utf-8",
     "favicon.png": "image/png",
 }
+_PAGES: Final = (
+    Page("/docs", "What is needed first", CORE_AT),
+    Page("/docs/resources", "All resources", RESOURCES_AT),
+    Page("/docs/all", "All resources and commands", OPENAPI_AT),
+)
 _NONE = "q=0"
 _WORTH_PACKING = 0.9
 """What gzip does not make shorter than this share is sent as it is."""
@@ -124,9 +130,9 @@ def install(app: FastAPI, root_path: str = "") -> None:
     """
     documents = {
         OPENAPI_AT: Document(JSON, lambda: _written(app.openapi())),
+        RESOURCES_AT: Document(JSON, lambda: _written(resources_of(app.openapi()))),
         CORE_AT: Document(JSON, lambda: _written(core_of(app.openapi()))),
-        "/docs": _swagger(app.title, root_path, CORE_AT),
-        "/docs/all": _swagger(f"{app.title}, all commands", root_path, OPENAPI_AT),
+        **{shown.at: _swagger(app.title, root_path, shown) for shown in _PAGES},
         "/redoc": page(lambda: _redoc(app.title, root_path)),
         **{f"{ASSETS_AT}/{name}": _asset(name, media_type) for name, media_type in _ASSETS.items()},
     }
@@ -152,8 +158,8 @@ def _written(document: Schema) -> bytes:
     return json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode()
 
 
-def _swagger(title: str, at: str, document: str) -> Document:
-    return page(lambda: swagger_page(title, at + document, at + ASSETS_AT))
+def _swagger(title: str, root_path: str, shown: Page) -> Document:
+    return page(lambda: swagger_page(title, shown, _PAGES, root_path, ASSETS_AT))
 
 
 def _redoc(title: str, at: str) -> HTMLResponse:

@@ -136,7 +136,9 @@ class Fics(Family):
         :raises NotFound: there is none of this id.
         """
         if robot_id not in self._robots:
-            raise NotFound(f"There is no robot {robot_id}; {there_are(self._robots)}.")
+            raise NotFound(
+                f"There is no robot {robot_id}; {there_are(self._robots)}.", "GET /robots lists them."
+            )
         return self._robots[robot_id]
 
     def target(self, collection: str, names: Sequence[str]) -> Target:

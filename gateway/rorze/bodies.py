@@ -4,11 +4,11 @@ import asyncio
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
-from gateway.core.move_record import Move
+from gateway.core.move_record import CountedIn, Move
 from gateway.core.waiting import happens
 from gateway.core.ways import Way
 from gateway.rorze.edges import Edges
@@ -46,9 +46,6 @@ NO_PROGRAM_S = 120.0
 """That no program runs is believed for so long: an autostart after a short loss of power may be unseen."""
 BELIEVED_S = 0.5
 """Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
-
-
-CountedIn = Literal["pulses", "encoder_counts"]
 
 
 def counted_in(mode: ModeName | None) -> CountedIn:
@@ -205,6 +202,11 @@ class Body:
         if self.rest is not None:
             await self._weigh(state, lane, answer.at)
         return state
+
+    @property
+    def counted_in(self) -> CountedIn | None:
+        """What its positions are counted in; None while its operating mode is not known."""
+        return None if self.mode is None else counted_in(self.mode)
 
     async def know_mode(self) -> ModeName:
         """Its operating mode, which is asked for where it is not known (EAD).

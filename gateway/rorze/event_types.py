@@ -13,9 +13,8 @@ from gateway.core.event_types import (
     move_types,
     restore_types,
 )
-from gateway.core.move_record import Move
+from gateway.core.move_record import CountedIn, Move
 from gateway.core.restore_record import Restore
-from gateway.rorze.bodies import CountedIn
 from gateway.rorze.jogs import BodyJog
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun

@@ -249,7 +249,9 @@ class Rorze(Family):
         """
         found = self._scaras.get(scara_id.lower())
         if found is None:
-            raise NotFound(f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}.")
+            raise NotFound(
+                f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}.", "GET /scaras lists them."
+            )
         return found
 
     def target(self, collection: str, names: Sequence[str]) -> Target:
@@ -559,7 +561,11 @@ def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -
     wanted = [line_id] if line_id else lines
     found = [things[key] for line in wanted if (key := f"{line}.{short}") in things]
     if not found:
-        raise NotFound(f"There is no {what} {address}; {there_are(things)}; nothing was sent.")
+        listed = "GET /bodies" if what == "body" else "GET /groups"
+        raise NotFound(
+            f"There is no {what} {address}; {there_are(things)}; nothing was sent.",
+            f"{listed} lists them; bodies have the numbers 00-77, groups 80-9E.",
+        )
     if len(found) > 1:
         names = [thing.address for thing in found]
         raise Ambiguous(

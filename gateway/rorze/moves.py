@@ -160,6 +160,7 @@ class Moves:
             command=command.code,
             frame=target.line.frame_of(target.number, command),
             created_at=now,
+            counted_in=body.counted_in,
         )
         self.log.add(move)
         body.move = move
@@ -172,6 +173,7 @@ class Moves:
     def _advance(self, body: Body, move: Move, status: MoveStatus, error: GatewayError | None = None) -> None:
         """The only place where a move changes its status."""
         move.status = status
+        move.counted_in = body.counted_in or move.counted_in
         if error is not None:
             move.error = MoveError.of(error, calls_for_body(error, body.address))
         if status is MoveStatus.SENT:

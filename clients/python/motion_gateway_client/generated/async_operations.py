@@ -1,4 +1,4 @@
-"""Every operation of the gateway as a method; generated from openapi/core.json."""
+"""Every operation of the gateway as a method; generated from openapi/resources.json."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the gateway takes and gives; generated from openapi/core.json."""
+"""What the gateway takes and gives; generated from openapi/resources.json."""
 
 from __future__ import annotations
 
@@ -268,8 +268,10 @@ class BodyInfo(TypedDict):
     """The unit of its scale; null without one."""
     pulses_per_unit: float | None
     groups: list[str]
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """Of the position; null where its mode is not known."""
     position: int | None
-    """In pulses, as last read; null until it has been read since it was called otherwise."""
+    """In `counted_in`, as last read; null until it was read since it was called otherwise."""
     position_read_at: str | None
     status: list[str] | None
     """The status bits that were set when last read."""
@@ -1715,7 +1717,7 @@ class EncoderCounts(TypedDict):
     counted_in: Literal["pulses", "encoder_counts"]
     """What positions and amounts of this body are counted in."""
     position: int
-    """6PD."""
+    """Where the body says it is, in `counted_in` (6PD)."""
     position_in_unit: Scaled | None
     count: int
     """The encoder's count (6ED)."""
@@ -3042,14 +3044,16 @@ class Move(TypedDict):
     kind: Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
     end_cause: str | None
     """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed, position_mismatch or not_in_position as the gateway found."""
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """What positions are counted in; null where the body's operating mode is not known."""
     start_position: int | None
-    """In pulses, before the move."""
+    """In `counted_in`, before the move."""
     target_position: int | None
-    """In pulses, where it can be known beforehand."""
+    """In `counted_in`, where it can be known beforehand."""
     position: int | None
-    """In pulses, as last read."""
+    """In `counted_in`, as last read."""
     homing_distance: int | None
-    """Of a homing that ended well: pulses from its end back to its start (0PD)."""
+    """Of a homing that ended well: from its end back to its start, in `counted_in` (0PD)."""
     completion: Literal["frame", "polling"] | None
     """Whether the end was announced by the link master or found by polling."""
 
@@ -3213,10 +3217,12 @@ class PlannedMove(TypedDict):
     body_id: str
     frame: str
     """The exact bytes that would be sent, CR as \\r."""
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """What the target's position is counted in."""
     distance: int | None
     """Pulses it would emit; null where only the motion itself can tell."""
     target_position: int | None
-    """In pulses, where it can be known beforehand."""
+    """In `counted_in`, where it can be known beforehand."""
     duration_s: float | None
     """How long pulses would run, with the settings of now."""
     note: str | None

@@ -3316,8 +3316,13 @@ export interface components {
             /** Groups */
             groups: string[];
             /**
+             * Counted In
+             * @description Of the position; null where its mode is not known.
+             */
+            counted_in: ("pulses" | "encoder_counts") | null;
+            /**
              * Position
-             * @description In pulses, as last read; null until it has been read since it was called otherwise.
+             * @description In `counted_in`, as last read; null until it was read since it was called otherwise.
              */
             position: number | null;
             /** Position Read At */
@@ -6882,7 +6887,7 @@ export interface components {
             counted_in: "pulses" | "encoder_counts";
             /**
              * Position
-             * @description 6PD.
+             * @description Where the body says it is, in `counted_in` (6PD).
              */
             position: number;
             position_in_unit: components["schemas"]["Scaled"] | null;
@@ -9609,23 +9614,28 @@ export interface components {
              */
             end_cause: string | null;
             /**
+             * Counted In
+             * @description What positions are counted in; null where the body's operating mode is not known.
+             */
+            counted_in: ("pulses" | "encoder_counts") | null;
+            /**
              * Start Position
-             * @description In pulses, before the move.
+             * @description In `counted_in`, before the move.
              */
             start_position: number | null;
             /**
              * Target Position
-             * @description In pulses, where it can be known beforehand.
+             * @description In `counted_in`, where it can be known beforehand.
              */
             target_position: number | null;
             /**
              * Position
-             * @description In pulses, as last read.
+             * @description In `counted_in`, as last read.
              */
             position: number | null;
             /**
              * Homing Distance
-             * @description Of a homing that ended well: pulses from its end back to its start (0PD).
+             * @description Of a homing that ended well: from its end back to its start, in `counted_in` (0PD).
              */
             homing_distance: number | null;
             /**
@@ -9989,13 +9999,18 @@ export interface components {
              */
             frame: string;
             /**
+             * Counted In
+             * @description What the target's position is counted in.
+             */
+            counted_in: ("pulses" | "encoder_counts") | null;
+            /**
              * Distance
              * @description Pulses it would emit; null where only the motion itself can tell.
              */
             distance: number | null;
             /**
              * Target Position
-             * @description In pulses, where it can be known beforehand.
+             * @description In `counted_in`, where it can be known beforehand.
              */
             target_position: number | null;
             /**
@@ -16202,7 +16217,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16246,7 +16264,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16291,7 +16312,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16335,7 +16359,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16380,7 +16407,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -16421,7 +16451,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -16503,7 +16536,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16547,7 +16583,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16590,7 +16629,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16637,7 +16679,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16694,7 +16739,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 move_id: string;
             };
@@ -16739,7 +16787,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 move_id: string;
             };
@@ -16791,7 +16842,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
+                /**
+                 * @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.
+                 * @example 80
+                 */
                 group_id: string;
             };
             cookie?: never;
@@ -16845,7 +16899,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 move_id: string;
             };
@@ -16887,7 +16944,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 move_id: string;
             };
@@ -16929,9 +16989,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
                 move_id: string;
             };
@@ -16973,9 +17039,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
                 move_id: string;
             };
@@ -17059,7 +17131,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -17104,7 +17179,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
+                /**
+                 * @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.
+                 * @example 80
+                 */
                 group_id: string;
             };
             cookie?: never;
@@ -17362,7 +17440,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
+                /**
+                 * @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.
+                 * @example 80
+                 */
                 group_id: string;
             };
             cookie?: never;
@@ -17406,7 +17487,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
+                /**
+                 * @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.
+                 * @example 80
+                 */
                 group_id: string;
             };
             cookie?: never;
@@ -17534,7 +17618,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -17581,7 +17668,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -17634,7 +17724,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
                 scan_id: string;
             };
@@ -17685,7 +17778,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -17818,7 +17914,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18076,7 +18175,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18126,7 +18228,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18194,7 +18299,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 upload_id: string;
             };
@@ -18239,7 +18347,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18286,7 +18397,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18340,7 +18454,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18384,7 +18501,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 run_id: string;
             };
@@ -18431,7 +18551,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18475,9 +18598,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description D0-D199, C0-C29 or T0-T29. */
+                /**
+                 * @description D0-D199, C0-C29 or T0-T29.
+                 * @example D0
+                 */
                 name: string;
             };
             cookie?: never;
@@ -18522,7 +18651,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18571,7 +18703,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18616,7 +18751,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18665,7 +18803,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18710,7 +18851,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18759,7 +18903,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18812,7 +18959,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18862,7 +19012,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18903,9 +19056,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard set. */
+                /**
+                 * @description 0-29, or 30: the standard set.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -18954,9 +19113,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard set. */
+                /**
+                 * @description 0-29, or 30: the standard set.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19009,9 +19174,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard set. */
+                /**
+                 * @description 0-29, or 30: the standard set.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19061,7 +19232,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -19102,9 +19276,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard pattern. */
+                /**
+                 * @description 0-29, or 30: the standard pattern.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19153,9 +19333,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard pattern. */
+                /**
+                 * @description 0-29, or 30: the standard pattern.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19208,9 +19394,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard pattern. */
+                /**
+                 * @description 0-29, or 30: the standard pattern.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19264,9 +19456,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard pattern. */
+                /**
+                 * @description 0-29, or 30: the standard pattern.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19307,7 +19505,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -19354,7 +19555,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -19411,7 +19615,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 restore_id: string;
             };
@@ -19456,7 +19663,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -19500,7 +19710,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -19547,7 +19760,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -19604,7 +19820,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
                 restore_id: string;
             };
@@ -19649,7 +19868,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -19690,7 +19912,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -19737,7 +19962,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -19794,7 +20022,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
                 restore_id: string;
             };
@@ -19839,7 +20070,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -19963,7 +20197,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The id of a lease. */
+                /**
+                 * @description The id of a lease.
+                 * @example lease-1
+                 */
                 lease_id: string;
             };
             cookie?: never;
@@ -20007,7 +20244,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The id of a lease. */
+                /**
+                 * @description The id of a lease.
+                 * @example lease-1
+                 */
                 lease_id: string;
             };
             cookie?: never;
@@ -20051,7 +20291,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The id of a lease. */
+                /**
+                 * @description The id of a lease.
+                 * @example lease-1
+                 */
                 lease_id: string;
             };
             cookie?: never;
@@ -20140,7 +20383,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -20223,7 +20469,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20264,7 +20513,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20308,7 +20560,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20356,7 +20611,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20401,7 +20659,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20445,7 +20706,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20490,7 +20754,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20537,7 +20804,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20584,7 +20854,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20641,7 +20914,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
                 move_id: string;
             };
@@ -20683,9 +20959,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
-                /** @description Number of the interpolation path, 0-63. */
+                /**
+                 * @description Number of the interpolation path, 0-63.
+                 * @example 3
+                 */
                 path: number;
             };
             cookie?: never;
@@ -20729,9 +21011,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
-                /** @description Number of the interpolation path, 0-63. */
+                /**
+                 * @description Number of the interpolation path, 0-63.
+                 * @example 3
+                 */
                 path: number;
             };
             cookie?: never;
@@ -20779,7 +21067,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -20827,7 +21118,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 jog_id: string;
             };
@@ -20869,7 +21163,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 jog_id: string;
             };
@@ -20925,7 +21222,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -20976,7 +21276,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21024,9 +21327,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-2047. */
+                /**
+                 * @description 0-2047.
+                 * @example 7
+                 */
                 number: number;
             };
             cookie?: never;
@@ -21076,7 +21385,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21117,7 +21429,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21158,7 +21473,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21202,9 +21520,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description General output, 0-15. */
+                /**
+                 * @description General output, 0-15.
+                 * @example 3
+                 */
                 output: number;
             };
             cookie?: never;
@@ -21252,9 +21576,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description General output, 0-15. */
+                /**
+                 * @description General output, 0-15.
+                 * @example 3
+                 */
                 output: number;
             };
             cookie?: never;
@@ -21299,7 +21629,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21340,7 +21673,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21384,9 +21720,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description What it reports; `limit` is that of either direction. */
+                /**
+                 * @description What it reports; `limit` is that of either direction.
+                 * @example limit
+                 */
                 cause: "ems" | "limit" | "stall" | "any";
             };
             cookie?: never;
@@ -21434,7 +21776,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21475,7 +21820,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21519,9 +21867,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description Input that can interrupt, 8 or 9. */
+                /**
+                 * @description Input that can interrupt, 8 or 9.
+                 * @example 8
+                 */
                 port: number;
             };
             cookie?: never;
@@ -21565,9 +21919,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description Input that can interrupt, 8 or 9. */
+                /**
+                 * @description Input that can interrupt, 8 or 9.
+                 * @example 8
+                 */
                 port: number;
             };
             cookie?: never;
@@ -21615,9 +21975,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description Input that can interrupt, 8 or 9. */
+                /**
+                 * @description Input that can interrupt, 8 or 9.
+                 * @example 8
+                 */
                 port: number;
             };
             cookie?: never;
@@ -21696,7 +22062,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -21737,9 +22106,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -21782,9 +22157,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -21825,9 +22206,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -21871,7 +22258,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -21915,7 +22305,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -21959,7 +22352,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22007,7 +22403,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22048,7 +22447,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22093,9 +22495,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22142,9 +22550,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22191,9 +22605,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22250,9 +22670,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
                 move_id: string;
             };
@@ -22300,9 +22726,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Three capital letters or digits. */
+                /**
+                 * @description Three capital letters or digits.
+                 * @example PCK
+                 */
                 name: string;
             };
             cookie?: never;
@@ -22356,7 +22788,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22400,7 +22835,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22448,7 +22886,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
                 jog_id: string;
             };
@@ -22490,7 +22931,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
                 jog_id: string;
             };
@@ -22546,9 +22990,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22592,9 +23042,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22644,9 +23100,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22689,9 +23151,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22735,9 +23203,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22787,7 +23261,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22833,7 +23310,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22877,7 +23357,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
                 /** @description Channel of eight bits, from 1. */
                 channel: number;
@@ -22931,7 +23414,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22975,7 +23461,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
                 /** @description Number of the variable, 0-99. */
                 number: number;
@@ -23025,7 +23514,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -23082,9 +23574,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
