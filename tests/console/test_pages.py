@@ -257,7 +257,6 @@ def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> 
 
 def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/events")
-    console.button("Read what happened before").click()
     console.shows("This is all that the gateway still has.")
     console.page.get_by_label("Type").fill("line.up")
     expect(console.page.locator("tbody tr").first).to_contain_text("line: up")
@@ -406,3 +405,18 @@ def test_it_can_be_looked_up_who_did_what(plant: Plant, open_console: Open) -> N
     deeds.get_by_label("About").fill("line1.01")
     deeds.get_by_role("button", name="Look it up", exact=True).click()
     expect(deeds.locator("tbody tr").first).to_contain_text("&011+M50")
+
+
+def test_who_answers_a_scan_can_be_added(tmp_path: Path, open_console: Open) -> None:
+    with plant_in(tmp_path, "00,01,02,3F") as plant:
+        add_a_body(plant, open_console)
+
+
+def add_a_body(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    console.button("Scan").click()
+    expect(console.page.get_by_text("4 found")).to_be_visible(timeout=60_000)
+    console.page.get_by_label("Name of line1.02").fill("gripper")
+    console.button("Add to the configuration").click()
+    expect(console.page.get_by_role("link", name="gripper")).to_contain_text("stands still")
+    assert plant.gateway.get("/bodies/line1.02")["name"] == "gripper"
