@@ -30,6 +30,7 @@ SECTIONS: Final[Mapping[str, str]] = {
     "alarms": "What stands and needs somebody: what happened, what the motor did, what to do next.",
     "audit": "Who has asked for what, and what became of it.",
     "leases": "Who may move what, for a while.",
+    "access keys": "Keys of people and programs: made and shown once, listed, revoked.",
     "system": "The gateway: its configuration, who may do what, and tickets for WebSockets.",
     "health": "Whether the gateway runs, whether it is ready, and its version.",
     "commands": "Every command of the RC-420 manual to a body, under the name that `GET /commands` lists.",
