@@ -39,9 +39,9 @@ export function csvOf(rows: readonly (readonly string[])[]): string {
   return rows.map((row) => row.map((cell) => `"${cell.replaceAll('"', '""')}"`).join(",")).join("\r\n");
 }
 
-/** Let the browser save a text. */
+/** Let the browser save a text; Excel knows a table as UTF-8 by its first character. */
 export function save(name: string, type: string, text: string): void {
-  const url = URL.createObjectURL(new Blob(["\ufeff", text], { type }));
+  const url = URL.createObjectURL(new Blob([type === "text/csv" ? "\ufeff" : "", text], { type }));
   const link = Object.assign(document.createElement("a"), { href: url, download: name });
   link.click();
   URL.revokeObjectURL(url);

@@ -72,18 +72,11 @@ def demo_in(folder: Path) -> Iterator[str]:
         folder / "demo.log", "serve", "--demo", "--port", url.rpartition(":")[2], "--data", str(folder)
     )
     try:
-        until(lambda: answers(url), "the demo is ready")
+        program.said("running on http")
+        until(lambda: httpx.get(f"{url}/readyz").is_success, "the demo is ready")
         yield url
     finally:
         program.end()
-
-
-def answers(url: str) -> bool:
-    """Whether a gateway is ready."""
-    try:
-        return httpx.get(f"{url}/readyz").is_success
-    except httpx.TransportError:
-        return False
 
 
 @dataclass

@@ -40,7 +40,7 @@ def test_its_finger_goes_by_steps_and_to_places(demo: str, open_console: Open) -
     expect(console.button("Move")).to_have_attribute("aria-disabled", "true")
     console.page.get_by_label("Y (mm)").fill("150")
     console.button("Plan").click()
-    console.shows("Y 150.")
+    console.shows("Y 149.99")
     assert newest(demo)["kind"] == "offset"
     console.button("Move").click()
     until(lambda: newest(demo)["kind"] == "line" and newest(demo)["status"] == "succeeded", "it is there")
