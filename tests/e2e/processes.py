@@ -24,6 +24,8 @@ MOTION_GATEWAY = Path(sys.executable).with_name("motion-gateway")
 """The command as `make` installs it."""
 PATIENCE_S = 90.0
 """What has not happened by then on a busy machine never will."""
+START_PATIENCE_S = 100.0
+"""A program's start takes seconds of the processor, which others may want, too."""
 LOOK_AGAIN_S = 0.02
 BODIES = "00,01,3F"
 
@@ -64,7 +66,7 @@ class Program:
             assert found or self.runs(), f"It ended without {pattern!r}:\n{self.words()}"
             return found
 
-        return until(search, f"{self.log.stem} says {pattern!r}")
+        return until(search, f"{self.log.stem} says {pattern!r}", START_PATIENCE_S)
 
     def signal(self, number: signal.Signals) -> None:
         """Send it a signal."""
@@ -94,15 +96,15 @@ class Program:
             RUNNING.remove(self)
 
 
-def until(look: Callable[[], T | None], what: str) -> T:
+def until(look: Callable[[], T | None], what: str, within_s: float = PATIENCE_S) -> T:
     """Look again and again until there is something to see."""
-    give_up_at = time.monotonic() + PATIENCE_S
+    give_up_at = time.monotonic() + within_s
     while time.monotonic() < give_up_at:
         seen = look()
         if seen:
             return seen
         time.sleep(LOOK_AGAIN_S)
-    raise AssertionError(f"In vain for {PATIENCE_S:.0f} s: {what}")
+    raise AssertionError(f"In vain for {within_s:.0f} s: {what}")
 
 
 @dataclass

@@ -188,6 +188,9 @@ POST      /tickets                                       view     any
 GET       /system/posture                                view     any
 GET       /system/identity                               view     any
 POST      /system/reload                                 admin    plant
+GET       /access/keys                                   admin    plant
+POST      /access/keys                                   admin    plant
+DELETE    /access/keys/{name}                            admin    plant
 GET       /livez                                         open     any
 GET       /readyz                                        open     any
 GET       /version                                       open     any

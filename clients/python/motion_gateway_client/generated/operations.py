@@ -49,6 +49,8 @@ from motion_gateway_client.generated.types import (
     Identity,
     JogRequest,
     JogSession,
+    KeyInfo,
+    KeyList,
     Kinematics,
     Lease,
     LeaseList,
@@ -60,6 +62,7 @@ from motion_gateway_client.generated.types import (
     Liveness,
     MacroList,
     MacroRunRequest,
+    MadeKey,
     Memories,
     Memory,
     MemoryChange,
@@ -67,6 +70,7 @@ from motion_gateway_client.generated.types import (
     Move,
     MoveList,
     NewBodies,
+    NewKey,
     NewLine,
     OutputPulse,
     OutputState,
@@ -1169,6 +1173,25 @@ class Operations(Protocol):
             filled("/lines/{line_id}/bodies", line_id=line_id),
             body=body,
             idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_keys(self) -> KeyList:
+        """List the keys, without what is secret of them."""
+        answer: KeyList = self.call("GET", filled("/access/keys"))
+        return answer
+
+    def make_key(self, body: NewKey, /, *, idempotency_key: str | None = None) -> MadeKey:
+        """Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept."""
+        answer: MadeKey = self.call(
+            "POST", filled("/access/keys"), body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    def revoke_key(self, name: str, *, idempotency_key: str | None = None) -> KeyInfo:
+        """Let a key never be used again: its next request is refused, and its event streams end within 5 s."""
+        answer: KeyInfo = self.call(
+            "DELETE", filled("/access/keys/{name}", name=name), idempotency_key=idempotency_key
         )
         return answer
 

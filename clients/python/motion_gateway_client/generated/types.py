@@ -1819,6 +1819,8 @@ class EventList(TypedDict):
         | IoEvent
         | GatewayReloadedEvent
         | GatewayReloadFailedEvent
+        | GatewayKeyMadeEvent
+        | GatewayKeyRevokedEvent
         | StreamSnapshotEvent
         | BodyMoveQueuedEvent
         | BodyMoveSentEvent
@@ -2057,6 +2059,38 @@ class GatewayJournalTroubleEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: JournalTrouble
+
+
+class GatewayKeyMadeEvent(TypedDict):
+    """An administrator has made a key; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.made"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
+class GatewayKeyRevokedEvent(TypedDict):
+    """A key can never be used again; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.revoked"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
 
 
 class GatewayLoopHeldEvent(TypedDict):
@@ -2448,6 +2482,29 @@ class JournalTrouble(TypedDict):
     """Why the journal cannot be written."""
 
     reason: str
+
+
+class KeyInfo(TypedDict):
+    """A key, without what is secret of it."""
+
+    name: str
+    role: Role
+    scope: list[str] | None
+    """The addresses of lines, bodies, groups and robots that it is for; null means all."""
+    begins: str
+    """How the key begins, which is no secret."""
+    state: Literal["good", "expired", "revoked"]
+    made_at: str
+    expires_at: str | None
+    revoked_at: str | None
+    used_at: str | None
+    """When it was last used, as the gateway notes once a minute."""
+
+
+class KeyList(TypedDict):
+    """All keys, those that cannot be used any more too, oldest first."""
+
+    keys: list[KeyInfo]
 
 
 class Kinematics(TypedDict):
@@ -2954,6 +3011,25 @@ class MacroRunRequest(TypedDict):
     """Up to four numbers; null leaves one out."""
 
 
+class MadeKey(TypedDict):
+    """A key that was made, with its secret."""
+
+    name: str
+    role: Role
+    scope: list[str] | None
+    """The addresses of lines, bodies, groups and robots that it is for; null means all."""
+    begins: str
+    """How the key begins, which is no secret."""
+    state: Literal["good", "expired", "revoked"]
+    made_at: str
+    expires_at: str | None
+    revoked_at: str | None
+    used_at: str | None
+    """When it was last used, as the gateway notes once a minute."""
+    key: str
+    """What its owner sends. It is told this once: the gateway keeps its hash only."""
+
+
 class MarkMissing(TypedDict):
     """Why no mark can be kept in a body."""
 
@@ -3099,6 +3175,19 @@ class NewBodies(TypedDict):
     """Tell what would change, and change nothing. Left out: false."""
     bodies: list[dict[str, JsonValue]]
     """Tables `[[lines.bodies]]` of the configuration."""
+
+
+class NewKey(TypedDict):
+    """A key to be made."""
+
+    name: str
+    """Who or what it is for: letters, digits and . _ @ -; records name it."""
+    role: Role
+    """What it may do; every role may stop."""
+    scope: NotRequired[list[str] | None]
+    """The addresses of lines, bodies, groups and robots that it is for; left out: all."""
+    expires_s: NotRequired[float | None]
+    """In seconds from now; left out: it does not expire."""
 
 
 class NewLine(TypedDict):
@@ -5853,6 +5942,8 @@ Event: TypeAlias = (
     | IoEvent
     | GatewayReloadedEvent
     | GatewayReloadFailedEvent
+    | GatewayKeyMadeEvent
+    | GatewayKeyRevokedEvent
     | StreamSnapshotEvent
     | BodyMoveQueuedEvent
     | BodyMoveSentEvent

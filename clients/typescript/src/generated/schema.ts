@@ -1568,6 +1568,50 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/access/keys": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Keys
+         * @description List the keys, without what is secret of them.
+         */
+        get: operations["listKeys"];
+        put?: never;
+        /**
+         * Make Key
+         * @description Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept.
+         */
+        post: operations["makeKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Revoke Key
+         * @description Let a key never be used again: its next request is refused, and its event streams end within 5 s.
+         */
+        delete: operations["revokeKey"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/scaras": {
         parameters: {
             query?: never;
@@ -7052,7 +7096,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -7330,6 +7374,94 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["JournalTrouble"];
+        };
+        /**
+         * GatewayKeyMadeEvent
+         * @description An administrator has made a key; about `/gateway`.
+         */
+        GatewayKeyMadeEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.made";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
+         * GatewayKeyRevokedEvent
+         * @description A key can never be used again; about `/gateway`.
+         */
+        GatewayKeyRevokedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.revoked";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
         };
         /**
          * GatewayLoopHeldEvent
@@ -8218,6 +8350,52 @@ export interface components {
             reason: string;
         };
         JsonValue: unknown;
+        /**
+         * KeyInfo
+         * @description A key, without what is secret of it.
+         */
+        KeyInfo: {
+            /** Name */
+            name: string;
+            role: components["schemas"]["Role"];
+            /**
+             * Scope
+             * @description The addresses of lines, bodies, groups and robots that it is for; null means all.
+             */
+            scope: string[] | null;
+            /**
+             * Begins
+             * @description How the key begins, which is no secret.
+             */
+            begins: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "good" | "expired" | "revoked";
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /** Expires At */
+            expires_at: string | null;
+            /** Revoked At */
+            revoked_at: string | null;
+            /**
+             * Used At
+             * @description When it was last used, as the gateway notes once a minute.
+             */
+            used_at: string | null;
+        };
+        /**
+         * KeyList
+         * @description All keys, those that cannot be used any more too, oldest first.
+         */
+        KeyList: {
+            /** Keys */
+            keys: components["schemas"]["KeyInfo"][];
+        };
         /**
          * Kinematics
          * @description Positions of the axes, and where the finger is then.
@@ -9432,6 +9610,49 @@ export interface components {
             arguments?: (number | null)[] | null;
         };
         /**
+         * MadeKey
+         * @description A key that was made, with its secret.
+         */
+        MadeKey: {
+            /** Name */
+            name: string;
+            role: components["schemas"]["Role"];
+            /**
+             * Scope
+             * @description The addresses of lines, bodies, groups and robots that it is for; null means all.
+             */
+            scope: string[] | null;
+            /**
+             * Begins
+             * @description How the key begins, which is no secret.
+             */
+            begins: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "good" | "expired" | "revoked";
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /** Expires At */
+            expires_at: string | null;
+            /** Revoked At */
+            revoked_at: string | null;
+            /**
+             * Used At
+             * @description When it was last used, as the gateway notes once a minute.
+             */
+            used_at: string | null;
+            /**
+             * Key
+             * @description What its owner sends. It is told this once: the gateway keeps its hash only.
+             */
+            key: string;
+        };
+        /**
          * MarkMissing
          * @description Why no mark can be kept in a body.
          */
@@ -9739,6 +9960,37 @@ export interface components {
             bodies: {
                 [key: string]: components["schemas"]["JsonValue"];
             }[];
+        };
+        /**
+         * NewKey
+         * @description A key to be made.
+         * @example {
+         *       "expires_s": 7776000,
+         *       "name": "mes",
+         *       "role": "operator",
+         *       "scope": [
+         *         "line1"
+         *       ]
+         *     }
+         */
+        NewKey: {
+            /**
+             * Name
+             * @description Who or what it is for: letters, digits and . _ @ -; records name it.
+             */
+            name: string;
+            /** @description What it may do; every role may stop. */
+            role: components["schemas"]["Role"];
+            /**
+             * Scope
+             * @description The addresses of lines, bodies, groups and robots that it is for; left out: all.
+             */
+            scope?: string[] | null;
+            /**
+             * Expires S
+             * @description In seconds from now; left out: it does not expire.
+             */
+            expires_s?: number | null;
         };
         /**
          * NewLine
@@ -20404,6 +20656,133 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Reloaded"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listKeys: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeyList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    makeKey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewKey"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeKey"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    revokeKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeyInfo"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
