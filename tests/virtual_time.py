@@ -14,11 +14,13 @@ THREADS_S = 5.0
 class _JumpingSelector(selectors.SelectSelector):
     """Instead of waiting for a timer, moves the loop's clock to it."""
 
-    def __init__(self) -> None:
+    def __init__(self, turn_s: float) -> None:
         super().__init__()
         self.now = 0.0
+        self._turn_s = turn_s
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        self.now += self._turn_s
         ready = super().select(0)
         if ready or timeout == 0:
             return ready
@@ -31,22 +33,29 @@ class _JumpingSelector(selectors.SelectSelector):
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):
-    """Runs timers in their order without waiting for them. For in-memory transports only."""
+    """Runs timers in their order without waiting for them. For in-memory transports only.
 
-    def __init__(self) -> None:
-        self._jumping = _JumpingSelector()
+    `turn_s` is what each turn of the loop takes: other programs have the processor meanwhile.
+    """
+
+    def __init__(self, turn_s: float = 0.0) -> None:
+        self._jumping = _JumpingSelector(turn_s)
         super().__init__(self._jumping)
 
     def time(self) -> float:
         return self._jumping.now
 
+    def be_held_for(self, seconds: float) -> None:
+        """Let time pass in which the loop does nothing."""
+        self._jumping.now += seconds
 
-def run_virtual(story: Coroutine[Any, Any, T]) -> T:
-    """Run a coroutine to its end in virtual time.
+
+def run_virtual(story: Coroutine[Any, Any, T], turn_s: float = 0.0) -> T:
+    """Run a coroutine to its end in virtual time, in which each turn of the loop takes `turn_s`.
 
     An error in a callback ends it at once; that, or tasks it leaves behind, fails the test.
     """
-    loop = VirtualLoop()
+    loop = VirtualLoop(turn_s)
     task = loop.create_task(story)
     errors: list[dict[str, Any]] = []
 
