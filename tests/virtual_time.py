@@ -3,12 +3,23 @@
 import asyncio
 import selectors
 from collections.abc import Coroutine
+from math import inf
 from typing import Any, TypeVar
 
 T = TypeVar("T")
 
 THREADS_S = 5.0
 """What runs in a thread takes real time; with nothing else to do, it is waited for so long."""
+
+
+LONGEST_S = inf
+"""A story that lasts longer has failed."""
+MOST_TURNS: float = inf
+"""A story that goes round so often at one instant has failed."""
+
+
+class NeverEnds(Exception):
+    """A story that was given bounds does not end within them."""
 
 
 class _JumpingSelector(selectors.SelectSelector):
@@ -18,9 +29,15 @@ class _JumpingSelector(selectors.SelectSelector):
         super().__init__()
         self.now = 0.0
         self._turn_s = turn_s
+        self._turns = 0
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         self.now += self._turn_s
+        self._turns += 1
+        if self.now > LONGEST_S or self._turns > MOST_TURNS:
+            raise NeverEnds(
+                f"It is not over after {self.now:.1f} s, with {self._turns} turns at this instant."
+            )
         ready = super().select(0)
         if ready or timeout == 0:
             return ready
@@ -29,6 +46,7 @@ class _JumpingSelector(selectors.SelectSelector):
                 return from_a_thread
             raise RuntimeError("virtual time stands still: no timer is set and nothing is ready")
         self.now += timeout
+        self._turns = 0
         return []
 
 
