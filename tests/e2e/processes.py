@@ -195,6 +195,11 @@ class SimulatedRobot:
         self.program.said("Fics with 1 unit")
         self._begin = 0
 
+    @property
+    def address(self) -> str:
+        """Where a gateway finds it."""
+        return f"serial://{self.place}?baud=115200"
+
     def begin_anew(self) -> None:
         """From now on tell only what happens later."""
         self._begin += len(self.truth())
@@ -320,6 +325,16 @@ def simulated_line(folder: Path, bodies: str = BODIES, *options: str) -> Iterato
         yield line
     finally:
         line.end()
+
+
+@contextmanager
+def simulated_robot(folder: Path) -> Iterator[SimulatedRobot]:
+    """Run a simulated robot, and end it with the block."""
+    robot = SimulatedRobot(folder)
+    try:
+        yield robot
+    finally:
+        robot.program.end()
 
 
 @contextmanager
