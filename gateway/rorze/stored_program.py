@@ -5,6 +5,7 @@ from typing import NamedTuple
 from gateway.core.errors import ControllerRefused
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body
+from gateway.rorze.readings import closely
 from protocols.rorze.programs import (
     LAST_ADDRESS,
     STEPS,
@@ -58,16 +59,12 @@ async def read_instructions(body: Body) -> list[str]:
     Each is asked for by its address, which the answer repeats: so none can be mistaken for another.
     """
     end, _ = await body.ask(GetLastProgramAddress())
-    found: list[str] = []
     if end.address == 0:
-        return found
+        return []
     # A full program ends at the last address, where one with an instruction less ends too.
-    for address in range(end.address + (end.address == LAST_ADDRESS)):
-        text = await instruction_at(body, address)
-        if text is None:
-            break
-        found.append(text)
-    return found
+    addresses = range(end.address + (end.address == LAST_ADDRESS))
+    found = closely(instruction_at(body, address) for address in addresses)
+    return [text async for text in found if text is not None]
 
 
 async def instruction_at(body: Body, address: int, lane: Lane | None = None) -> str | None:
