@@ -4,7 +4,8 @@ import asyncio
 import logging
 import random
 import re
-from collections.abc import Callable, Coroutine, Iterable, Mapping
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, nullcontext
 from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
@@ -295,6 +296,17 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
             expires_at = self._loop.time() + WRITTEN_WITHIN_S
         exchange.expires_at, exchange.on_written = expires_at, on_written
         return self._queue(exchange)
+
+    def written_down(
+        self, body: int, commands: Sequence[RorzeCommand[Any]]
+    ) -> AbstractAsyncContextManager[None]:
+        """Make the intents of commands durable with one commit, so that they follow each other closely.
+
+        :raises JournalUnavailable: the journal cannot be written; nothing was sent.
+        """
+        if self.intents is None:
+            return nullcontext()
+        return self.intents.ahead([self._session.exchange(body, it, Lane.COMMAND) for it in commands])
 
     def probe(self, body: int, timeout_s: float) -> "asyncio.Future[Outcome]":
         """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""

@@ -3,7 +3,8 @@
 import asyncio
 import secrets
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
+from contextlib import asynccontextmanager
 from contextvars import ContextVar
 from functools import partial
 from typing import Any, Final, Generic, Protocol
@@ -14,13 +15,16 @@ from gateway.core.journal import writes
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.writes import Write
 from gateway.core.lanes import STOPS, Lane, require_room
-from gateway.core.origin import FENCE, POLL, PROBE, SET_UP
+from gateway.core.origin import FENCE, POLL, PROBE, SET_UP, Origin
 from protocols.table import Effect
 
 ITS_OWN: Final = frozenset({FENCE, POLL, PROBE, SET_UP})
 """What the gateway says of its own accord is not written down."""
 OF_MOVES: ContextVar[Sequence[str]] = ContextVar("of_moves", default=())
 """The moves that are made by what is asked here and now."""
+
+
+_Name = tuple[int, bytes, Origin]
 
 
 class Book(Protocol):
@@ -43,6 +47,8 @@ class Intents(Generic[X]):
         self._book = book
         self._address_of = address_of
         self._held: dict[X, asyncio.Task[None]] = {}
+        self._ahead: dict[str, _Name] = {}
+        """What is durable already and not asked for yet, by the ids of the intents."""
 
     def must_come_first(self, exchange: X) -> bool:
         """Whether it has to be durable before the exchange may wait for its turn."""
@@ -56,10 +62,44 @@ class Intents(Generic[X]):
         """
         self._book.require()
         require_room(sum(it.target == exchange.target for it in self._held), "target")
-        exchange.intent = _new_id()
+        durable = self._take_ahead(exchange)
+        exchange.intent = durable or _new_id()
         self._follow(exchange)
+        if durable is not None:
+            admit(exchange)
+            return
         writing = self._write(exchange, exchange.intent, admit)
         self._held[exchange] = asyncio.create_task(writing, name=f"intent {exchange.intent}")
+
+    @asynccontextmanager
+    async def ahead(self, exchanges: Sequence[X]) -> AsyncIterator[None]:
+        """Make the intents of several exchanges durable with one commit: within, these wait for no disk.
+
+        :raises JournalUnavailable: the journal cannot be written; nothing was sent.
+        """
+        named = {_new_id(): _name(exchange) for exchange in exchanges}
+        try:
+            await self._book.write(*map(self._entry, exchanges, named))
+        except BaseException:
+            self._note_unsent(named)
+            raise
+        self._ahead |= named
+        try:
+            yield
+        finally:
+            self._note_unsent([it for it in named if self._ahead.pop(it, None) is not None])
+
+    def _take_ahead(self, exchange: X) -> str | None:
+        name = _name(exchange)
+        found = next((it for it, other in self._ahead.items() if other == name), None)
+        if found is not None:
+            del self._ahead[found]
+        return found
+
+    def _note_unsent(self, intents: Iterable[str]) -> None:
+        ended = [writes.ended(it, time.time(), "not_sent") for it in intents]
+        if ended:
+            self._book.note(*ended)
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Admit no more what is not wanted any more."""
@@ -115,6 +155,11 @@ class Intents(Generic[X]):
             move_id=" ".join(OF_MOVES.get()) or None,
             key=exchange.origin.key,
         )
+
+
+def _name(exchange: Any) -> _Name:
+    """By whom something is written to whom: so an exchange finds its intent that was written ahead."""
+    return exchange.target, exchange.frame, exchange.origin
 
 
 def _has_effect(exchange: Any) -> bool:

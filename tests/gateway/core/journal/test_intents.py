@@ -182,3 +182,46 @@ async def test_a_line_that_goes_down_while_the_disk_writes_sends_nothing_when_it
         far.plugged_in = True
         await asyncio.sleep(5.0)
     assert far.times_of("&021+M5") == []
+
+
+@virtual
+async def test_what_is_written_down_ahead_waits_for_the_disk_once() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    commands = [SetMaximumSpeed(speed=speed) for speed in (1000, 1001, 1000)]
+    async with running_line(far) as line:
+        kept(line, book)
+        async with line.written_down(2, commands):
+            began_at = asyncio.get_running_loop().time()
+            for command in commands:
+                await line.submit(2, command, Lane.COMMAND)
+            took_s = asyncio.get_running_loop().time() - began_at
+    assert len({at for at, _ in book.intents()}) == 1
+    assert set(book.written()) == {intent["id"] for _, intent in book.intents()}
+    assert set(book.outcomes().values()) == {"answered"}
+    assert took_s < DISK_S
+
+
+@virtual
+async def test_what_was_written_down_ahead_and_not_sent_is_said_to_be_so() -> None:
+    far, book = FarEnd(), ModelBook()
+    async with running_line(far) as line:
+        kept(line, book)
+        async with line.written_down(2, [MOVE, MoveClockwise(distance=6)]):
+            await line.submit(2, MOVE, Lane.COMMAND)
+            with acting(Origin("http 127.0.0.1", "r2")):
+                await line.submit(2, MoveClockwise(distance=6), Lane.COMMAND)
+    assert [intent["request_id"] for _, intent in book.intents()] == [None, None, "r2"]
+    assert sorted(map(str, book.outcomes().values())) == ["answered", "answered", "not_sent"]
+
+
+@virtual
+async def test_what_the_disk_does_not_take_ahead_is_not_sent() -> None:
+    far, book = FarEnd(), ModelBook()
+    async with running_line(far) as line:
+        kept(line, book)
+        book.trouble = "no space left"
+        with pytest.raises(JournalUnavailable):
+            async with line.written_down(2, [MOVE]):
+                await line.submit(2, MOVE, Lane.COMMAND)
+    assert list(book.outcomes().values()) == ["not_sent"]
+    assert far.times_of("&021+M5") == []
