@@ -4,7 +4,8 @@ import asyncio
 import logging
 import random
 import re
-from collections.abc import Callable, Coroutine, Iterable, Mapping
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
@@ -295,6 +296,10 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
             expires_at = self._loop.time() + WRITTEN_WITHIN_S
         exchange.expires_at, exchange.on_written = expires_at, on_written
         return self._queue(exchange)
+
+    def sending(self, body: int, commands: Sequence[RorzeCommand[Any]]) -> AbstractContextManager[None]:
+        """Wait for the disk once, whatever of these is sent to a body or group here and now."""
+        return self.undertaking(lambda: [self._session.exchange(body, it, Lane.COMMAND) for it in commands])
 
     def probe(self, body: int, timeout_s: float) -> "asyncio.Future[Outcome]":
         """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""
