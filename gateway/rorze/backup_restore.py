@@ -122,7 +122,7 @@ class BodyRestore:
             await self._upload(self.wanted.program, watcher)
         commands = backup.commands(self.wanted, self.held)
         for part in blocks(commands, WRITTEN_DOWN):
-            async with self.body.line.written_down(self.body.number, part):
+            with self.body.line.sending(self.body.number, part):
                 await self._write(part, watcher)
         # A copy of a command that a terminal server repeats must not come after what proves it.
         await asyncio.sleep(self.body.line.late_reply_s)

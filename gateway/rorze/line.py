@@ -5,7 +5,7 @@ import logging
 import random
 import re
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
-from contextlib import AbstractAsyncContextManager, nullcontext
+from contextlib import AbstractContextManager
 from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
@@ -297,16 +297,9 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         exchange.expires_at, exchange.on_written = expires_at, on_written
         return self._queue(exchange)
 
-    def written_down(
-        self, body: int, commands: Sequence[RorzeCommand[Any]]
-    ) -> AbstractAsyncContextManager[None]:
-        """Make the intents of commands durable with one commit, so that they follow each other closely.
-
-        :raises JournalUnavailable: the journal cannot be written; nothing was sent.
-        """
-        if self.intents is None:
-            return nullcontext()
-        return self.intents.ahead([self._session.exchange(body, it, Lane.COMMAND) for it in commands])
+    def sending(self, body: int, commands: Sequence[RorzeCommand[Any]]) -> AbstractContextManager[None]:
+        """Wait for the disk once, whatever of these is sent to a body or group here and now."""
+        return self.undertaking(lambda: [self._session.exchange(body, it, Lane.COMMAND) for it in commands])
 
     def probe(self, body: int, timeout_s: float) -> "asyncio.Future[Outcome]":
         """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""

@@ -264,7 +264,7 @@ class ProgramUploads:
         record.phase = "writing"
         for part in blocks(list(enumerate(work.program.texts())), WRITTEN_DOWN):
             commands = [AddProgramInstruction(instruction=text) for _, text in part]
-            async with work.body.line.written_down(work.body.number, commands):
+            with work.body.line.sending(work.body.number, commands):
                 await self._write(work, part)
         record.phase = "verifying"
         await self._verify(work)
