@@ -98,7 +98,7 @@ TYPES = (
             (
                 "unconfirmed",
                 RobotStopReport,
-                "it is not confirmed after two seconds, and is repeated on",
+                "it is not confirmed in time, and is repeated on",
             ),
             ("refused", StopRefusal, "the robot has refused the stop"),
         )

@@ -140,7 +140,7 @@ BODIES = (
         for news, when in {
             "requested": "a stop is asked for",
             "confirmed": "the motor stands still, as its controller says",
-            "unconfirmed": "it is not confirmed after two seconds, and is repeated on",
+            "unconfirmed": "it is not confirmed in time, and is repeated on",
         }.items()
     ),
     EventType("body.motion.foreign", BODY, Nothing, "it moves, and the gateway has not started that"),

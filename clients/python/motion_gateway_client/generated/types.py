@@ -197,11 +197,125 @@ class AxisValue(TypedDict):
     """mm, pulse or degree; mm/s, kpps or rpm."""
 
 
+class Backup(TypedDict):
+    """One backup that is being read, or was."""
+
+    id: str
+    target: str
+    """The path of what it is of."""
+    status: Literal["running", "succeeded", "failed", "cancelled"]
+    controllers: list[str]
+    """The bodies, or the robot, it is read from, in their order."""
+    controller: str | None
+    """Which of them is being read, or was when it ended."""
+    read: int
+    """Answers so far."""
+    expected: int | None
+    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    text: str | None
+    """The backup, once it has succeeded. Events leave it out: ask for the record."""
+    error: BackupError | None
+    """Why there is none."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+
+
+class BackupError(TypedDict):
+    """Why there is no backup, in the words of a problem detail."""
+
+    type: str
+    """The kind of error; stable."""
+    detail: str
+    remedy: str
+
+
 class BitMismatch(TypedDict):
     """What a unit shows at rest that the configured order of bits does not explain."""
 
     unit: int
     detail: str
+
+
+class BodyBackupCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupFailedEvent(TypedDict):
+    """A controller did not tell all; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupStartedEvent(TypedDict):
+    """A backup is being read; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupSucceededEvent(TypedDict):
+    """All was read: the record has the text; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
 
 
 class BodyControllerEventEvent(TypedDict):
@@ -1314,7 +1428,7 @@ class BodyStopRequestedEvent(TypedDict):
 
 
 class BodyStopUnconfirmedEvent(TypedDict):
-    """It is not confirmed after two seconds, and is repeated on; about `/bodies/{body_id}`."""
+    """It is not confirmed in time, and is repeated on; about `/bodies/{body_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -1858,6 +1972,11 @@ class EventList(TypedDict):
         | BodyProgramUploadSucceededEvent
         | BodyProgramUploadFailedEvent
         | BodyProgramUploadCancelledEvent
+        | BodyBackupStartedEvent
+        | BodyBackupProgressEvent
+        | BodyBackupSucceededEvent
+        | BodyBackupFailedEvent
+        | BodyBackupCancelledEvent
         | BodyRestoreStartedEvent
         | BodyRestoreProgressEvent
         | BodyRestoreVerifiedEvent
@@ -1884,6 +2003,11 @@ class EventList(TypedDict):
         | ScaraMoveCancelledEvent
         | ScaraMoveLostEvent
         | ScaraMoveUnknownEvent
+        | LineBackupStartedEvent
+        | LineBackupProgressEvent
+        | LineBackupSucceededEvent
+        | LineBackupFailedEvent
+        | LineBackupCancelledEvent
         | LineRestoreStartedEvent
         | LineRestoreProgressEvent
         | LineRestoreVerifiedEvent
@@ -1938,6 +2062,11 @@ class EventList(TypedDict):
         | RobotJogLostEvent
         | RobotJogStoppedEvent
         | RobotJogNotStoppedEvent
+        | RobotBackupStartedEvent
+        | RobotBackupProgressEvent
+        | RobotBackupSucceededEvent
+        | RobotBackupFailedEvent
+        | RobotBackupCancelledEvent
         | RobotRestoreStartedEvent
         | RobotRestoreProgressEvent
         | RobotRestoreVerifiedEvent
@@ -2577,6 +2706,86 @@ class Length(TypedDict):
     """Pulses are whole numbers."""
     unit: Literal["pulse", "mm", "um", "deg", "mdeg"]
     """mm, um, deg and mdeg need the body's scale in the configuration."""
+
+
+class LineBackupCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupFailedEvent(TypedDict):
+    """A controller did not tell all; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupStartedEvent(TypedDict):
+    """A backup is being read; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupSucceededEvent(TypedDict):
+    """All was read: the record has the text; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
 
 
 class LineChange(TypedDict):
@@ -3763,6 +3972,86 @@ class RobotAbsoluteMoveRequest(TypedDict):
     kind: Literal["absolute"]
 
 
+class RobotBackupCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupFailedEvent(TypedDict):
+    """A controller did not tell all; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupStartedEvent(TypedDict):
+    """A backup is being read; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupSucceededEvent(TypedDict):
+    """All was read: the record has the text; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
 class RobotBitsMismatchEvent(TypedDict):
     """It stands still, homed, and its bits do not mean what the configuration says; about `/robots/{robot_id}`."""
 
@@ -4705,7 +4994,7 @@ class RobotStopRequestedEvent(TypedDict):
 
 
 class RobotStopUnconfirmedEvent(TypedDict):
-    """It is not confirmed after two seconds, and is repeated on; about `/robots/{robot_id}`."""
+    """It is not confirmed in time, and is repeated on; about `/robots/{robot_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -5981,6 +6270,11 @@ Event: TypeAlias = (
     | BodyProgramUploadSucceededEvent
     | BodyProgramUploadFailedEvent
     | BodyProgramUploadCancelledEvent
+    | BodyBackupStartedEvent
+    | BodyBackupProgressEvent
+    | BodyBackupSucceededEvent
+    | BodyBackupFailedEvent
+    | BodyBackupCancelledEvent
     | BodyRestoreStartedEvent
     | BodyRestoreProgressEvent
     | BodyRestoreVerifiedEvent
@@ -6007,6 +6301,11 @@ Event: TypeAlias = (
     | ScaraMoveCancelledEvent
     | ScaraMoveLostEvent
     | ScaraMoveUnknownEvent
+    | LineBackupStartedEvent
+    | LineBackupProgressEvent
+    | LineBackupSucceededEvent
+    | LineBackupFailedEvent
+    | LineBackupCancelledEvent
     | LineRestoreStartedEvent
     | LineRestoreProgressEvent
     | LineRestoreVerifiedEvent
@@ -6061,6 +6360,11 @@ Event: TypeAlias = (
     | RobotJogLostEvent
     | RobotJogStoppedEvent
     | RobotJogNotStoppedEvent
+    | RobotBackupStartedEvent
+    | RobotBackupProgressEvent
+    | RobotBackupSucceededEvent
+    | RobotBackupFailedEvent
+    | RobotBackupCancelledEvent
     | RobotRestoreStartedEvent
     | RobotRestoreProgressEvent
     | RobotRestoreVerifiedEvent
