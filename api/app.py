@@ -8,6 +8,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import (
+    access_keys,
     alarms,
     audit,
     backups,
@@ -109,7 +110,7 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     problems.install(app, partial(calls_for, plant))
     modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
     modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
-    modules += [leases, configuration]
+    modules += [leases, configuration, access_keys]
     routers = [info.reads, *(module.router for module in modules), *scaras.routers(), *bodies.routers()]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []

@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from fastapi import Request, Response
 
-from api.common.csv_table import CSV, csv_response
+from api.common.csv_tables import ANSWER, csv_response
 from api.common.problems import DECLARED
 from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
 from api.robots.paths import RobotId, UnitNumber
@@ -17,10 +17,7 @@ router = new_router("samples")
 
 OF_BODY: Final = "/bodies/{body_id}/moves/{move_id}/samples"
 OF_UNIT: Final = "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples"
-TABLE: Final[dict[int | str, dict[str, Any]]] = {
-    **DECLARED,
-    200: {"content": {CSV: {"schema": {"type": "string"}}}},
-}
+TABLE: Final[dict[int | str, dict[str, Any]]] = {**DECLARED, 200: ANSWER}
 
 
 @router.get(OF_BODY, Right.VIEW, response_model=BodySamples)

@@ -8,6 +8,7 @@ import typer
 import uvloop
 
 from benchmarks import (
+    bulk,
     crowd,
     dpram_round_trip,
     fan_out,
@@ -27,6 +28,7 @@ class Benchmark(StrEnum):
     """What can be measured."""
 
     LINE_USE = "line-use"
+    BULK = "bulk"
     HTTP_READ = "http-read"
     FIRST_BYTE = "first-byte"
     STOP_LATENCY = "stop-latency"
@@ -41,6 +43,7 @@ class Benchmark(StrEnum):
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.LINE_USE: line_use.run,
+    Benchmark.BULK: bulk.run,
     Benchmark.HTTP_READ: http_read.run,
     Benchmark.FIRST_BYTE: first_byte.run,
     Benchmark.STOP_LATENCY: stop_latency.run,

@@ -37,6 +37,7 @@ SECTIONS: Final[Mapping[str, str]] = {
     "backups": "Everything that a body, a line or a robot keeps, as one text: read, compare, restore.",
     "audit": "Who has asked for what, and what became of it.",
     "leases": "Who may move what, for a while.",
+    "access keys": "Keys of people and programs: made and shown once, listed, revoked.",
     "commands": "Every command of the RC-420 manual to a body, under the name that `GET /commands` lists.",
     "group commands": "The commands of the RC-420 manual to all members of a group.",
     "line commands": "The commands to the link master of a line (RC-400).",

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.csv_tables import CSV, Row, csv_of, read_table
+from api.common.csv_tables import ANSWER, Row, csv_response, read_table
 from api.common.problems import DECLARED
 from api.common.requests import json_response, new_router, origin_of, plant_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
@@ -126,7 +126,7 @@ async def store_positions(
     "/robots/{robot_id}/units/{unit}/positions.csv",
     Right.VIEW,
     response_class=Response,
-    responses={**DECLARED, 200: {"content": {CSV: {"schema": {"type": "string"}}}, "headers": ENDED_AT}},
+    responses={**DECLARED, 200: {**ANSWER, "headers": ENDED_AT}},
 )
 async def download_positions(
     request: Request, robot_id: RobotId, unit: UnitNumber, first: First = 1, last: Last = LAST_POSITION
@@ -140,10 +140,11 @@ async def download_positions(
         plant_of(request), origin_of(request), robot_id, unit, first, last
     )
     rows = [
-        [number, *("" if value is None else f"{value:.15g}" for value in values)] for number, values in stored
+        [number, *(value if value is None else f"{value:.15g}" for value in values)]
+        for number, values in stored
     ]
     headers = {} if ended_at is None else {"Ended-At": str(ended_at)}
-    return Response(csv_of(_header(axes), rows), media_type=CSV, headers=headers)
+    return csv_response(_header(axes), rows, headers)
 
 
 # Generated clients cannot send text/csv: it stays out of the OpenAPI document, whose way is JSON in parts.
@@ -201,3 +202,7 @@ def _coordinate(line: int, column: str, text: str) -> float | None:
             f"{DECIMALS} decimals; nothing was sent."
         )
     return float(text)
+
+
+def _cell(value: float | None) -> str | None:
+    return None if value is None else f"{value:.15g}"

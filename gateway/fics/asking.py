@@ -169,16 +169,17 @@ class Asking:
         line, lane = self.line, Lane.COMMAND
         line.admission.require()
         epoch = line.stop_epoch
-        async with line.sequence_lock.held(lane, deadline_of(lane)):
-            if line.stop_epoch != epoch:
-                raise line.overtaken()
-            if number is not None:
-                with preparing(self._commander.robot_id, command):
-                    await self._selection.make(number, afresh=True)
-            outcome = await self._commander.say(command, epoch, expires_at=deadline_of(lane))
-            if read:
-                outcome = await read_back(self._commander, command, outcome, epoch)
-            self._learn(command, number, outcome)
+        with line.sending(lambda: [command]):
+            async with line.sequence_lock.held(lane, deadline_of(lane)):
+                if line.stop_epoch != epoch:
+                    raise line.overtaken()
+                if number is not None:
+                    with preparing(self._commander.robot_id, command):
+                        await self._selection.make(number, afresh=True)
+                outcome = await self._commander.say(command, epoch, expires_at=deadline_of(lane))
+                if read:
+                    outcome = await read_back(self._commander, command, outcome, epoch)
+                self._learn(command, number, outcome)
         if isinstance(outcome, Failure):
             await self._errors.look()
         return self._commander.answered(command, outcome)

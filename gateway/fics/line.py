@@ -3,7 +3,8 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager
 from typing import Any
 
 from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, NotSent, QueueFull
@@ -292,6 +293,10 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
         if self.state is LineState.DOWN or isinstance(error, GarbledReply | QueueFull | Expired):
             return False
         return isinstance(error, NoReply | NotSent)
+
+    def sending(self, commands: Callable[[], Iterable[FicsCommand[Any]]]) -> AbstractContextManager[None]:
+        """Wait for the disk once, whatever of these is sent here and now."""
+        return self.undertaking(lambda: [self.exchange(it, Lane.COMMAND) for it in commands()])
 
     def begin_proof(self, *commands: FicsCommand[Any]) -> Proof:
         """Begin to prove what a motion depends on.

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -18,7 +19,7 @@ from gateway.fics.selection import Selection
 from gateway.fics.system_errors import SystemErrors
 from protocols.fics.link import Refusal
 from protocols.fics.row import FicsCommand
-from protocols.fics.system import HostMode
+from protocols.fics.system import HostMode, SelectUnit
 
 
 class Accepted(NamedTuple):
@@ -83,6 +84,21 @@ class Motions:
                 self.commander.bits.compare_again()
             on_written(now)
 
+        with self.sending(command, unit):
+            return await self._begin(command, axes, epoch, expires_at, note)
+
+    def sending(self, command: FicsCommand[Any], unit: int) -> AbstractContextManager[None]:
+        """Wait for the disk once, for a motion command and for all that has to go before it."""
+        return self.line.sending(lambda: [*self.power.restoring(), SelectUnit(unit=unit), command])
+
+    async def _begin(
+        self,
+        command: FicsCommand[Any],
+        axes: UnitAxes,
+        epoch: int,
+        expires_at: float,
+        note: Callable[[float], None],
+    ) -> Accepted:
         async with self.line.sequence_lock.held(Lane.COMMAND, expires_at):
             doubt: NotProved | None = None
             while True:

@@ -15,7 +15,7 @@ from gateway.fics.read_back import same_number
 from gateway.fics.selection import Selection
 from gateway.fics.targets import require_places
 from gateway.fics.units import RobotUnit
-from gateway.fics.uploads import UPLOAD, Run, runs_of, upload
+from gateway.fics.uploads import UPLOAD, Run, commands_of, runs_of, upload
 from protocols.fics.positions import (
     LAST_POSITION,
     ClearPositions,
@@ -73,9 +73,10 @@ class Tables:
         self._motion.require_free(UPLOAD)
         epoch = line.stop_epoch
         async with self._motion.tables_change:
-            async with line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
-                await self._selection.make(unit.number, afresh=True)
-                await upload(self._commander, runs, epoch)
+            with line.sending(lambda: commands_of(runs)):
+                async with line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
+                    await self._selection.make(unit.number, afresh=True)
+                    await upload(self._commander, runs, epoch)
             await self._verify(unit, runs)
 
     async def _verify(self, unit: RobotUnit, runs: Sequence[Run]) -> None:

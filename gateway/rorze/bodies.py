@@ -21,6 +21,7 @@ from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
 from gateway.rorze.readings import believed, errs
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
+from protocols.rorze.interpolation import Preparation, SetStartPosition
 from protocols.rorze.link import Refusal
 from protocols.rorze.modes import GetOperatingMode, OperatingMode, SetOperatingMode
 from protocols.rorze.origin import GetHomingDistance
@@ -107,6 +108,8 @@ class Body:
     """Counts what may have changed its settings."""
     mode: ModeName | None = None
     """Its operating mode; None where it may have changed since it was read."""
+    prepared: bool | None = None
+    """Whether an interpolated move was prepared since it was told positions or moved; None: not known."""
     told: int = 0
     """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
     no_program_at: float | None = None
@@ -304,6 +307,7 @@ class Body:
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
         if kind == "body.power_cycled":
             self.flash.note_power_on(certain=bool(facts["certain"]))
+            self.prepared = False
         self.no_program_at = self.mode = None
         self.look_due.set()
         self.on_news(kind, facts)
@@ -368,12 +372,21 @@ class Body:
         """Note what may have been done without a reply."""
         self.power.note_done(command)
         self.flash.note_done(command, certain=False)
+        self._note_preparation(command, certain=False)
 
     def _was_done(self, command: RorzeCommand[Any]) -> None:
         self.power.note_done(command)
         self.flash.note_done(command, certain=True)
+        self._note_preparation(command, certain=True)
         if isinstance(command, SetPosition):
             self.power.note_position_set(command)
+
+    def _note_preparation(self, command: RorzeCommand[Any], *, certain: bool) -> None:
+        """What was prepared counts from the positions told before it (HPS; RC-420 manual 13.10.7)."""
+        if isinstance(command, Preparation):
+            self.prepared = certain
+        elif isinstance(command, SetStartPosition):
+            self.prepared = False
 
     def _saw_setting(self, question: RorzeCommand[Any], reply: Reply) -> None:
         self.power.note_read(question, reply)
@@ -416,6 +429,7 @@ class Body:
     def was_set_going(self) -> None:
         """A motion command is on the wire."""
         self.moving, self.went_silent, self.stopped_at = True, False, None
+        self.prepared = False
         self.move_ended.clear()
         self.end_due.clear()
 

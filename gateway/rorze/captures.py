@@ -189,14 +189,15 @@ async def arm(body: Body, port: int, wanted: CaptureRequest) -> Capture:
         ),
     ]
     expires_at = asyncio.get_running_loop().time() + ARM_WITHIN_S
-    async with body.line.undivided([body.number], expires_at):
-        for done, command in enumerate(commands):
-            try:
-                await body.ask(command)
-            except GatewayError as error:
-                if done:
-                    raise ArmingBrokenOff(body.address, port, error) from error
-                raise
+    with body.line.sending(body.number, commands):
+        async with body.line.undivided([body.number], expires_at):
+            for done, command in enumerate(commands):
+                try:
+                    await body.ask(command)
+                except GatewayError as error:
+                    if done:
+                        raise ArmingBrokenOff(body.address, port, error) from error
+                    raise
     return await read(body, port)
 
 

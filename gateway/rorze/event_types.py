@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from gateway.core.backups import Backup
 from gateway.core.event_types import (
     LINE,
     EventData,
@@ -9,6 +10,7 @@ from gateway.core.event_types import (
     LeftMoving,
     Nothing,
     Unreadable,
+    backup_types,
     lease_types,
     move_types,
     restore_types,
@@ -138,7 +140,7 @@ BODIES = (
         for news, when in {
             "requested": "a stop is asked for",
             "confirmed": "the motor stands still, as its controller says",
-            "unconfirmed": "it is not confirmed after two seconds, and is repeated on",
+            "unconfirmed": "it is not confirmed in time, and is repeated on",
         }.items()
     ),
     EventType("body.motion.foreign", BODY, Nothing, "it moves, and the gateway has not started that"),
@@ -164,6 +166,7 @@ BODIES = (
             "cancelled": "a request, a stop or the end of the gateway has broken off an upload",
         }.items()
     ),
+    *backup_types("body", BODY, Backup),
     *restore_types("body", BODY, Restore),
     *(
         EventType(f"body.jog.{news}", BODY, BodyJog, when)
@@ -183,6 +186,7 @@ BODIES = (
 )
 
 LINES = (
+    *backup_types("line", LINE, Backup),
     *restore_types("line", LINE, Restore),
     *lease_types("group", GROUP),
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),

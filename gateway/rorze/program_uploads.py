@@ -27,6 +27,7 @@ from gateway.core.sequence_lock import Series
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import ProgramDiffers, SaveUncertain
 from gateway.rorze.exchange import RorzeExchange
+from gateway.rorze.readings import closely
 from gateway.rorze.stored_program import instruction_at, runs
 from protocols.rorze.flash import EraseFlash, LoadProgram, SaveProgram
 from protocols.rorze.programs import STEPS, AddProgramInstruction, ClearProgram, GetLastProgramAddress
@@ -41,6 +42,8 @@ BLOCK = 2
 
 At 9600 baud, with a fence before each, that takes 0.1 s.
 """
+WRITTEN_DOWN = 16
+"""The intents of so many instructions are written down at once: a disk for each would let the line rest."""
 ATTEMPTS = 3
 """What is proved not to be stored is sent again, so often in all; what was refused may have been garbled."""
 PROGRESS_S = 1.0
@@ -259,12 +262,10 @@ class ProgramUploads:
         async with work.body.line.undivided([work.body.number]) as work.series:
             await _clear(work)
         record.phase = "writing"
-        for block in _blocks(work.program.texts()):
-            async with work.body.line.undivided([work.body.number]) as work.series:
-                for address, text in block:
-                    await _add(work, address, text)
-                    record.written = address + 1
-                    self._progress(work)
+        for part in blocks(list(enumerate(work.program.texts())), WRITTEN_DOWN):
+            commands = [AddProgramInstruction(instruction=text) for _, text in part]
+            with work.body.line.sending(work.body.number, commands):
+                await self._write(work, part)
         record.phase = "verifying"
         await self._verify(work)
         if record.flash:
@@ -273,18 +274,30 @@ class ProgramUploads:
                 await _save(work)
             record.saved = True
 
+    async def _write(self, work: _Work, part: Sequence[tuple[int, str]]) -> None:
+        for block in blocks(part, BLOCK):
+            async with work.body.line.undivided([work.body.number]) as work.series:
+                for address, text in block:
+                    await _add(work, address, text)
+                    work.record.written = address + 1
+                    self._progress(work)
+
     async def _verify(self, work: _Work) -> None:
-        """See that the body holds the program and nothing behind it, once no copy of UCS or UWS is to come.
+        """See that the body holds the program and nothing behind it.
+
+        Its end is looked at when no copy of UCS or UWS is to come: these take all away, or add at the end.
 
         :raises ProgramDiffers: it does not.
         """
         length = len(work.program.instructions)
-        await asyncio.sleep(work.body.line.late_reply_s)
-        for address in range(min(length + 1, STEPS)):
-            work.require_wanted()
-            await _require_same(work, address)
-            work.record.verified = min(address + 1, length)
+        loop = asyncio.get_running_loop()
+        copies_until = loop.time() + work.body.line.late_reply_s
+        async for _ in closely(_verify_at(work, address) for address in range(length)):
+            work.record.verified += 1
             self._progress(work)
+        await asyncio.sleep(copies_until - loop.time())
+        for address in range(max(length - 1, 0), min(length + 1, STEPS)):
+            await _verify_at(work, address)
 
     def _progress(self, work: _Work) -> None:
         now = asyncio.get_running_loop().time()
@@ -307,9 +320,9 @@ async def require_rest(body: Body) -> None:
         raise BodyBusy(f"{body.address} moves; nothing was changed.", "Wait for standstill.")
 
 
-def _blocks(texts: Sequence[str]) -> Iterator[list[tuple[int, str]]]:
-    numbered = list(enumerate(texts))
-    return (numbered[first : first + BLOCK] for first in range(0, len(numbered), BLOCK))
+def blocks(items: Sequence[T], size: int) -> Iterator[Sequence[T]]:
+    """Cut into parts of a size."""
+    return (items[first : first + size] for first in range(0, len(items), size))
 
 
 async def _clear(work: _Work) -> None:
@@ -365,6 +378,11 @@ async def _save(work: _Work) -> None:
     await work.body.ask(SaveProgram())
     if await work.body.mark.stands(Lane.PROOF) is False:
         raise SaveUncertain(work.body.address, "its program", "Upload it again before it is run.")
+
+
+async def _verify_at(work: _Work, address: int) -> None:
+    work.require_wanted()
+    await _require_same(work, address)
 
 
 async def _require_same(work: _Work, address: int) -> None:

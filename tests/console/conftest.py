@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from tests.console.browser import CHROMIUM, Console, Guarded, Plant, guarded_in, plant_in
+from tests.console.browser import CHROMIUM, Console, Guarded, Plant, demo_in, guarded_in, plant_in
 from tests.e2e.conftest import no_program_outlives_its_tests, programs_words
 
 __all__ = ["no_program_outlives_its_tests", "programs_words"]
@@ -47,6 +47,13 @@ def guarded(shared_guarded: Guarded) -> Guarded:
     """The gateway that needs keys."""
     shared_guarded.line.begin_anew()
     return shared_guarded
+
+
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The demo, which has a SCARA robot."""
+    with demo_in(tmp_path_factory.mktemp("demo")) as url:
+        yield url
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """The console as an operator uses it, in a real browser."""
 
+import json
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -257,7 +258,6 @@ def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> 
 
 def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/events")
-    console.button("Read what happened before").click()
     console.shows("This is all that the gateway still has.")
     console.page.get_by_label("Type").fill("line.up")
     expect(console.page.locator("tbody tr").first).to_contain_text("line: up")
@@ -406,3 +406,50 @@ def test_it_can_be_looked_up_who_did_what(plant: Plant, open_console: Open) -> N
     deeds.get_by_label("About").fill("line1.01")
     deeds.get_by_role("button", name="Look it up", exact=True).click()
     expect(deeds.locator("tbody tr").first).to_contain_text("&011+M50")
+
+
+def test_who_answers_a_scan_can_be_added(tmp_path: Path, open_console: Open) -> None:
+    with plant_in(tmp_path, "00,01,02,3F") as plant:
+        add_a_body(plant, open_console)
+
+
+def add_a_body(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    console.button("Scan").click()
+    expect(console.page.get_by_text("4 found")).to_be_visible(timeout=60_000)
+    console.page.get_by_label("Name of line1.02").fill("gripper")
+    console.button("Add to the configuration").click()
+    expect(console.page.get_by_role("link", name="gripper")).to_contain_text("stands still")
+    assert plant.gateway.get("/bodies/line1.02")["name"] == "gripper"
+
+
+def test_a_key_is_made_shown_once_and_revoked(guarded: Guarded, open_console: Open) -> None:
+    console = open_console(guarded.url, key=guarded.key("keeper", "admin"))
+    console.go("#/system")
+    keys = console.page.get_by_role("region", name="Keys").first
+    own = keys.get_by_role("row", name="keeper")
+    expect(own.get_by_role("button", name="Revoke keeper", exact=True)).to_have_attribute(
+        "aria-disabled", "true"
+    )
+    keys.get_by_label("Name").fill("mes")
+    keys.get_by_label("Scope").fill("line1.3F, line1.01")
+    keys.get_by_label("Good for (days)").fill("30")
+    console.button("Make the key").click()
+    console.shows("The key of mes. It is shown this once")
+    key = keys.locator("[role=status] .mono").inner_text()
+    identity = httpx.get(f"{guarded.url}/system/identity", headers={"Authorization": f"Bearer {key}"}).json()
+    assert (identity["role"], identity["scope"]) == ("operator", ["line1.01", "line1.3F"])
+    console.button("Revoke mes").click()
+    expect(keys.get_by_role("row", name="mes")).to_contain_text("revoked")
+    answer = httpx.get(f"{guarded.url}/system/identity", headers={"Authorization": f"Bearer {key}"})
+    assert answer.status_code == 401
+
+
+def test_what_somebody_needs_who_helps_is_gathered(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/system")
+    console.shows("Everybody is let in here")
+    with console.page.expect_download(timeout=60_000) as download:
+        console.button("Gather and download").click()
+    told = json.loads(Path(download.value.path()).read_text("utf-8"))
+    assert {it["body_id"] for it in told["bodies"]["bodies"]} == {"line1.00", "line1.01", "line1.3F"}
+    assert told["trace of line1"]["entries"]

@@ -28,6 +28,7 @@ from gateway.operations.keys import Keys
 from gateway.rorze.bodies import Body
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.guards import Guards
+from gateway.rorze.mark import Mark
 from gateway.rorze.moves import Moves
 from gateway.rorze.session import RorzeSession
 from gateway.rorze.stops import _BodyStop
@@ -37,7 +38,7 @@ from tests.api.common import test_repeats
 from tests.gateway import test_plant
 from tests.gateway.core.journal import test_intents, test_journal
 from tests.gateway.operations import test_moves
-from tests.gateway.rorze import test_stops, test_suspension
+from tests.gateway.rorze import test_body_power, test_stops, test_suspension
 from tests.simulation import test_faulty_robot
 from tests.world import World
 
@@ -223,6 +224,10 @@ def requests_have_no_age(patch: Patch) -> None:
     patch.setattr(Admission, "require", _nothing)
 
 
+def the_mark_always_stands(patch: Patch) -> None:
+    patch.setattr(Mark, "stands", _true)
+
+
 def keys_are_not_looked_up(patch: Patch) -> None:
     async def known(*_: Any) -> None:
         return
@@ -312,6 +317,11 @@ STORIES = (
         lambda *_: (
             test_suspension.test_a_request_that_was_read_after_it_is_refused_for_nobody_knows_its_age()
         ),
+    ),
+    Told(
+        "a body that has lost its power is not sent to a place",
+        the_mark_always_stands,
+        lambda *_: test_body_power.test_the_mark_tells_on_boards_that_keep_their_position_too(True),
     ),
     Told(
         "a request is carried out once for each key",

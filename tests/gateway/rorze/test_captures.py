@@ -4,8 +4,10 @@ import asyncio
 
 import pytest
 
+from gateway.core.journal.intents import Intents
 from gateway.rorze.captures import NOTHING_YET, ArmingBrokenOff, CaptureRequest, arm, read
 from protocols.rorze.moves import MoveClockwise
+from tests.model_book import ModelBook
 from tests.plants import in_virtual_time, rig, start
 
 ONCE = CaptureRequest(edge="rising", position=25)
@@ -33,3 +35,15 @@ async def test_a_stop_breaks_it_off_and_says_what_is_left() -> None:
         with pytest.raises(ArmingBrokenOff, match="set up in part, then it was broken off: cancelled"):
             await arming
         assert (await read(it.body(), 8)).edge == "off"
+
+
+@in_virtual_time
+async def test_it_waits_for_the_disk_once() -> None:
+    async with rig() as it:
+        book, line = ModelBook(), it.body().line
+        line.intents = Intents(book, line.address_of)
+        sent = len(it.wire.sent)
+        await arm(it.body(), 8, ONCE)
+        frames = [str(intent["frame"]).rstrip() for _, intent in book.intents()]
+        assert (book.waits, len(frames)) == (1, 7)
+        assert [frame for frame in it.wire.frames(sent) if frame in frames] == frames

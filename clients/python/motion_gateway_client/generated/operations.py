@@ -10,6 +10,7 @@ from motion_gateway_client.generated.types import (
     AlarmList,
     Audit,
     AxisPulses,
+    Backup,
     BodyErrorOutputs,
     BodyInfo,
     BodyInputs,
@@ -49,6 +50,8 @@ from motion_gateway_client.generated.types import (
     Identity,
     JogRequest,
     JogSession,
+    KeyInfo,
+    KeyList,
     Kinematics,
     Lease,
     LeaseList,
@@ -60,6 +63,7 @@ from motion_gateway_client.generated.types import (
     Liveness,
     MacroList,
     MacroRunRequest,
+    MadeKey,
     Memories,
     Memory,
     MemoryChange,
@@ -67,6 +71,7 @@ from motion_gateway_client.generated.types import (
     Move,
     MoveList,
     NewBodies,
+    NewKey,
     NewLine,
     OutputPulse,
     OutputState,
@@ -974,9 +979,39 @@ class Operations(Protocol):
     def get_body_backup(self, body_id: str) -> str:
         """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
 
-        It takes two minutes at 9600 baud; others are served meanwhile.
+        It takes two minutes at 9600 baud; others are served meanwhile. `POST .../backups` answers at once.
         """
         answer: str = self.call("GET", filled("/bodies/{body_id}/backup", body_id=body_id))
+        return answer
+
+    def start_body_backup(
+        self, body_id: str, *, wait: float | None = None, idempotency_key: str | None = None
+    ) -> Backup:
+        """Begin to read all that a body keeps; the record at `Location` has the text in the end."""
+        answer: Backup = self.call(
+            "POST",
+            filled("/bodies/{body_id}/backups", body_id=body_id),
+            query={"wait": wait},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_body_backup_record(self, body_id: str, backup_id: str, *, wait: float | None = None) -> Backup:
+        """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Backup = self.call(
+            "GET",
+            filled("/bodies/{body_id}/backups/{backup_id}", body_id=body_id, backup_id=backup_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_body_backup(self, body_id: str, *, idempotency_key: str | None = None) -> Backup:
+        """Read no more."""
+        answer: Backup = self.call(
+            "DELETE",
+            filled("/bodies/{body_id}/backups/current", body_id=body_id),
+            idempotency_key=idempotency_key,
+        )
         return answer
 
     def restore_body(
@@ -1022,10 +1057,48 @@ class Operations(Protocol):
     def get_line_backup(self, line_id: str, *, bodies: str | None = None) -> str:
         """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
 
-        All of them have to answer; `bodies` leaves out who does not.
+        All of them have to answer; `bodies` leaves out who does not. `POST .../backups` answers at once.
         """
         answer: str = self.call(
             "GET", filled("/lines/{line_id}/backup", line_id=line_id), query={"bodies": bodies}
+        )
+        return answer
+
+    def start_line_backup(
+        self,
+        line_id: str,
+        *,
+        bodies: str | None = None,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> Backup:
+        """Begin to read all that the bodies of a line keep, one after the other, as one text.
+
+        All of them have to answer; `bodies` leaves out who does not. The record has the text in the end.
+        """
+        answer: Backup = self.call(
+            "POST",
+            filled("/lines/{line_id}/backups", line_id=line_id),
+            query={"bodies": bodies, "wait": wait},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_line_backup_record(self, line_id: str, backup_id: str, *, wait: float | None = None) -> Backup:
+        """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Backup = self.call(
+            "GET",
+            filled("/lines/{line_id}/backups/{backup_id}", line_id=line_id, backup_id=backup_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_line_backup(self, line_id: str, *, idempotency_key: str | None = None) -> Backup:
+        """Read no more."""
+        answer: Backup = self.call(
+            "DELETE",
+            filled("/lines/{line_id}/backups/current", line_id=line_id),
+            idempotency_key=idempotency_key,
         )
         return answer
 
@@ -1069,6 +1142,36 @@ class Operations(Protocol):
     def get_robot_backup(self, robot_id: str) -> str:
         """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
         answer: str = self.call("GET", filled("/robots/{robot_id}/backup", robot_id=robot_id))
+        return answer
+
+    def start_robot_backup(
+        self, robot_id: str, *, wait: float | None = None, idempotency_key: str | None = None
+    ) -> Backup:
+        """Begin to read what a robot tells of what it keeps; the record at `Location` has the text in the end."""
+        answer: Backup = self.call(
+            "POST",
+            filled("/robots/{robot_id}/backups", robot_id=robot_id),
+            query={"wait": wait},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_robot_backup_record(self, robot_id: str, backup_id: str, *, wait: float | None = None) -> Backup:
+        """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Backup = self.call(
+            "GET",
+            filled("/robots/{robot_id}/backups/{backup_id}", robot_id=robot_id, backup_id=backup_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_robot_backup(self, robot_id: str, *, idempotency_key: str | None = None) -> Backup:
+        """Read no more."""
+        answer: Backup = self.call(
+            "DELETE",
+            filled("/robots/{robot_id}/backups/current", robot_id=robot_id),
+            idempotency_key=idempotency_key,
+        )
         return answer
 
     def restore_robot(
@@ -1169,6 +1272,25 @@ class Operations(Protocol):
             filled("/lines/{line_id}/bodies", line_id=line_id),
             body=body,
             idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_keys(self) -> KeyList:
+        """List the keys, without what is secret of them."""
+        answer: KeyList = self.call("GET", filled("/access/keys"))
+        return answer
+
+    def make_key(self, body: NewKey, /, *, idempotency_key: str | None = None) -> MadeKey:
+        """Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept."""
+        answer: MadeKey = self.call(
+            "POST", filled("/access/keys"), body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    def revoke_key(self, name: str, *, idempotency_key: str | None = None) -> KeyInfo:
+        """Let a key never be used again: its next request is refused, and its event streams end within 5 s."""
+        answer: KeyInfo = self.call(
+            "DELETE", filled("/access/keys/{name}", name=name), idempotency_key=idempotency_key
         )
         return answer
 

@@ -197,11 +197,125 @@ class AxisValue(TypedDict):
     """mm, pulse or degree; mm/s, kpps or rpm."""
 
 
+class Backup(TypedDict):
+    """One backup that is being read, or was."""
+
+    id: str
+    target: str
+    """The path of what it is of."""
+    status: Literal["running", "succeeded", "failed", "cancelled"]
+    controllers: list[str]
+    """The bodies, or the robot, it is read from, in their order."""
+    controller: str | None
+    """Which of them is being read, or was when it ended."""
+    read: int
+    """Answers so far."""
+    expected: int | None
+    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    text: str | None
+    """The backup, once it has succeeded. Events leave it out: ask for the record."""
+    error: BackupError | None
+    """Why there is none."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+
+
+class BackupError(TypedDict):
+    """Why there is no backup, in the words of a problem detail."""
+
+    type: str
+    """The kind of error; stable."""
+    detail: str
+    remedy: str
+
+
 class BitMismatch(TypedDict):
     """What a unit shows at rest that the configured order of bits does not explain."""
 
     unit: int
     detail: str
+
+
+class BodyBackupCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupFailedEvent(TypedDict):
+    """A controller did not tell all; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupStartedEvent(TypedDict):
+    """A backup is being read; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupSucceededEvent(TypedDict):
+    """All was read: the record has the text; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
 
 
 class BodyControllerEventEvent(TypedDict):
@@ -1314,7 +1428,7 @@ class BodyStopRequestedEvent(TypedDict):
 
 
 class BodyStopUnconfirmedEvent(TypedDict):
-    """It is not confirmed after two seconds, and is repeated on; about `/bodies/{body_id}`."""
+    """It is not confirmed in time, and is repeated on; about `/bodies/{body_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -1819,6 +1933,8 @@ class EventList(TypedDict):
         | IoEvent
         | GatewayReloadedEvent
         | GatewayReloadFailedEvent
+        | GatewayKeyMadeEvent
+        | GatewayKeyRevokedEvent
         | StreamSnapshotEvent
         | BodyMoveQueuedEvent
         | BodyMoveSentEvent
@@ -1856,6 +1972,11 @@ class EventList(TypedDict):
         | BodyProgramUploadSucceededEvent
         | BodyProgramUploadFailedEvent
         | BodyProgramUploadCancelledEvent
+        | BodyBackupStartedEvent
+        | BodyBackupProgressEvent
+        | BodyBackupSucceededEvent
+        | BodyBackupFailedEvent
+        | BodyBackupCancelledEvent
         | BodyRestoreStartedEvent
         | BodyRestoreProgressEvent
         | BodyRestoreVerifiedEvent
@@ -1882,6 +2003,11 @@ class EventList(TypedDict):
         | ScaraMoveCancelledEvent
         | ScaraMoveLostEvent
         | ScaraMoveUnknownEvent
+        | LineBackupStartedEvent
+        | LineBackupProgressEvent
+        | LineBackupSucceededEvent
+        | LineBackupFailedEvent
+        | LineBackupCancelledEvent
         | LineRestoreStartedEvent
         | LineRestoreProgressEvent
         | LineRestoreVerifiedEvent
@@ -1936,6 +2062,11 @@ class EventList(TypedDict):
         | RobotJogLostEvent
         | RobotJogStoppedEvent
         | RobotJogNotStoppedEvent
+        | RobotBackupStartedEvent
+        | RobotBackupProgressEvent
+        | RobotBackupSucceededEvent
+        | RobotBackupFailedEvent
+        | RobotBackupCancelledEvent
         | RobotRestoreStartedEvent
         | RobotRestoreProgressEvent
         | RobotRestoreVerifiedEvent
@@ -2057,6 +2188,38 @@ class GatewayJournalTroubleEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: JournalTrouble
+
+
+class GatewayKeyMadeEvent(TypedDict):
+    """An administrator has made a key; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.made"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
+class GatewayKeyRevokedEvent(TypedDict):
+    """A key can never be used again; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.revoked"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
 
 
 class GatewayLoopHeldEvent(TypedDict):
@@ -2450,6 +2613,29 @@ class JournalTrouble(TypedDict):
     reason: str
 
 
+class KeyInfo(TypedDict):
+    """A key, without what is secret of it."""
+
+    name: str
+    role: Role
+    scope: list[str] | None
+    """The addresses of lines, bodies, groups and robots that it is for; null means all."""
+    begins: str
+    """How the key begins, which is no secret."""
+    state: Literal["good", "expired", "revoked"]
+    made_at: str
+    expires_at: str | None
+    revoked_at: str | None
+    used_at: str | None
+    """When it was last used, as the gateway notes once a minute."""
+
+
+class KeyList(TypedDict):
+    """All keys, those that cannot be used any more too, oldest first."""
+
+    keys: list[KeyInfo]
+
+
 class Kinematics(TypedDict):
     """Positions of the axes, and where the finger is then."""
 
@@ -2520,6 +2706,86 @@ class Length(TypedDict):
     """Pulses are whole numbers."""
     unit: Literal["pulse", "mm", "um", "deg", "mdeg"]
     """mm, um, deg and mdeg need the body's scale in the configuration."""
+
+
+class LineBackupCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupFailedEvent(TypedDict):
+    """A controller did not tell all; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupStartedEvent(TypedDict):
+    """A backup is being read; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupSucceededEvent(TypedDict):
+    """All was read: the record has the text; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
 
 
 class LineChange(TypedDict):
@@ -2954,6 +3220,25 @@ class MacroRunRequest(TypedDict):
     """Up to four numbers; null leaves one out."""
 
 
+class MadeKey(TypedDict):
+    """A key that was made, with its secret."""
+
+    name: str
+    role: Role
+    scope: list[str] | None
+    """The addresses of lines, bodies, groups and robots that it is for; null means all."""
+    begins: str
+    """How the key begins, which is no secret."""
+    state: Literal["good", "expired", "revoked"]
+    made_at: str
+    expires_at: str | None
+    revoked_at: str | None
+    used_at: str | None
+    """When it was last used, as the gateway notes once a minute."""
+    key: str
+    """What its owner sends. It is told this once: the gateway keeps its hash only."""
+
+
 class MarkMissing(TypedDict):
     """Why no mark can be kept in a body."""
 
@@ -3099,6 +3384,19 @@ class NewBodies(TypedDict):
     """Tell what would change, and change nothing. Left out: false."""
     bodies: list[dict[str, JsonValue]]
     """Tables `[[lines.bodies]]` of the configuration."""
+
+
+class NewKey(TypedDict):
+    """A key to be made."""
+
+    name: str
+    """Who or what it is for: letters, digits and . _ @ -; records name it."""
+    role: Role
+    """What it may do; every role may stop."""
+    scope: NotRequired[list[str] | None]
+    """The addresses of lines, bodies, groups and robots that it is for; left out: all."""
+    expires_s: NotRequired[float | None]
+    """In seconds from now; left out: it does not expire."""
 
 
 class NewLine(TypedDict):
@@ -3672,6 +3970,86 @@ class RobotAbsoluteMoveRequest(TypedDict):
     axes: dict[str, Any]
     """By name; an axis that is not named stays where it is."""
     kind: Literal["absolute"]
+
+
+class RobotBackupCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupFailedEvent(TypedDict):
+    """A controller did not tell all; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupStartedEvent(TypedDict):
+    """A backup is being read; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupSucceededEvent(TypedDict):
+    """All was read: the record has the text; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
 
 
 class RobotBitsMismatchEvent(TypedDict):
@@ -4616,7 +4994,7 @@ class RobotStopRequestedEvent(TypedDict):
 
 
 class RobotStopUnconfirmedEvent(TypedDict):
-    """It is not confirmed after two seconds, and is repeated on; about `/robots/{robot_id}`."""
+    """It is not confirmed in time, and is repeated on; about `/robots/{robot_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -5853,6 +6231,8 @@ Event: TypeAlias = (
     | IoEvent
     | GatewayReloadedEvent
     | GatewayReloadFailedEvent
+    | GatewayKeyMadeEvent
+    | GatewayKeyRevokedEvent
     | StreamSnapshotEvent
     | BodyMoveQueuedEvent
     | BodyMoveSentEvent
@@ -5890,6 +6270,11 @@ Event: TypeAlias = (
     | BodyProgramUploadSucceededEvent
     | BodyProgramUploadFailedEvent
     | BodyProgramUploadCancelledEvent
+    | BodyBackupStartedEvent
+    | BodyBackupProgressEvent
+    | BodyBackupSucceededEvent
+    | BodyBackupFailedEvent
+    | BodyBackupCancelledEvent
     | BodyRestoreStartedEvent
     | BodyRestoreProgressEvent
     | BodyRestoreVerifiedEvent
@@ -5916,6 +6301,11 @@ Event: TypeAlias = (
     | ScaraMoveCancelledEvent
     | ScaraMoveLostEvent
     | ScaraMoveUnknownEvent
+    | LineBackupStartedEvent
+    | LineBackupProgressEvent
+    | LineBackupSucceededEvent
+    | LineBackupFailedEvent
+    | LineBackupCancelledEvent
     | LineRestoreStartedEvent
     | LineRestoreProgressEvent
     | LineRestoreVerifiedEvent
@@ -5970,6 +6360,11 @@ Event: TypeAlias = (
     | RobotJogLostEvent
     | RobotJogStoppedEvent
     | RobotJogNotStoppedEvent
+    | RobotBackupStartedEvent
+    | RobotBackupProgressEvent
+    | RobotBackupSucceededEvent
+    | RobotBackupFailedEvent
+    | RobotBackupCancelledEvent
     | RobotRestoreStartedEvent
     | RobotRestoreProgressEvent
     | RobotRestoreVerifiedEvent

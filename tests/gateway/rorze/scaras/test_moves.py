@@ -16,6 +16,7 @@ from gateway.core.errors import (
     NotSent,
     PowerCycled,
 )
+from gateway.core.journal.intents import Intents
 from gateway.core.move_record import MoveStatus
 from gateway.rorze.scaras import paths
 from gateway.rorze.scaras.geometry import GeometryDiffers
@@ -26,6 +27,7 @@ from simulator.faults import Direction
 from simulator.rorze.rc400 import LinkSettings
 from simulator.rorze.world import CCW_LIMIT, EMS, STALL
 from tests.gateway.rorze.scaras.cell import BELTS, Cell, cell, deg, mm, read
+from tests.model_book import ModelBook
 from tests.plants import in_virtual_time, lose
 
 HALF_PULSES_MDEG = 0.55 * sum(360_000 / turn for turn in (121_791.045, 60_000.0, 100_000.0))
@@ -93,6 +95,17 @@ async def test_where_each_kind_ends(
         assert [axis.position for axis in move.axes] == robot.positions()
         assert move.coordinates is not None
         assert move.coordinates.x.value == pytest.approx(robot.place().x, abs=0.001)
+
+
+@in_virtual_time
+async def test_a_move_waits_for_the_disk_once_to_be_prepared_and_once_to_be_started() -> None:
+    async with cell() as robot:
+        book, line = ModelBook(), robot.scara.line
+        line.intents = Intents(book, line.address_of)
+        await robot.start(kind="line", x=mm(20), y=mm(150), pattern=5)
+        assert book.waits == 2
+        assert len(book.intents()) > 5
+        assert book.written() == [intent["id"] for _, intent in book.intents()]
 
 
 @in_virtual_time
