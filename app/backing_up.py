@@ -8,6 +8,7 @@ import typer
 
 from app import exits
 from app.client import LOCAL, STEP_S, Client, KeyFile, Url
+from app.completing import addresses
 from app.exits import Failure, fail
 from app.progress import Progress
 from app.targets import find, numbered
@@ -16,7 +17,10 @@ READ_S = 600.0
 """To read a body takes two minutes at 9600 baud."""
 
 Whose = Annotated[
-    str, typer.Argument(help="Address or name of a body or a robot, or a line's id: 3F, r1, arm.")
+    str,
+    typer.Argument(
+        help="Address or name of a body or a robot, or a line's id: 3F, r1, arm.", autocompletion=addresses
+    ),
 ]
 Backup = Annotated[Path, typer.Argument(help="A backup.")]
 From = Annotated[str | None, typer.Option("--from", help="Of a body: take what the backup has of this one.")]

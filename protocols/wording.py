@@ -17,6 +17,7 @@ _WHOLE: Final = "must be a whole number"
 _NUMBER: Final = "must be a number"
 _FLAG: Final = "must be true or false"
 _TEXT: Final = "must be text"
+_TIME: Final = "must be a time such as 2026-01-31T12:00:00Z"
 _LIST: Final = "must be an array"
 _TABLE: Final = "must be an object"
 
@@ -41,6 +42,8 @@ _EXPECTED: Final[Mapping[str, str]] = {
     "too_short": "must have {min_length} or more entries",
     "too_long": "must have {max_length} or fewer entries",
     "none_required": "must be null",
+    **dict.fromkeys(("datetime_type", "datetime_parsing", "datetime_from_date_parsing"), _TIME),
+    "timezone_aware": f"{_TIME}, with its zone",
     "path_type": "must be a path",
     **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), _WHOLE),
     "int_parsing_size": "must be a smaller whole number",
