@@ -240,6 +240,23 @@ def test_the_wire_shows_what_a_frame_means_and_who_asked(plant: Plant, open_cons
     expect(row).to_contain_text("http 127.0.0.1")
 
 
+def test_the_wire_of_one_body_and_one_request_is_told_apart(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/wire/line1")
+    rows = console.page.locator("tbody tr")
+    expect(rows.filter(has_text="the gateway: looks after it").first).to_be_visible()
+    console.page.get_by_role("combobox", name="Body", exact=True).select_option("line1.01")
+    asked = {"X-Request-Id": "job-17"}
+    plant.gateway.http.get("/bodies/01/position", headers=asked).raise_for_status()
+    console.page.get_by_label("without the gateway's own").check()
+    console.button("job-17").first.click()
+    expect(console.page.get_by_label("Request")).to_have_value("job-17")
+    expect(rows).to_have_count(2)
+    expect(rows.first).to_contain_text("received")
+    for row in (rows.first, rows.last):
+        expect(row).to_contain_text("01 · ")
+        expect(row).to_contain_text("http 127.0.0.1")
+
+
 def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/events")
     plant.line.tell("POST", "/bodies/00/brown-outs", for_s=0.05)
@@ -453,3 +470,29 @@ def test_what_somebody_needs_who_helps_is_gathered(plant: Plant, open_console: O
     told = json.loads(Path(download.value.path()).read_text("utf-8"))
     assert {it["body_id"] for it in told["bodies"]["bodies"]} == {"line1.00", "line1.01", "line1.3F"}
     assert told["trace of line1"]["entries"]
+
+
+def test_a_pattern_with_changes_of_speed_is_drawn_while_it_is_typed(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/motion/line1.00")
+    console.shows("s in all")
+    console.page.get_by_label("Maximum speed").fill("7000")
+    console.shows("7000 pulse/s at most")
+    expect(console.button("Try it")).to_have_attribute("aria-disabled", "true")
+    assert plant.gateway.get("/bodies/00/speed-sets/30")["maximum_speed_pps"] != 7_000
+    values = {"start_speed_pps": 1000, "maximum_speed_pps": 9000, "acceleration_pps_s": 100_000}
+    values |= {"rising_percent": 50, "falling_percent": 50}
+    plant.gateway.http.put("/bodies/00/speed-sets/4", json=values).raise_for_status()
+    console.page.get_by_role("combobox", name="Pattern", exact=True).select_option("5")
+    console.shows("This pattern was never set")
+    console.page.get_by_label("Speed set of the acceleration").select_option("4")
+    console.page.get_by_label("Speed set of the deceleration").select_option("4")
+    console.shows("9000 pulse/s at most")
+    console.button("Add a change").click()
+    change = console.page.get_by_role("group", name="Change 0")
+    change.get_by_label("pulse", exact=True).fill("4000")
+    change.get_by_label("pulse/s", exact=True).fill("12000")
+    console.shows("12000 pulse/s at most")
+    console.button("Save pattern 5").click()
+    console.shows("Save pattern 5: done.")
+    (stored,) = plant.gateway.get("/bodies/00/patterns/5")["changes"]
+    assert (stored["begin"], stored["speed_pps"]) == (4000, 12_000)
