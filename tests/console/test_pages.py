@@ -434,6 +434,7 @@ def add_a_body(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url)
     console.button("Scan").click()
     expect(console.page.get_by_text("4 found")).to_be_visible(timeout=60_000)
+    assert console.faults() == []
     console.page.get_by_label("Name of line1.02").fill("gripper")
     console.button("Add to the configuration").click()
     expect(console.page.get_by_role("link", name="gripper")).to_contain_text("stands still")
@@ -453,6 +454,7 @@ def test_a_key_is_made_shown_once_and_revoked(guarded: Guarded, open_console: Op
     keys.get_by_label("Good for (days)").fill("30")
     console.button("Make the key").click()
     console.shows("The key of mes. It is shown this once")
+    assert console.faults() == []
     key = keys.locator("[role=status] .mono").inner_text()
     identity = httpx.get(f"{guarded.url}/system/identity", headers={"Authorization": f"Bearer {key}"}).json()
     assert (identity["role"], identity["scope"]) == ("operator", ["line1.01", "line1.3F"])
@@ -487,12 +489,19 @@ def test_a_pattern_with_changes_of_speed_is_drawn_while_it_is_typed(plant: Plant
     console.page.get_by_label("Speed set of the acceleration").select_option("4")
     console.page.get_by_label("Speed set of the deceleration").select_option("4")
     console.shows("9000 pulse/s at most")
-    console.button("Add a change").click()
-    change = console.page.get_by_role("group", name="Change 0")
-    change.get_by_label("pulse", exact=True).fill("4000")
-    change.get_by_label("pulse/s", exact=True).fill("12000")
-    console.shows("12000 pulse/s at most")
+    change_on_the_way(console, 0, 2500, 4000)
+    console.shows("The last speed change ends at 4000 pps")
+    change_on_the_way(console, 1, 5000, 9000)
+    expect(console.page.get_by_role("alert").filter(has_text="would be refused")).to_have_count(0)
+    assert console.faults() == []
     console.button("Save pattern 5").click()
     console.shows("Save pattern 5: done.")
-    (stored,) = plant.gateway.get("/bodies/00/patterns/5")["changes"]
-    assert (stored["begin"], stored["speed_pps"]) == (4000, 12_000)
+    stored = plant.gateway.get("/bodies/00/patterns/5")["changes"]
+    assert [(it["begin"], it["speed_pps"]) for it in stored] == [(2500, 4000), (5000, 9000)]
+
+
+def change_on_the_way(console: Console, point: int, place: int, speed: int) -> None:
+    console.button("Add a change").click()
+    change = console.page.get_by_role("group", name=f"Change {point}")
+    change.get_by_label("pulse", exact=True).fill(str(place))
+    change.get_by_label("pulse/s", exact=True).fill(str(speed))
