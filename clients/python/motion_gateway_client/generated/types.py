@@ -1719,6 +1719,16 @@ class Crashed(TypedDict):
     """Commands of which nobody knows what has become of them."""
 
 
+class CurveDraft(TypedDict):
+    """A pattern that no body has yet."""
+
+    acceleration: SpeedSetValues
+    deceleration: NotRequired[SpeedSetValues | None]
+    """Left out: as the acceleration."""
+    changes: NotRequired[list[SpeedChangeRequest]]
+    """All that it shall have."""
+
+
 class CurvePoint(TypedDict):
     """A moment of the move, in the pulses that are put out."""
 

@@ -1195,7 +1195,11 @@ export interface paths {
          */
         get: operations["getCurve"];
         put?: never;
-        post?: never;
+        /**
+         * Draft Curve
+         * @description Work out how a move would go if the pattern were this one; nothing is set, and nothing moves.
+         */
+        post: operations["draftCurve"];
         delete?: never;
         options?: never;
         head?: never;
@@ -7152,6 +7156,36 @@ export interface components {
              * @description Commands of which nobody knows what has become of them.
              */
             commands: string[];
+        };
+        /**
+         * CurveDraft
+         * @description A pattern that no body has yet.
+         * @example {
+         *       "acceleration": {
+         *         "acceleration_pps_s": 100000,
+         *         "falling_percent": 50,
+         *         "maximum_speed_pps": 50000,
+         *         "rising_percent": 50,
+         *         "start_speed_pps": 5000
+         *       },
+         *       "changes": [
+         *         {
+         *           "begin": 60000,
+         *           "point": 0,
+         *           "speed_pps": 20000
+         *         }
+         *       ]
+         *     }
+         */
+        CurveDraft: {
+            acceleration: components["schemas"]["SpeedSetValues"];
+            /** @description Left out: as the acceleration. */
+            deceleration?: components["schemas"]["SpeedSetValues"] | null;
+            /**
+             * Changes
+             * @description All that it shall have.
+             */
+            changes?: components["schemas"]["SpeedChangeRequest"][];
         };
         /**
          * CurvePoint
@@ -20639,6 +20673,65 @@ export interface operations {
             cookie?: never;
         };
         requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SpeedCurve"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    draftCurve: {
+        parameters: {
+            query: {
+                /** @description How far the move goes. */
+                distance: number;
+                /** @description Of the distance; pulses are whole. */
+                unit?: "pulse" | "mm" | "um" | "deg" | "mdeg";
+                /** @description `low` runs at the start speed, without ramps. */
+                speed?: "high" | "low";
+                /** @description How many moments, evenly spread. */
+                points?: number;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                body_id: string;
+                /** @description 0-29, or 30: the standard pattern. */
+                n: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CurveDraft"];
+            };
+        };
         responses: {
             /** @description Successful Response */
             200: {
