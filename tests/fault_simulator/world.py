@@ -150,12 +150,14 @@ class Life:
 
     def begin(self, config: Config, cable: Cable, dice: Random, commit_s: Callable[[], float]) -> None:
         """Build the plant on what the lives before have left."""
-        self.journal = VirtualJournal(self.disk, takes_s=self._seen("commit", commit_s))
+        past = begin(self.disk)
+        takes_s = self._seen("commit", commit_s)
+        self.journal = VirtualJournal(self.disk, ran_s=past.ran_s, takes_s=takes_s)
         self.plant = TestedPlant(
             config,
             open_transport=lambda _: Port(cable, self),
             rng=dice,
-            journal=Opened(self.journal, begin(self.disk)),
+            journal=Opened(self.journal, past),
         )
         self.plant.events.listeners.append(lambda event: self.moment(event.type))
 

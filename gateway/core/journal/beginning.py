@@ -54,6 +54,8 @@ class Beginning(NamedTuple):
     """The moves that are not over, of which a command may have been written."""
     alarms: Sequence[str] = ()
     """The newest records of alarms, as JSON, those that stand among them, in their order."""
+    ran_s: float = 0.0
+    """For how long gateways have run on this journal."""
 
 
 def begin(
@@ -82,6 +84,7 @@ def begin(
         open_intents=_open_intents(disk),
         begun=frozenset(_begun(disk)),
         alarms=_alarms(disk, most_alarms),
+        ran_s=float(known.get(writes.RAN_S, 0.0)),
     )
     facts = {
         "epoch": found.epoch,
