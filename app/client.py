@@ -89,13 +89,6 @@ class Client:
         """
         return self._answer(method, path, content, wait_s, _data)
 
-    def text(self, path: str, within_s: float) -> str:
-        """Read a text, which may take so long; a failure ends the command."""
-        try:
-            return self._answer("GET", path, None, within_s, lambda answer: answer.text)
-        except Failure as failure:
-            fail(str(failure), failure.code)
-
     def _answer(
         self, method: str, path: str, content: object, wait_s: float, read: Callable[[httpx.Response], T]
     ) -> T:

@@ -15,6 +15,8 @@ from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
 from gateway.core.alarms import Alarms
+from gateway.core.backup_record import Backup
+from gateway.core.backups import Backups
 from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
@@ -79,6 +81,7 @@ class Plant:
         self._memory = (
             None if journal is None else Memory(journal, self.events, self.alarms, self.families.values())
         )
+        self.backups = Backups(self._publish_backup)
         self.figures = Figures(self._line_of)
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
         self.on_lines: Callable[[], None] = lambda: None
@@ -216,6 +219,7 @@ class Plant:
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         await self.wind_down()
+        await self.backups.close()
         self.alarms.closed = True
         self.watch.close()
         self.leases.close()
@@ -272,6 +276,10 @@ class Plant:
         with acting(Origin(f"gateway: end of {lease.lease}")):
             for family in self.families.values():
                 family.end_motion(everything=False, within=parts)
+
+    def _publish_backup(self, what: str, backup: Backup) -> None:
+        kind = f"{_what(backup.target)}.backup.{what}"
+        self.events.publish(kind, backup.target, backup, correlation=backup.id)
 
     # finding
 

@@ -2,12 +2,14 @@
 
 from pydantic import Field
 
+from gateway.core.backup_record import Backup
 from gateway.core.event_types import (
     EventData,
     EventType,
     LeftMoving,
     Nothing,
     Unreadable,
+    backup_types,
     lease_types,
     move_types,
     restore_types,
@@ -128,6 +130,7 @@ TYPES = (
             "not_stopped": "the axis did not stand still within a second: the whole robot is being stopped",
         }.items()
     ),
+    *backup_types("robot", ROBOT, Backup),
     *restore_types("robot", ROBOT, Restore),
     EventType(
         "robot.position",

@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from gateway.core.backup_record import Backup
 from gateway.core.event_types import (
     LINE,
     EventData,
@@ -9,6 +10,7 @@ from gateway.core.event_types import (
     LeftMoving,
     Nothing,
     Unreadable,
+    backup_types,
     lease_types,
     move_types,
     restore_types,
@@ -165,6 +167,7 @@ BODIES = (
             "cancelled": "a request, a stop or the end of the gateway has broken off an upload",
         }.items()
     ),
+    *backup_types("body", BODY, Backup),
     *restore_types("body", BODY, Restore),
     *(
         EventType(f"body.jog.{news}", BODY, BodyJog, when)
@@ -184,6 +187,7 @@ BODIES = (
 )
 
 LINES = (
+    *backup_types("line", LINE, Backup),
     *restore_types("line", LINE, Restore),
     *lease_types("group", GROUP),
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),

@@ -1,5 +1,6 @@
 """The user program that a body holds, read instruction by instruction (RC-420 manual 14.U, 15.2.6)."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from gateway.core.errors import ControllerRefused
@@ -53,8 +54,8 @@ async def read(body: Body) -> StoredProgram:
     return StoredProgram(tuple(instructions), STEPS - free.steps, await runs(body))
 
 
-async def read_instructions(body: Body) -> list[str]:
-    """Read all instructions.
+async def read_instructions(body: Body, on_read: Callable[[], None] = lambda: None) -> list[str]:
+    """Read all instructions, and tell of each.
 
     Each is asked for by its address, which the answer repeats: so none can be mistaken for another.
     """
@@ -63,8 +64,12 @@ async def read_instructions(body: Body) -> list[str]:
         return []
     # A full program ends at the last address, where one with an instruction less ends too.
     addresses = range(end.address + (end.address == LAST_ADDRESS))
-    found = closely(instruction_at(body, address) for address in addresses)
-    return [text async for text in found if text is not None]
+    found: list[str] = []
+    async for text in closely(instruction_at(body, address) for address in addresses):
+        if text is not None:
+            found.append(text)
+        on_read()
+    return found
 
 
 async def instruction_at(body: Body, address: int, lane: Lane | None = None) -> str | None:

@@ -96,10 +96,16 @@ PUT       /bodies/{body_id}/patterns/{n}                 setup    body
 PATCH     /bodies/{body_id}/patterns/{n}                 setup    body
 GET       /bodies/{body_id}/patterns/{n}/curve           view     body
 GET       /bodies/{body_id}/backup                       view     body
+POST      /bodies/{body_id}/backups                      view     body
+GET       /bodies/{body_id}/backups/{backup_id}          view     body
+DELETE    /bodies/{body_id}/backups/current              view     body
 POST      /bodies/{body_id}/restores                     setup    body
 GET       /bodies/{body_id}/restores/{restore_id}        view     body
 DELETE    /bodies/{body_id}/restores/current             setup    body
 GET       /lines/{line_id}/backup                        view     line
+POST      /lines/{line_id}/backups                       view     line
+GET       /lines/{line_id}/backups/{backup_id}           view     line
+DELETE    /lines/{line_id}/backups/current               view     line
 POST      /lines/{line_id}/restores                      setup    line
 GET       /lines/{line_id}/restores/{restore_id}         view     line
 DELETE    /lines/{line_id}/restores/current              setup    line
@@ -171,6 +177,9 @@ PUT       /robots/{robot_id}/outputs/{channel}/{bit}     operate  robot
 GET       /robots/{robot_id}/variables                   view     robot
 PUT       /robots/{robot_id}/variables/{number}          operate  robot
 GET       /robots/{robot_id}/backup                      view     robot
+POST      /robots/{robot_id}/backups                     view     robot
+GET       /robots/{robot_id}/backups/{backup_id}         view     robot
+DELETE    /robots/{robot_id}/backups/current             view     robot
 POST      /robots/{robot_id}/restores                    setup    robot
 GET       /robots/{robot_id}/restores/{restore_id}       view     robot
 DELETE    /robots/{robot_id}/restores/current            setup    robot

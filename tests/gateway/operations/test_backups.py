@@ -62,7 +62,7 @@ async def restored(it: Rig, text: str, *, flash: bool = False, wait_s: float = 3
 
 
 async def read(it: Rig) -> str:
-    return await backups.read_body(it.plant, ME, "3F")
+    return await backups.text(it.plant, ME, backups.of_body(it.plant, "3F"))
 
 
 def parts(text: str, *names: str) -> str:
@@ -462,7 +462,7 @@ async def test_a_section_that_is_not_there_is_left_as_it_is() -> None:
 async def test_a_backup_of_a_line_has_all_its_bodies_and_goes_back_to_chosen_ones() -> None:
     async with rig(bodies=(0x00, 0x01), groups={}) as it:
         await teach(it, 0x01)
-        text = await backups.read_line(it.plant, ME, "line1")
+        text = await backups.text(it.plant, ME, backups.of_line(it.plant, "line1"))
         contents = backups.check_bodies(parts(text, "settings", "program"))
         assert list(contents) == [0x00, 0x01]
         await teach(it, 0x00)
@@ -480,9 +480,9 @@ async def test_a_line_is_backed_up_without_those_who_do_not_answer_only_when_tha
     async with rig(bodies=(0x00, 0x01), present=(0x01,), groups={}) as it:
         sent = len(it.wire.sent)
         with pytest.raises(GatewayError, match="00"):
-            await backups.read_line(it.plant, ME, "line1")
+            await backups.text(it.plant, ME, backups.of_line(it.plant, "line1"))
         assert not [frame for frame in it.wire.frames(sent) if frame[3:6] == "EAD"]
-        text = await backups.read_line(it.plant, ME, "line1", ["01"])
+        text = await backups.text(it.plant, ME, backups.of_line(it.plant, "line1", ["01"]))
         assert list(backups.check_bodies(text)) == [0x01]
 
 

@@ -23,7 +23,7 @@ SMALL = "[robot r1]\n[unit 1 settings]\nspeed_percent X=50 Y=25.5\n[unit 1 posit
 
 
 async def read(it: FicsRig) -> str:
-    return await backups.read_robot(it.plant, ME, "r1")
+    return await backups.text(it.plant, ME, backups.of_robot(it.plant, "r1"))
 
 
 async def wanted(it: FicsRig, text: str) -> backups.Wanted:
@@ -106,7 +106,7 @@ async def test_nobody_else_changes_or_moves_the_robot_meanwhile() -> None:
         with pytest.raises(BodyBusy, match="A backup is being restored"):
             await commands.ask(it.plant, OTHER, "/robots/r1/units/1", SetSpeedPercent(percents=[70.0]))
         with pytest.raises(BodyBusy, match="A backup is being restored"):
-            await backups.read_robot(it.plant, OTHER, "r1")
+            await backups.text(it.plant, OTHER, backups.of_robot(it.plant, "r1"))
         with pytest.raises(BodyBusy, match="A backup is being restored"):
             await it.move(MoveRelative(coordinates=[1.0]))
         over = await backups.get(it.plant, "/robots/r1", "current", 600.0)
