@@ -148,7 +148,7 @@ def test_a_restore_is_followed_to_its_end(file: Path, monkeypatch: pytest.Monkey
         (
             record("failed", [], flash=True, error={"detail": "It does not answer.", "remedy": "Look."}),
             1,
-            "failed: nothing differs from the backup, but the end of the writing of flash memory was not seen.",
+            "nothing differs from the backup, but the end of the writing of flash memory was not seen.",
         ),
         (
             record("failed", None, error={"detail": "No reply.", "remedy": "Look."}),
