@@ -6,52 +6,16 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
 from math import inf
-from typing import Literal, Protocol
+from typing import Protocol
 
-from pydantic import Field
-
+from gateway.core.backup_record import Backup, BackupError, Status
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown
 from gateway.core.move_log import new_id
-from gateway.core.origin import current
-from gateway.core.records import Record
-from gateway.core.restore_record import RestoreError
 from gateway.core.works import Works
 
 HISTORY = 10
 PROGRESS_S = 1.0
 """Progress is told at most this often."""
-
-Status = Literal["running", "succeeded", "failed", "cancelled"]
-
-
-class BackupError(RestoreError):
-    """Why there is no backup, in the words of a problem detail."""
-
-
-class Backup(Record):
-    """One backup that is being read, or was."""
-
-    id: str
-    target: str = Field(description="The path of what it is of.")
-    status: Status = "running"
-    controllers: list[str] = Field(description="The bodies, or the robot, it is read from, in their order.")
-    controller: str | None = Field(None, description="Which of them is being read, or was when it ended.")
-    read: int = Field(0, description="Answers so far.")
-    expected: int | None = Field(
-        0,
-        description="Answers it takes at most, as far as is known: what was never set is not asked for. Null "
-        "where nobody knows.",
-    )
-    text: str | None = Field(
-        None, description="The backup, once it has succeeded. Events leave it out: ask for the record."
-    )
-    error: BackupError | None = Field(None, description="Why there is none.")
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it.",
-    )
-    started_at: datetime
-    ended_at: datetime | None = None
 
 
 class Progress(Protocol):

@@ -263,7 +263,7 @@ class Restores(Generic[C]):
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
         record = work.record
         record.status, record.ended_at = status, datetime.now(UTC)
-        record.error = None if error is None else RestoreError.of(error)
+        record.error = None if error is None else RestoreError.amid(error, record.written, record.commands)
         if status == "verified":
             record.phase = "done"
         self._forget(work)

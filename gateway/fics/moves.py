@@ -9,13 +9,13 @@ from typing import Any
 from gateway.core.errors import GatewayError, RestartedFirst
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
-from gateway.core.ways import Way, Ways
-from gateway.fics.axes import Places
+from gateway.core.ways import Ways
 from gateway.fics.calls import calls_for_robot
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.move_runs import MoveRun
 from gateway.fics.robot import Robot
+from gateway.fics.samples import RobotWay
 from gateway.fics.units import RobotUnit
 from protocols.fics.commands import read
 from protocols.fics.row import FicsCommand
@@ -28,7 +28,7 @@ class RobotMoves:
         self._on_way = on_way
         """Called when the way of a move begins, or has ended."""
         self.log = MoveLog[RobotMove]()
-        self.ways = Ways[Way[Places]]()
+        self.ways = Ways[RobotWay]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
         """With what is known when the robot has taken the command, or why it has not."""
 
@@ -157,9 +157,8 @@ class RobotMoves:
         self.log.on_change(move)
 
     def _begin_way(self, unit: RobotUnit, move: RobotMove, sent_at: datetime) -> None:
-        start = move.start_position or dict.fromkeys(move.units)
-        unit.way = Way(sent_at, asyncio.get_running_loop().time(), start)
-        self.ways.begin(move.id, unit.way)
+        unit.way = way = RobotWay(unit, move, sent_at, asyncio.get_running_loop().time())
+        self.ways.begin(move.id, way)
         self._on_way()
 
 

@@ -37,6 +37,11 @@ class RobotUnit(UnitAxes):
         return self._motion.moves.get(self.number)
 
     @property
+    def settings_changed(self) -> int:
+        """How often a setting of the robot may have changed."""
+        return self._asking.settings_changed
+
+    @property
     def stood_still(self) -> bool:
         """Whether it did when it was last asked, and nothing was sent since that could move it."""
         return self.number in self._motion.still

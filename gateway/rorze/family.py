@@ -389,7 +389,8 @@ class Rorze(Family):
             self.site.events.live.demand_changes()
 
     def at_work(self, line: Line) -> Iterator[str]:
-        """The bodies to which a program is uploaded, or a backup restored."""
+        """The bodies to which a program is uploaded or a backup restored, and the SCARA robots that move."""
+        yield from (it.id for it in self.scaras() if it.line is line and it.move is not None)
         for body in self.bodies_of(line):
             if self.uploads.is_under_way(body) or self.restores.is_under_way(body.address):
                 yield body.address
