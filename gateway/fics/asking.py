@@ -237,9 +237,10 @@ class Asking:
         async with line.sequence_lock.held(lane, expires_at):
             begun()
             line.admission.revise()  # after a suspension no unit is trusted
-            if number is not None:
+            afresh = isinstance(query, DownloadPositions)
+            if number is not None and (afresh or not self._selection.holds(number)):
                 with preparing(self._commander.robot_id, query):
-                    await self._select(number, afresh=isinstance(query, DownloadPositions))
+                    await self._select(number, afresh=afresh)
             outcome = await self._commander.say(query, expires_at=deadline_of(lane))
             self._learn(query, number, outcome)
         return told_now(*self._commander.answered(query, outcome).replies)

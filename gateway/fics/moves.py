@@ -78,7 +78,7 @@ class RobotMoves:
         """Go on with a move of an earlier life: ask the robot, and follow the move to its end."""
         if move.status is MoveStatus.QUEUED and not begun:
             move.evidence.append("The gateway has ended before the command was written.")
-            self.advance(robot, move, MoveStatus.CANCELLED, RestartedFirst())
+            self.advance(robot, robot.unit(move.unit), move, MoveStatus.CANCELLED, RestartedFirst())
             return
         if move.status is MoveStatus.QUEUED:
             move.status = MoveStatus.SENT
@@ -106,7 +106,7 @@ class RobotMoves:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def _run(self, robot: Robot, axes: RobotUnit, command: FicsCommand[Any], move: RobotMove) -> MoveRun:
-        advance = partial(self.advance, robot)
+        advance = partial(self.advance, robot, axes)
         publish = partial(robot.publish, unit=axes, correlation=move.id)
         return MoveRun(axes, command, move, robot.motions, robot.durations, advance, publish)
 
@@ -132,12 +132,17 @@ class RobotMoves:
         )
         self.log.add(move)
         robot.motion.begin_move(unit.number, move)
-        move.event_cursor = _publish("queued", robot, move)
+        move.event_cursor = _publish("queued", robot, unit, move)
         self.log.on_change(move)
         return move
 
     def advance(
-        self, robot: Robot, move: RobotMove, status: MoveStatus, error: GatewayError | None = None
+        self,
+        robot: Robot,
+        unit: RobotUnit,
+        move: RobotMove,
+        status: MoveStatus,
+        error: GatewayError | None = None,
     ) -> None:
         """The only place where a move changes its status."""
         move.status = status
@@ -146,14 +151,14 @@ class RobotMoves:
             move.error = MoveError.of(error, calls)
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
-            self._begin_way(robot.unit(move.unit), move, move.sent_at)
+            self._begin_way(unit, move, move.sent_at)
         if status.final:
             move.ended_at = datetime.now(UTC)
-            robot.unit(move.unit).way = None
+            unit.way = None
             self._on_way()
             robot.motion.end_move(move.unit)
             self.log.end(move)
-        _publish("started" if status is MoveStatus.MOVING else status, robot, move)
+        _publish("started" if status is MoveStatus.MOVING else status, robot, unit, move)
         self.log.on_change(move)
 
     def _begin_way(self, unit: RobotUnit, move: RobotMove, sent_at: datetime) -> None:
@@ -169,5 +174,5 @@ def _command_of(move: RobotMove) -> FicsCommand[Any]:
     return read(move.command, arguments.strip())
 
 
-def _publish(news: str, robot: Robot, move: RobotMove) -> str:
-    return robot.publish(f"robot.move.{news}", move.model_dump(mode="json"), robot.unit(move.unit), move.id)
+def _publish(news: str, robot: Robot, unit: RobotUnit, move: RobotMove) -> str:
+    return robot.publish(f"robot.move.{news}", move.model_dump(mode="json"), unit, move.id)
