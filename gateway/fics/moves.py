@@ -16,6 +16,7 @@ from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.move_runs import MoveRun
 from gateway.fics.robot import Robot
+from gateway.fics.soft_limits import name_limits
 from gateway.fics.units import RobotUnit
 from protocols.fics.commands import read
 from protocols.fics.row import FicsCommand
@@ -71,6 +72,7 @@ class RobotMoves:
         self._keep(run, run.make(start_within_s), move)
         refusal = await asyncio.shield(run.begun)
         if refusal is not None:
+            await name_limits(axes, move.coordinates, move.target_position, refusal)
             raise refusal
         return move
 
