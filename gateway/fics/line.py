@@ -76,6 +76,7 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
             rng=rng,
         )
         super().__init__(line_id, transport, session, Ver3Reader)
+        self.note_forbidden = session.note_forbidden
         self.exchange = session.exchange
         """Build an exchange of this line, admitted now."""
         self.mode = mode

@@ -97,7 +97,7 @@ class History:
     ) -> None:
         """Look at a reply that is being credited to a frame: I4.
 
-        `numbers` are those of the frames whose bytes arrived together with that which is answered.
+        `numbers` are those of the frames whose bytes, or answers, arrived together with it.
         """
         if answered is None:
             self.violate("I4", f"{what} answers nothing, credited to {frame!r}")

@@ -360,7 +360,7 @@ class Seed:
         if exchange.lane in STOPS or self._life.killed.is_set():
             return
         answered = self.cable.answering
-        numbers = self._wire_faults.parts.get(answered or 0, frozenset())
+        numbers = self._wire_faults.parts.get(answered or 0, frozenset()) | self.cable.unended
         text = exchange.frame.decode("ascii")
         self.history.judge_credit(text, answered=answered, numbers=numbers, what=frame)
 

@@ -50,6 +50,8 @@ class Cable(SimulatedCable):
         """The same, of what the machine has not handed over yet, and loses with its power."""
         self.answering: int | None = None
         """Which frame is answered by what is being delivered."""
+        self.unended: frozenset[int] = frozenset()
+        """Those answered by what was delivered since the last CR, for a CR may be garbled."""
         self.tx_free_at = 0.0
         self.overlaps: list[str] = []
         self._on_the_way: deque[Written] = deque()
@@ -94,6 +96,8 @@ class Cable(SimulatedCable):
             self.answering, length = self.pieces.popleft() if self.pieces else (None, len(data))
             piece, data = data[:length], data[length:]
             super()._deliver(piece)
+            answered = frozenset() if self.answering is None else frozenset({self.answering})
+            self.unended = frozenset() if piece.endswith(b"\r") else self.unended | answered
         self.answering = None
 
 
