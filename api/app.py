@@ -29,6 +29,7 @@ from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
 from api.common.repeats import REPLAYED, Repeats
+from api.common.route_index import RouteIndex
 from api.common.routes import unguarded
 from api.common.security import SameSite
 from api.common.traffic import Traffic
@@ -58,6 +59,7 @@ class Application(FastAPI):
 
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
+        self.router.middleware_stack = RouteIndex(self.router.routes, self.router.middleware_stack)
         stack, plant = super().build_middleware_stack(), self.state.plant
         if plant.journal is not None:
             stack = Repeats(stack, Keys(plant, plant.journal), self.state.access)
@@ -110,11 +112,11 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
     modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
     modules += [leases, configuration]
-    routers = [info.reads, *(module.router for module in modules), *scaras.routers(), *bodies.routers()]
+    routers = [*(module.router for module in modules), *scaras.routers(), *bodies.routers()]
     for name, family in plant.families.items():
         routers += robots.routers() if name == "fics" else []
         routers += command_routes.routers(type(family))
-    # Side by side instead of included, which would search them twice for every request; and before the docs.
+    # Side by side instead of included, so that one index finds them all; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
     documents.install(app, root_path)
     console.install(app)

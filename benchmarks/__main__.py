@@ -12,6 +12,7 @@ from benchmarks import (
     dpram_round_trip,
     fan_out,
     first_byte,
+    http_cost,
     http_read,
     key_cost,
     line_use,
@@ -28,6 +29,7 @@ class Benchmark(StrEnum):
 
     LINE_USE = "line-use"
     HTTP_READ = "http-read"
+    HTTP_COST = "http-cost"
     FIRST_BYTE = "first-byte"
     STOP_LATENCY = "stop-latency"
     DPRAM = "dpram"
@@ -42,6 +44,7 @@ class Benchmark(StrEnum):
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.LINE_USE: line_use.run,
     Benchmark.HTTP_READ: http_read.run,
+    Benchmark.HTTP_COST: http_cost.run,
     Benchmark.FIRST_BYTE: first_byte.run,
     Benchmark.STOP_LATENCY: stop_latency.run,
     Benchmark.DPRAM: dpram_round_trip.run,
