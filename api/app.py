@@ -137,11 +137,6 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     return app
 
 
-def make_documents(app: FastAPI) -> None:
-    """Make all that never changes, before anybody can ask for it: it takes a second or two."""
-    documents.make_ready([*app.state.documents, *catalogue.TABLES.values()])
-
-
 async def _nowhere(_scope: Scope, _receive: Receive, _send: Send) -> None:
     """Answer as to every request, where a WebSocket would only be closed."""
     raise HTTPException(404)

@@ -1,7 +1,7 @@
 """The command table as data: every row with its parameters, reply, rules and errors."""
 
 from collections.abc import Mapping
-from functools import partial
+from functools import cache, partial
 from typing import Annotated, Any, Final, Literal
 
 from fastapi import Query, Request, Response
@@ -81,7 +81,7 @@ async def list_commands(
     family: Annotated[Family | None, Query(description="Only the commands of one family.")] = None,
 ) -> Response:
     """List every command that controllers and robots know."""
-    return TABLES[family].answer(request)
+    return await TABLES[family].send(request)
 
 
 def _table(family: Family | None) -> bytes:
@@ -113,6 +113,7 @@ def _shared(row: type[RorzeCommand[Any]] | type[FicsCommand[Any]]) -> dict[str, 
     }
 
 
+@cache
 def _rorze_info(row: Row) -> CommandInfo:
     return CommandInfo(
         **_shared(row),
@@ -128,6 +129,7 @@ def _rorze_info(row: Row) -> CommandInfo:
     )
 
 
+@cache
 def _fics_info(row: type[FicsCommand[Any]]) -> FicsCommandInfo:
     return FicsCommandInfo(
         **_shared(row),
