@@ -282,8 +282,8 @@ class Rorze(Family):
             controllers=line.controllers,
             stop_mode="interject" if line.interject_stops else "after_reply",
             strict=line.strict,
-            bodies=_addresses(line, line.bodies),
-            offline=_addresses(line, sorted(line.offline)),
+            bodies=[body.address for body in self._bodies.values() if body.line is line],
+            offline=[f"{line.id}.{number:02X}" for number in sorted(line.offline)],
             groups=[group.address for group in self._groups_on(line)],
         )
 
@@ -548,10 +548,6 @@ class Rorze(Family):
         await self.scans.close()
         await self.scara_moves.close()
         await self.moves.close()
-
-
-def _addresses(line: Line, numbers: list[int]) -> list[str]:
-    return [f"{line.id}.{number:02X}" for number in numbers]
 
 
 T = TypeVar("T", Body, Group)

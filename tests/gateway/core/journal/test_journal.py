@@ -106,6 +106,35 @@ async def test_what_nobody_waits_for_does_not_wait_for_the_disk() -> None:
     assert disk.commits[:2] == [(1, False), (1, True)]
 
 
+async def test_notes_of_one_moment_share_a_commit_which_comes_soon() -> None:
+    disk = ShakyDisk()
+    async with journal_on(disk) as journal:
+        for number in range(10):
+            journal.note(intent(number))
+        assert journal.waiting() == 1
+        while not disk.commits:  # noqa: ASYNC110
+            await asyncio.sleep(0.002)
+    assert disk.commits[0] == (10, False)
+
+
+async def test_what_was_noted_comes_before_what_was_written_after_it() -> None:
+    disk = ShakyDisk()
+    async with journal_on(disk) as journal:
+        journal.note(intent(1), intent(2))
+        await journal.write(intent(3))
+    assert disk.commits[:-1] in ([(3, True)], [(2, False), (1, True)])
+
+
+async def test_what_was_noted_before_the_start_is_written() -> None:
+    disk = ShakyDisk()
+    journal = Journal(disk)
+    journal.note(intent(1))
+    journal.start()
+    await journal.rows("SELECT 1")
+    await journal.close()
+    assert disk.commits[0] == (1, False)
+
+
 async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
