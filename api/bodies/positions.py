@@ -82,6 +82,10 @@ class BodyPositions(BaseModel):
 
     body_id: str
     positions: list[NamedPosition]
+    flash: dict[int, int] = Field(
+        description="What flash memory holds of these, in pulses by number: what counts at power-on. "
+        "Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."
+    )
 
 
 @router.get("/bodies/{body_id}/positions", Right.VIEW, response_model=BodyPositions)
@@ -202,4 +206,5 @@ def _table(request: Request, body_id: str, held: list[Position]) -> BodyPosition
             )
             for number, pulses in held
         ],
+        flash=body.position_flash.held_of(it.number for it in held),
     )

@@ -17,6 +17,7 @@ from gateway.rorze.exchange import Answered, Outcome, RorzeExchange
 from gateway.rorze.flash_state import FlashState
 from gateway.rorze.line import Line, lane_of
 from gateway.rorze.mark import Mark
+from gateway.rorze.position_flash import PositionFlash
 from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
 from gateway.rorze.readings import believed, errs
 from gateway.rorze.units import Scale
@@ -88,6 +89,7 @@ class Body:
     """Told of what it is seen to do by itself: the kind of event, and its data."""
     power: Power = field(default_factory=Power)
     flash: FlashState = field(default_factory=FlashState)
+    position_flash: PositionFlash = field(default_factory=PositionFlash)
     mark: Mark = field(init=False)
     edges: Edges = field(init=False)
     moving: bool | None = None
@@ -307,6 +309,7 @@ class Body:
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
         if kind == "body.power_cycled":
             self.flash.note_power_on(certain=bool(facts["certain"]))
+            self.position_flash.note_power_on()
             self.prepared = False
         self.no_program_at = self.mode = None
         self.look_due.set()
@@ -333,6 +336,7 @@ class Body:
         if command.effect is Effect.READ:
             return
         self.flash.note_told(command, is_known=command.code in COMMANDS)
+        self.position_flash.note_told(command, is_known=command.code in COMMANDS)
         if isinstance(command, SetUserComment):
             return
         self.told += 1
@@ -372,11 +376,13 @@ class Body:
         """Note what may have been done without a reply."""
         self.power.note_done(command)
         self.flash.note_done(command, certain=False)
+        self.position_flash.note_done(command, certain=False)
         self._note_preparation(command, certain=False)
 
     def _was_done(self, command: RorzeCommand[Any]) -> None:
         self.power.note_done(command)
         self.flash.note_done(command, certain=True)
+        self.position_flash.note_done(command, certain=True)
         self._note_preparation(command, certain=True)
         if isinstance(command, SetPosition):
             self.power.note_position_set(command)
@@ -391,6 +397,7 @@ class Body:
     def _saw_setting(self, question: RorzeCommand[Any], reply: Reply) -> None:
         self.power.note_read(question, reply)
         self.flash.note_read(question, reply)
+        self.position_flash.note_read(reply)
         if isinstance(reply, OperatingMode):
             self.mode = reply.mode
         if self.power.changed is not None:

@@ -27,7 +27,7 @@ async def test_a_number_alone_stores_where_the_motor_stands(stand: Stand) -> Non
 
     stored = await put(stand, {"positions": [{"number": 7, "name": "unload"}]})
     entry = {"number": 7, "name": "unload", "pulses": 640, "value": None, "unit": None}
-    assert stored.json() == {"body_id": "arm.3F", "positions": [entry]}
+    assert stored.json() == {"body_id": "arm.3F", "positions": [entry], "flash": {}}
 
     back = {"kind": "absolute", "position": {"value": 0, "unit": "pulse"}}
     await stand.post("/bodies/3F/moves?wait=30", back)
@@ -115,3 +115,23 @@ async def test_what_cannot_be_stored_is_refused_with_its_place(stand: Stand) -> 
     refused(await stand.get(f"{TABLE}?first=5&last=4"), 422)
     refused(await stand.get("/bodies/77/positions"), 404)
     assert not [frame for frame in stand.frames()[len(sent) :] if frame[3:5] in ("3P", "3N")]
+
+
+@on_stand()
+async def test_what_flash_memory_holds_is_told_where_it_is_known_and_is_no_part_of_the_tag(
+    stand: Stand,
+) -> None:
+    first = await put(stand, {"positions": [{"number": 7, "position": pulse(100)}], "flash": True})
+    assert first.json()["flash"] == {}
+    saved = await stand.get(f"{TABLE}?first=7&last=7")
+    assert saved.json()["flash"] == {"7": 100}
+    changed = await put(stand, {"positions": [{"number": 7, "position": pulse(5)}]})
+    assert (changed.json()["positions"][0]["pulses"], changed.json()["flash"]) == (5, {"7": 100})
+    tag = (await stand.get(f"{TABLE}?first=7&last=7")).headers["etag"]
+    await stand.post("/bodies/3F/commands/save-positions", {})
+    after = await stand.get(f"{TABLE}?first=7&last=7")
+    assert (after.json()["flash"], after.headers["etag"]) == ({"7": 5}, tag)
+
+
+def pulse(value: int) -> dict[str, object]:
+    return {"value": value, "unit": "pulse"}

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, InvalidText, NotFound, PowerCycled
+from gateway.core.journal.intents import Intents
 from gateway.core.origin import Origin
 from gateway.operations import commands, programs, stops
 from gateway.rorze.program_uploads import ProgramUpload
@@ -18,6 +19,7 @@ from protocols.rorze.programs import AddProgramInstruction, RunProgram, StepProg
 from protocols.rorze.speeds import SetMaximumAcceleration, SetMaximumSpeed, SetStartSpeed
 from protocols.rorze.user_program.assembler import assemble
 from simulator.faults import Direction, Fault, Switch
+from tests.model_book import ModelBook
 from tests.plants import Rig, in_virtual_time, lose, rig
 from tests.protocols.rorze.user_program.examples import INSTRUCTIONS
 from tests.virtual_time import run_virtual
@@ -134,6 +136,23 @@ async def test_while_a_program_is_uploaded_nothing_else_changes_it_and_reads_are
         over = await programs.get_upload(it.plant, "3F", "current", 600.0)
         assert (over.status, over.verified) == ("succeeded", 300)
         assert "body.program.upload.progress" in it.types("body.program")
+
+
+@in_virtual_time
+async def test_an_upload_keeps_the_wire_busy_though_the_journal_takes_its_time() -> None:
+    async with one_body(baud=9600) as it:
+        line, book = it.body().line, ModelBook(takes_s=0.01)
+        line.intents = Intents(book, line.address_of)
+        loop = asyncio.get_running_loop()
+        began, sent, heard = loop.time(), len(it.wire.sent), len(it.wire.heard)
+        assert (await uploaded(it, LONG)).status == "succeeded"
+        took_s = loop.time() - began
+        told = sum(len(data) for _, data in it.wire.heard[heard:])
+        asked = sum(len(frame) + 1 for frame in it.wire.frames(sent))
+        assert (told + asked) * 10 / 9600 >= 0.95 * took_s
+        intents = [intent["frame"] for _, intent in book.intents()]
+        assert intents == [f"{frame}\r" for frame in changes(it)]
+        assert len({at for at, _ in book.intents()}) < len(intents) / 10
 
 
 @in_virtual_time
