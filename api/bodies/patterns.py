@@ -97,21 +97,10 @@ async def get_curve(
 
 
 @router.post("/bodies/{body_id}/patterns/{n}/curve", Right.VIEW, response_model=SpeedCurve)
-async def draft_curve(
-    request: Request,
-    body_id: BodyId,
-    n: PatternNumber,
-    draft: CurveDraft,
-    distance: Distance,
-    unit: CurveUnit = "pulse",
-    speed: CurveSpeed = "high",
-    points: Points = 200,
-) -> Response:
+async def draft_curve(request: Request, body_id: BodyId, n: PatternNumber, draft: CurveDraft) -> Response:
     """Work out how a move would go if the pattern were this one; nothing is set, and nothing moves."""
     plant, caller = plant_of(request), origin_of(request)
-    return json_response(
-        await body_settings.curve(plant, caller, body_id, n, distance, unit, speed, points, draft)
-    )
+    return json_response(await body_settings.draft_curve(plant, caller, body_id, n, draft))
 
 
 async def _change(

@@ -90,11 +90,18 @@ async def curve(
     unit: Unit,
     speed: Literal["high", "low"],
     points: int,
-    draft: CurveDraft | None = None,
 ) -> SpeedCurve:
     """Work out the speed curve of a move; errors as of `curves.curve_of`."""
     body = _body(plant, body_id)
-    return await curves.curve_of(body, number, to_pulses(distance, unit, body.scale), speed, points, draft)
+    return await curves.curve_of(body, number, to_pulses(distance, unit, body.scale), speed, points)
+
+
+@needs(Right.VIEW)
+async def draft_curve(plant: Plant, body_id: str, number: int, draft: CurveDraft) -> SpeedCurve:
+    """Work out the speed curve of a move with a pattern that is not set; errors as of `curves.curve_of`."""
+    body = _body(plant, body_id)
+    pulses = draft.distance.pulses(body.scale)
+    return await curves.curve_of(body, number, pulses, draft.speed, draft.points, draft)
 
 
 @needs(Right.VIEW)

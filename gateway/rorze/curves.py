@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import Record, RequestModel, example
 from gateway.rorze.bodies import Body
+from gateway.rorze.move_requests import Length
 from gateway.rorze.patterns import Changes, each_once, read_pattern
 from gateway.rorze.plans import pulses_per_count
 from gateway.rorze.speed_sets import SpeedSetValues, parameters_of
@@ -53,14 +54,19 @@ class CurveDraft(
             "rising_percent": 50,
             "falling_percent": 50,
         },
-        changes=[{"point": 0, "begin": 60_000, "speed_pps": 20_000}],
+        distance={"value": 10_000, "unit": "pulse"},
     ),
 ):
-    """A pattern that no body has yet."""
+    """A move with a pattern that no body has yet."""
 
     acceleration: SpeedSetValues
     deceleration: SpeedSetValues | None = Field(default=None, description="Left out: as the acceleration.")
     changes: Changes = Field(default_factory=list)
+    distance: Length = Field(description="How far the move goes.")
+    speed: Literal["high", "low"] = Field(
+        default="high", description="`low` runs at the start speed, without ramps."
+    )
+    points: int = Field(default=200, ge=2, le=2_000, description="How many moments, evenly spread.")
 
     @model_validator(mode="after")
     def _points_once(self) -> Self:

@@ -14,6 +14,7 @@ UP = {"start_speed_pps": 5_000, "maximum_speed_pps": 50_000, "acceleration_pps_s
 UP |= {"rising_percent": 30, "falling_percent": 30}
 DOWN = {"start_speed_pps": 50, "maximum_speed_pps": 50_000, "acceleration_pps_s": 95_000}
 DOWN |= {"rising_percent": 50, "falling_percent": 20}
+FAR = {"value": 150_000, "unit": "pulse"}
 SLOW_AT_THE_SENSOR = [
     {"point": 0, "end": 78_000, "speed_pps": 10_000},
     {"point": 1, "begin": 80_000, "speed_pps": 50_000},
@@ -173,12 +174,11 @@ async def test_a_curve_goes_through_its_changes_of_speed(stand: Stand) -> None:
 
 @on_stand()
 async def test_a_curve_of_a_draft_is_that_of_the_pattern_once_it_is_set(stand: Stand) -> None:
-    draft = {"acceleration": UP, "deceleration": DOWN, "changes": SLOW_AT_THE_SENSOR}
-    wanted = f"{PATTERN}/curve?distance=150000"
-    drawn = (await stand.post(wanted, draft)).json()
+    draft = {"acceleration": UP, "deceleration": DOWN, "changes": SLOW_AT_THE_SENSOR, "distance": FAR}
+    drawn = (await stand.post(f"{PATTERN}/curve", draft)).json()
     assert set_by(stand.frames()) == []
     await teach(stand, SLOW_AT_THE_SENSOR)
-    assert (await stand.get(wanted)).json() == drawn
+    assert (await stand.get(f"{PATTERN}/curve?distance=150000")).json() == drawn
 
 
 @on_stand()
@@ -192,7 +192,7 @@ async def test_a_draft_that_would_be_refused_says_why(stand: Stand) -> None:
             "would be refused",
         ),
     ):
-        answer = await stand.post(f"{PATTERN}/curve?distance=100000", draft)
+        answer = await stand.post(f"{PATTERN}/curve", {**draft, "distance": FAR})
         assert answer.status_code == 422
         assert said in answer.text
 

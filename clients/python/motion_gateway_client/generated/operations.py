@@ -982,23 +982,12 @@ class Operations(Protocol):
         return answer
 
     def draft_curve(
-        self,
-        body_id: str,
-        n: int,
-        body: CurveDraft,
-        /,
-        *,
-        distance: float | None = None,
-        unit: Literal["pulse", "mm", "um", "deg", "mdeg"] | None = None,
-        speed: Literal["high", "low"] | None = None,
-        points: int | None = None,
-        idempotency_key: str | None = None,
+        self, body_id: str, n: int, body: CurveDraft, /, *, idempotency_key: str | None = None
     ) -> SpeedCurve:
         """Work out how a move would go if the pattern were this one; nothing is set, and nothing moves."""
         answer: SpeedCurve = self.call(
             "POST",
             filled("/bodies/{body_id}/patterns/{n}/curve", body_id=body_id, n=n),
-            query={"distance": distance, "unit": unit, "speed": speed, "points": points},
             body=body,
             idempotency_key=idempotency_key,
         )

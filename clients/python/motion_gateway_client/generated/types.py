@@ -1720,13 +1720,19 @@ class Crashed(TypedDict):
 
 
 class CurveDraft(TypedDict):
-    """A pattern that no body has yet."""
+    """A move with a pattern that no body has yet."""
 
     acceleration: SpeedSetValues
     deceleration: NotRequired[SpeedSetValues | None]
     """Left out: as the acceleration."""
     changes: NotRequired[list[SpeedChangeRequest]]
     """All that it shall have."""
+    distance: Length
+    """How far the move goes."""
+    speed: NotRequired[Literal["high", "low"]]
+    """`low` runs at the start speed, without ramps. Left out: high."""
+    points: NotRequired[int]
+    """How many moments, evenly spread. Left out: 200."""
 
 
 class CurvePoint(TypedDict):

@@ -7166,7 +7166,7 @@ export interface components {
         };
         /**
          * CurveDraft
-         * @description A pattern that no body has yet.
+         * @description A move with a pattern that no body has yet.
          * @example {
          *       "acceleration": {
          *         "acceleration_pps_s": 100000,
@@ -7175,13 +7175,10 @@ export interface components {
          *         "rising_percent": 50,
          *         "start_speed_pps": 5000
          *       },
-         *       "changes": [
-         *         {
-         *           "begin": 60000,
-         *           "point": 0,
-         *           "speed_pps": 20000
-         *         }
-         *       ]
+         *       "distance": {
+         *         "unit": "pulse",
+         *         "value": 10000
+         *       }
          *     }
          */
         CurveDraft: {
@@ -7193,6 +7190,19 @@ export interface components {
              * @description All that it shall have.
              */
             changes?: components["schemas"]["SpeedChangeRequest"][];
+            /** @description How far the move goes. */
+            distance: components["schemas"]["Length"];
+            /**
+             * Speed
+             * @description `low` runs at the start speed, without ramps. Left out: high.
+             * @enum {string}
+             */
+            speed?: "high" | "low";
+            /**
+             * Points
+             * @description How many moments, evenly spread. Left out: 200.
+             */
+            points?: number;
         };
         /**
          * CurvePoint
@@ -20803,16 +20813,7 @@ export interface operations {
     };
     draftCurve: {
         parameters: {
-            query: {
-                /** @description How far the move goes. */
-                distance: number;
-                /** @description Of the distance; pulses are whole. */
-                unit?: "pulse" | "mm" | "um" | "deg" | "mdeg";
-                /** @description `low` runs at the start speed, without ramps. */
-                speed?: "high" | "low";
-                /** @description How many moments, evenly spread. */
-                points?: number;
-            };
+            query?: never;
             header?: {
                 /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
                 "Idempotency-Key"?: string;
