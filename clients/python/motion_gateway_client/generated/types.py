@@ -4740,6 +4740,7 @@ class RobotPowerLoss(TypedDict):
     """How sure the gateway is, and what it will set again."""
 
     speeds: dict[str, dict[str, dict[str, float]]]
+    """In percent of full speed."""
     full_speed: dict[str, dict[str, list[str]]]
     certain: bool
 
@@ -5791,6 +5792,7 @@ class SpeedsKnown(TypedDict):
     """The speeds in percent that are set again, and the axes that are at 100 %: by unit and coordinates."""
 
     speeds: dict[str, dict[str, dict[str, float]]]
+    """In percent of full speed."""
     full_speed: dict[str, dict[str, list[str]]]
 
 
@@ -6018,7 +6020,9 @@ class UnitChange(TypedDict):
     """The selected unit, as the gateway had left it and as it was found."""
 
     expected: int
+    """Number of a unit."""
     found: int
+    """Number of a unit."""
 
 
 class UnitInfo(TypedDict):

@@ -14000,7 +14000,10 @@ export interface components {
          * @description How sure the gateway is, and what it will set again.
          */
         RobotPowerLoss: {
-            /** Speeds */
+            /**
+             * Speeds
+             * @description In percent of full speed.
+             */
             speeds: {
                 [key: string]: {
                     [key: string]: {
@@ -16574,7 +16577,10 @@ export interface components {
          * @description The speeds in percent that are set again, and the axes that are at 100 %: by unit and coordinates.
          */
         SpeedsKnown: {
-            /** Speeds */
+            /**
+             * Speeds
+             * @description In percent of full speed.
+             */
             speeds: {
                 [key: string]: {
                     [key: string]: {
@@ -17026,9 +17032,15 @@ export interface components {
          * @description The selected unit, as the gateway had left it and as it was found.
          */
         UnitChange: {
-            /** Expected */
+            /**
+             * Expected
+             * @description Number of a unit.
+             */
             expected: number;
-            /** Found */
+            /**
+             * Found
+             * @description Number of a unit.
+             */
             found: number;
         };
         /**
