@@ -25,20 +25,19 @@ from api import (
     system,
 )
 from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
-from api.bodies import routes as bodies
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
 from api.common.repeats import REPLAYED, Repeats
+from api.common.route_index import RouteIndex
 from api.common.routes import unguarded
 from api.common.security import SameSite
 from api.common.traffic import Traffic
 from api.common.version import VERSION
 from api.console import pages as console
+from api.families import OWN_ROUTES
 from api.front import documents
 from api.metrics import metrics_of
-from api.robots import routes as robots
-from api.scaras import routes as scaras
 from gateway.access.credentials import Credentials
 from gateway.operations.keys import Keys
 from gateway.operations.remedies import calls_for
@@ -59,6 +58,7 @@ class Application(FastAPI):
 
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
+        self.router.middleware_stack = RouteIndex(self.router.routes, self.router.middleware_stack)
         stack, plant = super().build_middleware_stack(), self.state.plant
         if plant.journal is not None:
             stack = Repeats(stack, Keys(plant, plant.journal), self.state.access)
@@ -111,11 +111,10 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
     modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
     modules += [leases, configuration, access_keys]
-    routers = [info.reads, *(module.router for module in modules), *scaras.routers(), *bodies.routers()]
-    for name, family in plant.families.items():
-        routers += robots.routers() if name == "fics" else []
-        routers += command_routes.routers(type(family))
-    # Side by side instead of included, which would search them twice for every request; and before the docs.
+    routers = [module.router for module in modules]
+    for family in map(type, plant.families.values()):
+        routers += [*OWN_ROUTES.get(family, list)(), *command_routes.routers(family)]
+    # Side by side instead of included, so that one index finds them all; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
     documents.install(app, root_path)
     console.install(app)
@@ -134,11 +133,6 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
         )
     app.add_middleware(SameSite, allowed_hosts=server.names, allowed_origins=server.allowed_origins)
     return app
-
-
-def make_documents(app: FastAPI) -> None:
-    """Make all that never changes, before anybody can ask for it: it takes a second or two."""
-    documents.make_ready([*app.state.documents, *catalogue.TABLES.values()])
 
 
 async def _nowhere(_scope: Scope, _receive: Receive, _send: Send) -> None:

@@ -20,7 +20,7 @@ from api.common.requests import (
 )
 from api.common.strict_json import StrictRequest, StrictRoute
 from api.robots.paths import RobotId
-from gateway.core.backups import Backup
+from gateway.core.backup_record import Backup
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.rights import Right

@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 
 from fastapi import Header, Query, Request, Response
 from pydantic import AwareDatetime, BaseModel, Field
-from pydantic_core import to_json
 from starlette.responses import StreamingResponse
 
 from api.common.problems import DECLARED
@@ -19,6 +18,7 @@ from api.common.requests import (
     new_router,
     origin_of,
     plant_of,
+    told,
     wait_headers,
     wait_s,
 )
@@ -81,7 +81,7 @@ async def list_lines(request: Request) -> Response:
     """List all lines."""
     plant = plant_of(request)
     seen = [plant.info(line_id) for line_id in plant.ports() if is_seen(request, line_id)]
-    return Response(to_json({"lines": seen}), media_type="application/json")
+    return told({"lines": seen})
 
 
 @router.get("/lines/{line_id}", Right.VIEW, response_model=AnyLineInfo)

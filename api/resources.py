@@ -37,7 +37,9 @@ def _endpoints(place: Place) -> tuple[Endpoint, Endpoint, Endpoint]:
         newest = moves.newest(plant_of(request), place.path.format(**names), NEWEST)
         return Response(to_json({"moves": newest}), media_type="application/json")
 
-    async def get_move(request: Request, move_id: str, wait: float | None, **names: object) -> Response:
+    async def get_move(
+        request: Request, move_id: str, wait: float | None = None, **names: object
+    ) -> Response:
         """Get a move, at once or when it is over."""
         waited_s, target = wait_s(request, wait), place.path.format(**names)
         move = await moves.get(plant_of(request), target, move_id, waited_s)

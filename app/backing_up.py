@@ -146,7 +146,13 @@ def _end(record: dict[str, Any]) -> None:
         fail(
             f"{record['status']}: nobody knows what {', '.join(record['controllers'])} holds.", exits.UNKNOWN
         )
-    fail(f"{record['status']}: {len(differences)} differences.", exits.REFUSED)
+    if differences:
+        fail(f"{record['status']}: {len(differences)} differences.", exits.REFUSED)
+    unseen = ""
+    if record["flash"]:
+        what = "the power cycle" if record["saved"] else "the writing of flash memory"
+        unseen = f", but the end of {what} was not seen"
+    fail(f"{record['status']}: nothing differs from the backup{unseen}.", exits.REFUSED)
 
 
 def _tell(differences: list[dict[str, Any]]) -> None:

@@ -55,14 +55,13 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
     :raises ConfigError: nobody could be let in, or the certificate cannot be used; no line was opened.
     :raises InUse, TooNew: the journal in `data` belongs to another gateway; no line was opened.
     """
-    from api.app import create_app, make_documents
+    from api.app import create_app
 
     door = Door(config, data)
     with _listener(config.server) as listener:
         plant = Plant(config, journal=open_journal(data), lease_tokens=LeaseTokens(data), file=file)
         plant.names.keep_in(data)
         app = create_app(plant, door.credentials)
-        make_documents(app)
         server = _Server(_uvicorn_config(app, config.server, door.certificate))
         end = _End(plant, server)
         if watchdog_wanted():

@@ -13,6 +13,7 @@ from benchmarks import (
     dpram_round_trip,
     fan_out,
     first_byte,
+    http_cost,
     http_read,
     key_cost,
     line_use,
@@ -30,6 +31,7 @@ class Benchmark(StrEnum):
     LINE_USE = "line-use"
     BULK = "bulk"
     HTTP_READ = "http-read"
+    HTTP_COST = "http-cost"
     FIRST_BYTE = "first-byte"
     STOP_LATENCY = "stop-latency"
     DPRAM = "dpram"
@@ -45,6 +47,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.LINE_USE: line_use.run,
     Benchmark.BULK: bulk.run,
     Benchmark.HTTP_READ: http_read.run,
+    Benchmark.HTTP_COST: http_cost.run,
     Benchmark.FIRST_BYTE: first_byte.run,
     Benchmark.STOP_LATENCY: stop_latency.run,
     Benchmark.DPRAM: dpram_round_trip.run,

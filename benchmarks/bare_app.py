@@ -51,6 +51,10 @@ def create_app(far_port: int) -> FastAPI:
 
     app = FastAPI(lifespan=connected)
 
+    @app.get("/hello")
+    async def hello() -> dict[str, str]:
+        return {"hello": "world"}
+
     @app.get("/bodies/{body_id}/position")
     async def read(body_id: str) -> Answer:
         return Answer(body_id=body_id, reply=await ends[0].ask(f"&{body_id}6PD"))

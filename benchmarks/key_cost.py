@@ -3,7 +3,6 @@
 The yardstick is the same gateway, open to everybody on its machine.
 """
 
-import asyncio
 from asyncio.subprocess import Process
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -11,9 +10,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.figures import Figure, Target
-from benchmarks.http_client import get, latencies
+from benchmarks.http_client import get
+from benchmarks.http_cost import read_us
 from benchmarks.http_read import write_config
-from benchmarks.processes import cpu_s, free_port, gateway, set_apart, simulated_line
+from benchmarks.processes import free_port, gateway, set_apart, simulated_line
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role
 
@@ -28,18 +28,9 @@ async def run(seconds: float) -> list[Figure]:
     share = seconds / ROUNDS / 4
     with set_apart() as apart:
         async with _gateway(apart, "") as open_one, _gateway(apart, "line") as guarded:
-            taken = [[await _read_us(*it, share) for it in (guarded, open_one)] for _ in range(ROUNDS + 1)]
+            taken = [[await read_us(*it, share) for it in (guarded, open_one)] for _ in range(ROUNDS + 1)]
     measured, yardstick = zip(*taken[1:], strict=True)  # in the first round caches fill
     return [Figure("read with a checked key: processor", "us", measured, yardstick, AT_MOST)]
-
-
-async def _read_us(process: Process, port: int, request: bytes, seconds: float) -> float:
-    """The processor time of a read, without what the gateway does anyway."""
-    idle = cpu_s(process)
-    await asyncio.sleep(seconds)
-    begun = cpu_s(process)
-    reads = len(await asyncio.to_thread(latencies, port, [request], seconds))
-    return 1e6 * (cpu_s(process) - begun - (begun - idle)) / reads
 
 
 @asynccontextmanager

@@ -15,7 +15,8 @@ from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
 from gateway.core.alarms import Alarms
-from gateway.core.backups import Backup, Backups
+from gateway.core.backup_record import Backup
+from gateway.core.backups import Backups
 from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
@@ -165,7 +166,7 @@ class Plant:
                 self._ports[line_id].retire("it is configured anew")
             for line_id in gone:
                 await self._remove(line_id)
-            self.config = self.config.model_copy(update={"lines": config.lines})
+            self.config = self.config.model_copy(update={"lines": config.lines, "scaras": config.scaras})
             for line_id in wanted.keys() - self._ports.keys():
                 self._build(wanted[line_id])
                 self._start(line_id)
@@ -180,8 +181,8 @@ class Plant:
 
         :raises BodyBusy: something does, or is at work; nothing was changed.
         """
-        wanted = {line.id: line for line in config.lines}
-        gone = [line.id for line in self.config.lines if wanted.get(line.id) != line]
+        wanted = config.served()
+        gone = [line_id for line_id, it in self.config.served().items() if wanted.get(line_id) != it]
         for line_id in gone:
             family = self._family_of(line_id)
             moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]

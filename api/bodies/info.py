@@ -7,8 +7,8 @@ from typing import Annotated, Any, Final, Literal
 
 from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
+from typing_extensions import TypedDict
 
-from api.common.fast_route import DirectRoute
 from api.common.requests import (
     BodyId,
     LineId,
@@ -18,6 +18,7 @@ from api.common.requests import (
     new_router,
     origin_of,
     plant_of,
+    told,
     utc_of,
 )
 from gateway.core.errors import GatewayError
@@ -55,41 +56,55 @@ STALL_FINDERS: Final[Sequence[tuple[StallFinder, RorzeCommand[StallError], type[
 Fresh = Annotated[bool, Query(description="Ask each body for its status and position first.")]
 
 router = new_router("bodies")
-reads = new_router("bodies", DirectRoute)
 
 
-class BodyInfo(BaseModel):
+class BodyInfo(TypedDict):
     """A body as the gateway knows it, without asking it."""
 
-    body_id: str = Field(description="Its unique address, such as arm.3F.")
+    # No model: nothing of it comes from outside, and a list of 120 has no time for checks.
+    body_id: Annotated[str, Field(description="Its unique address, such as arm.3F.")]
     line_id: str
     name: str
-    online: bool = Field(description="Whether it can be asked now, as far as is known.")
-    last_heard_at: datetime | None = Field(description="When it last answered anything.")
-    known_age_s: float | None = Field(
-        description="Seconds since then: what is told of it may be as old; null if it never answered."
-    )
-    moving: bool | None = Field(description="Null while out of reach, and until its status is read.")
-    move_id: str | None = Field(description="The move that is not over yet.")
-    homed: Homed = Field(
-        description="yes: homed by the gateway, and its power was kept since; no: it has lost its power."
-    )
-    power_cycled: bool = Field(
-        description="It has lost its power; motions to places are refused until it is homed, its position is "
-        "set, or that is acknowledged."
-    )
-    unit: str | None = Field(description="The unit of its scale; null without one.")
+    online: Annotated[bool, Field(description="Whether it can be asked now, as far as is known.")]
+    last_heard_at: Annotated[datetime | None, Field(description="When it last answered anything.")]
+    known_age_s: Annotated[
+        float | None,
+        Field(description="Seconds since then: what is told of it may be as old; null if it never answered."),
+    ]
+    moving: Annotated[
+        bool | None, Field(description="Null while out of reach, and until its status is read.")
+    ]
+    move_id: Annotated[str | None, Field(description="The move that is not over yet.")]
+    homed: Annotated[
+        Homed,
+        Field(
+            description="yes: homed by the gateway, and its power was kept since; no: it has lost its power."
+        ),
+    ]
+    power_cycled: Annotated[
+        bool,
+        Field(
+            description="It has lost its power; motions to places are refused until it is homed, its "
+            "position is set, or that is acknowledged."
+        ),
+    ]
+    unit: Annotated[str | None, Field(description="The unit of its scale; null without one.")]
     pulses_per_unit: float | None
     groups: list[str]
-    counted_in: CountedIn | None = Field(description="Of the position; null where its mode is not known.")
-    position: int | None = Field(
-        description="In `counted_in`, as last read; null until it was read since it was called otherwise."
-    )
+    counted_in: Annotated[
+        CountedIn | None, Field(description="Of the position; null where its mode is not known.")
+    ]
+    position: Annotated[
+        int | None,
+        Field(
+            description="In `counted_in`, as last read; null until it was read since it was called otherwise."
+        ),
+    ]
     position_read_at: datetime | None
-    status: list[str] | None = Field(description="The status bits that were set when last read.")
+    status: Annotated[list[str] | None, Field(description="The status bits that were set when last read.")]
 
 
-class BodyList(BaseModel):
+class BodyList(TypedDict):
     """All bodies of the configuration."""
 
     bodies: list[BodyInfo]
@@ -230,7 +245,7 @@ class SpeedAccepted(BaseModel):
     command: str = Field(description="The three characters of the controller's command.")
 
 
-@reads.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
+@router.get("/bodies/{body_id}/position", Right.VIEW, response_model=Position)
 async def get_position(request: Request, body_id: BodyId) -> Response:
     """Ask the controller where the motor stands (6PD), and for its mode where that is not known (EAD)."""
     if _body(request, body_id).mode is None:
@@ -246,7 +261,7 @@ async def set_position(request: Request, body_id: BodyId, position: Length) -> R
     return json_response(_position(_body(request, body_id), pulses, at))
 
 
-@reads.get("/bodies/{body_id}/status", Right.VIEW, response_model=BodyStatus)
+@router.get("/bodies/{body_id}/status", Right.VIEW, response_model=BodyStatus)
 async def get_status(request: Request, body_id: BodyId) -> Response:
     """Ask the controller for its status (9CD), the cause of the last end (9MD) and its sensors (CLD).
 
@@ -310,13 +325,13 @@ async def list_bodies(request: Request, *, fresh: Fresh = False) -> Response:
         await bodies.look_at_all(plant_of(request), origin_of(request))
     rorze = plant_of(request).family(Rorze)
     seen = [_info(rorze, body) for body in rorze.bodies() if is_seen(request, body.address)]
-    return json_response(BodyList(bodies=seen))
+    return told({"bodies": seen})
 
 
 @router.get("/bodies/{body_id}", Right.VIEW, response_model=BodyInfo)
 async def get_body(request: Request, body_id: BodyId) -> Response:
     """Tell what is known of a body; nothing is sent."""
-    return json_response(_info(plant_of(request).family(Rorze), _body(request, body_id)))
+    return told(_info(plant_of(request).family(Rorze), _body(request, body_id)))
 
 
 @router.post("/bodies/{body_id}/power-cycle/acknowledge", Right.OPERATE, response_model=BodyInfo)
@@ -327,7 +342,7 @@ async def acknowledge_body_power_cycle(request: Request, body_id: BodyId) -> Res
     of its flash memory. Homing does the same as this, and so does setting its position.
     """
     await bodies.acknowledge_power_cycle(plant_of(request), origin_of(request), body_id)
-    return json_response(_info(plant_of(request).family(Rorze), _body(request, body_id)))
+    return told(_info(plant_of(request).family(Rorze), _body(request, body_id)))
 
 
 def _body(request: Request, body_id: str) -> Body:
@@ -382,23 +397,24 @@ def _flags(bits: int, names: tuple[str, ...]) -> dict[str, bool]:
 
 
 def _info(rorze: Rorze, body: Body) -> BodyInfo:
-    heard_at = body.last_heard_at
-    return BodyInfo(
-        body_id=body.address,
-        line_id=body.line.id,
-        name=body.name,
-        online=body.online,
-        last_heard_at=None if heard_at is None else utc_of(heard_at),
-        known_age_s=None if heard_at is None else round(age_ms_of(heard_at) / 1000, 3),
-        moving=body.moving if body.online else None,
-        move_id=body.move.id if body.move else None,
-        homed=body.power.homed,
-        power_cycled=body.power.cycled,
-        unit=body.scale.unit if body.scale else None,
-        pulses_per_unit=body.scale.pulses_per_unit if body.scale else None,
-        groups=[group.address for group in rorze.groups_of(body)],
-        counted_in=body.counted_in,
-        position=body.position,
-        position_read_at=None if body.position_at is None else utc_of(body.position_at),
-        status=None if body.status_bits is None else names_of(body.status_bits, CONTROLLER_STATUS_BITS),
-    )
+    heard_at, position_at, online, scale = body.last_heard_at, body.position_at, body.online, body.scale
+    bits = body.status_bits
+    return {
+        "body_id": body.address,
+        "line_id": body.line.id,
+        "name": body.name,
+        "online": online,
+        "last_heard_at": None if heard_at is None else utc_of(heard_at),
+        "known_age_s": None if heard_at is None else round(age_ms_of(heard_at) / 1000, 3),
+        "moving": body.moving if online else None,
+        "move_id": body.move.id if body.move else None,
+        "homed": body.power.homed,
+        "power_cycled": body.power.cycled,
+        "unit": scale.unit if scale else None,
+        "pulses_per_unit": scale.pulses_per_unit if scale else None,
+        "groups": [group.address for group in rorze.groups_of(body)],
+        "counted_in": body.counted_in,
+        "position": body.position,
+        "position_read_at": None if position_at is None else utc_of(position_at),
+        "status": None if bits is None else names_of(bits, CONTROLLER_STATUS_BITS),
+    }

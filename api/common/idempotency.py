@@ -26,7 +26,7 @@ def require_no_key(request: HTTPConnection) -> None:
     if "idempotency-key" in request.headers and HONOURED not in request.scope:
         raise InvalidRequest(
             "The header Idempotency-Key is not honoured here, for there is no journal, or the command comes "
-            "as text, or its answer is secret: it would be carried out again; nothing was done.",
+            "as text, or its answer is secret: it would be carried out again; nothing was sent.",
             "Leave the header out, and look at what the first request did before you repeat it.",
         )
 

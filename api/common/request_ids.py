@@ -2,14 +2,14 @@
 
 import re
 from collections.abc import Iterable
+from secrets import token_hex
 from time import perf_counter
 from typing import Final
-from uuid import uuid4
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.common.traffic import Traffic, kind_of
-from gateway.core.origin import Origin, acting
+from gateway.core.origin import ORIGIN, Origin
 
 HEADER: Final = "X-Request-Id"
 _NAME: Final = b"x-request-id"
@@ -35,7 +35,7 @@ def request_id_of(headers: Headers) -> str:
             return value.decode("ascii")
         if name == _TRACE_NAME:
             trace = _TRACE.fullmatch(value)
-    return trace[1].decode("ascii") if trace else uuid4().hex
+    return trace[1].decode("ascii") if trace else token_hex(16)
 
 
 def header_of(request_id: str) -> tuple[bytes, bytes]:
@@ -68,8 +68,9 @@ class RequestIds:
         caller = f"{scope['type']} {client[0]}" if client else scope["type"]
         kind = kind_of(scope)
         traffic.clients[kind] += 1
+        before = ORIGIN.set(Origin(caller, request_id))
         try:
-            with acting(Origin(caller, request_id)):
-                await self._app(scope, receive, answer)
+            await self._app(scope, receive, answer)
         finally:
+            ORIGIN.reset(before)
             traffic.clients[kind] -= 1

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 
 from fastapi import HTTPException, Request, Response
 from starlette.requests import ClientDisconnect
-from starlette.types import Scope
+from starlette.types import Message, Receive, Scope, Send
 
+from api.common.direct import NOTHING, DirectCall, NotPlain
 from api.common.idempotency import WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
@@ -156,28 +157,63 @@ class StrictRoute(HttpRoute):
     """Whether it refuses an Idempotency-Key before its body is read."""
     request_class: ClassVar[type[StrictRequest]] = StrictRequest
 
+    def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
+        super().__init__(path, endpoint, **options)
+        self._direct = DirectCall.of(self)
+        self._by_fastapi, self.app = self.app, self._answer
+
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Put the checks before the route's own handler."""
         handle = super().get_route_handler()
-        takes_body = self.body_field is not None
-        stops = self.right is Right.STOP
-        refuses_keys = self.refuses_keys and not stops and not WITH_EFFECT.isdisjoint(self.methods or ())
-        known = [parameter.alias for parameter in self.dependant.query_params]
+        self._stops = self.right is Right.STOP
+        effect = not WITH_EFFECT.isdisjoint(self.methods or ())
+        self._refuses_keys = self.refuses_keys and effect and not self._stops
+        self._known = [parameter.alias for parameter in self.dependant.query_params]
 
         async def strict(request: Request) -> Response:
-            if not stops:
-                require_known(request, known)
-            if refuses_keys:
-                require_no_key(request)
-            if not takes_body:
-                return await handle(request)
-            scope = _as_json(request.scope) if stops else request.scope
-            strict_request = self.request_class(scope, request.receive)
-            if await strict_request.body():
-                _require_json(strict_request)
-            return await handle(strict_request)
+            return await handle(await self._checked(request))
 
         return strict
+
+    async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer directly what can be, and leave the rest to FastAPI."""
+        if self._direct is None or scope["query_string"]:
+            await self._by_fastapi(scope, receive, send)
+            return
+        request = await self._checked(Request(scope, receive, send))
+        has_body = self.body_field is not None and await request.body()
+        content = await request.json() if has_body else NOTHING
+        try:
+            answering = self._direct.begin(request, scope["path_params"], content)
+        except NotPlain:
+            read_again = receive if self.body_field is None else _again(await request.body())
+            await self._by_fastapi(scope, read_again, send)
+        else:
+            response = await answering
+            await response(scope, receive, send)
+
+    async def _checked(self, request: Request) -> Request:
+        """Refuse what is not strict; give the request with its body read."""
+        if not self._stops:
+            require_known(request, self._known)
+        if self._refuses_keys:
+            require_no_key(request)
+        if self.body_field is None:
+            return request
+        scope = _as_json(request.scope) if self._stops else request.scope
+        strict = self.request_class(scope, request.receive)
+        if await strict.body():
+            _require_json(strict)
+        return strict
+
+
+def _again(body: bytes) -> Receive:
+    """Let a body be read that was read already."""
+
+    async def receive() -> Message:
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return receive
 
 
 def _as_json(scope: Scope) -> Scope:

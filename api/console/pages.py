@@ -37,14 +37,13 @@ def install(app: FastAPI) -> None:
     assets = {file.name: _asset(file) for file in (BUILT / "assets").iterdir()}
 
     async def show(request: Request) -> Response:
-        return page.answer(request)
+        return await page.send(request)
 
     async def show_asset(request: Request) -> Response:
-        return _named(assets, request.path_params["name"]).answer(request)
+        return await _named(assets, request.path_params["name"]).send(request)
 
     app.routes.append(PageRoute("/", show, right=Right.VIEW, any_scope=True))
     app.routes.append(PageRoute("/assets/{name}", show_asset, right=Right.VIEW, any_scope=True))
-    app.state.documents += [page, *assets.values()]
 
 
 def _asset(file: Traversable) -> Document:

@@ -1,14 +1,16 @@
 """Documents that never change while the gateway runs: made once, packed once, and sent as they are."""
 
+import asyncio
 import gzip
 import json
 import re
 from base64 import b64encode
-from collections.abc import Awaitable, Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
 from importlib.resources import files
+from pathlib import Path
 from typing import Final
 
 from fastapi import FastAPI, Request, Response
@@ -16,7 +18,6 @@ from fastapi.openapi.docs import get_redoc_html
 from starlette.responses import HTMLResponse
 
 from api.common.routes import PageRoute
-from api.common.schemas import Schema, core_of, resources_of
 from api.front.swagger import Page, swagger_page
 from gateway.core.rights import Right
 
@@ -39,6 +40,8 @@ _PAGES: Final = (
     Page("/docs/all", "All resources and commands", OPENAPI_AT),
 )
 _NONE = "q=0"
+_FOLDERS: Final = (Path(__file__).parent / "openapi", Path(__file__).parents[2] / "openapi")
+"""Where the OpenAPI documents are: in the installed package, or beside the sources."""
 _WORTH_PACKING = 0.9
 """What gzip does not make shorter than this share is sent as it is."""
 
@@ -61,7 +64,7 @@ class Made:
 
 @dataclass(frozen=True)
 class Document:
-    """A document, made when it is first needed: before the ports open, where the gateway serves it."""
+    """A document, made when it is first asked for."""
 
     media_type: str
     make: Callable[[], bytes]
@@ -69,8 +72,14 @@ class Document:
 
     @cached_property
     def made(self) -> Made:
-        """Its bytes; making them may hold up the event loop for a second."""
+        """Its bytes."""
         return Made.of(self.make())
+
+    async def send(self, request: Request) -> Response:
+        """Answer; when it is asked for first it is made in a thread, beside the event loop."""
+        if "made" not in vars(self):
+            await asyncio.to_thread(lambda: self.made)
+        return self.answer(request)
 
     def answer(self, request: Request) -> Response:
         """Send it, or 304 to a client that has it; packed, if the client takes that."""
@@ -129,33 +138,30 @@ def install(app: FastAPI, root_path: str = "") -> None:
     `root_path` is where a proxy has the gateway: the pages load from there.
     """
     documents = {
-        OPENAPI_AT: Document(JSON, lambda: _written(app.openapi())),
-        RESOURCES_AT: Document(JSON, lambda: _written(resources_of(app.openapi()))),
-        CORE_AT: Document(JSON, lambda: _written(core_of(app.openapi()))),
+        OPENAPI_AT: Document(JSON, lambda: _written("openapi.json", root_path)),
+        RESOURCES_AT: Document(JSON, lambda: _written("resources.json", root_path)),
+        CORE_AT: Document(JSON, lambda: _written("core.json", root_path)),
         **{shown.at: _swagger(app.title, root_path, shown) for shown in _PAGES},
         "/redoc": page(lambda: _redoc(app.title, root_path)),
         **{f"{ASSETS_AT}/{name}": _asset(name, media_type) for name, media_type in _ASSETS.items()},
     }
     for path, document in documents.items():
         app.routes.append(PageRoute(path, _answering(document), right=Right.VIEW, any_scope=True))
-    app.state.documents = list(documents.values())
-
-
-def make_ready(documents: Iterable[Document]) -> None:
-    """Make all documents now, so that no request has to wait for one."""
-    for document in documents:
-        _ = document.made
 
 
 def _answering(document: Document) -> Callable[[Request], Awaitable[Response]]:
     async def answer(request: Request) -> Response:
-        return document.answer(request)
+        return await document.send(request)
 
     return answer
 
 
-def _written(document: Schema) -> bytes:
-    return json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode()
+def _written(name: str, root_path: str) -> bytes:
+    """Read a document of `python -m api.openapi`: to describe all routes anew takes seconds at each start."""
+    folder = next(it for it in _FOLDERS if it.is_dir())
+    text = b"".join([line.lstrip() for line in (folder / name).read_bytes().split(b"\n")])
+    servers = b'"servers": %b,"paths": {' % json.dumps([{"url": root_path}]).encode()
+    return text.replace(b'"paths": {', servers, 1) if root_path else text
 
 
 def _swagger(title: str, root_path: str, shown: Page) -> Document:

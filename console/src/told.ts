@@ -20,7 +20,12 @@ export function saidBy(event: Event): string {
   const data = event.data as Record<string, unknown>;
   if ("event_cursor" in data) return saidByMove(data as unknown as AnyMove);
   const told = Object.entries(data).filter(([, value]) => value !== null && value !== "");
-  return told.map(([name, value]) => `${name}: ${typeof value === "object" ? JSON.stringify(value) : value}`).join(", ");
+  return told.map(([name, value]) => `${name}: ${plain(value)}`).join(", ");
+}
+
+function plain(value: unknown): string {
+  if (Array.isArray(value)) return value.map(plain).join(" ") || words().none;
+  return typeof value === "object" ? JSON.stringify(value) : String(value);
 }
 
 function saidByMove(move: AnyMove): string {

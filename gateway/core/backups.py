@@ -1,56 +1,21 @@
 """Backups that are read from controllers, one after the other: minutes of work, followed and cancelled."""
 
 import asyncio
-from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
-from typing import Literal, Protocol
+from math import inf
+from typing import Protocol
 
-from pydantic import Field
-
+from gateway.core.backup_record import Backup, BackupError, Status
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown
 from gateway.core.move_log import new_id
-from gateway.core.origin import current
-from gateway.core.records import Record
-from gateway.core.restore_record import RestoreError
+from gateway.core.works import Works
 
 HISTORY = 10
 PROGRESS_S = 1.0
 """Progress is told at most this often."""
-
-Status = Literal["running", "succeeded", "failed", "cancelled"]
-
-
-class BackupError(RestoreError):
-    """Why there is no backup, in the words of a problem detail."""
-
-
-class Backup(Record):
-    """One backup that is being read, or was."""
-
-    id: str
-    target: str = Field(description="The path of what it is of.")
-    status: Status = "running"
-    controllers: list[str] = Field(description="The bodies, or the robot, it is read from, in their order.")
-    controller: str | None = Field(None, description="Which of them is being read, or was when it ended.")
-    read: int = Field(0, description="Answers so far.")
-    expected: int | None = Field(
-        0,
-        description="Answers it takes at most, as far as is known: what was never set is not asked for. Null "
-        "where nobody knows.",
-    )
-    text: str | None = Field(
-        None, description="The backup, once it has succeeded. Events leave it out: ask for the record."
-    )
-    error: BackupError | None = Field(None, description="Why there is none.")
-    request_id: str | None = Field(
-        default_factory=lambda: current().request_id,
-        description="The X-Request-Id of the request that asked for it.",
-    )
-    started_at: datetime
-    ended_at: datetime | None = None
 
 
 class Progress(Protocol):
@@ -108,8 +73,7 @@ class Backups:
 
     def __init__(self, publish: Callable[[str, Backup], None]) -> None:
         self._publish: Callable[[str, Backup], None] = lambda what, record: publish(what, _short(record))
-        self._records: OrderedDict[str, Backup] = OrderedDict()
-        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._works: Works[Backup] = Works(HISTORY)
         self._closed = False
 
     async def start(self, target: str, preamble: str, sources: Sequence[Source]) -> Backup:
@@ -125,16 +89,13 @@ class Backups:
         now = datetime.now(UTC)
         addresses = [source.address for source in sources]
         record = Backup(id=new_id(now), target=target, controllers=addresses, started_at=now)
-        self._records[record.id] = record
-        task = asyncio.create_task(self._run(record, preamble, sources), name=f"backup {record.id}")
-        self._tasks[record.id] = task
+        task = self._works.begin(record, self._run(record, preamble, sources), "backup")
         task.add_done_callback(partial(self._ended, record))
-        self._forget_oldest()
         self._publish("started", record)
         return record
 
     def _require_none(self, target: str) -> None:
-        if any(it.target == target and it.id in self._tasks for it in self._records.values()):
+        if self._current(target) is not None:
             raise BodyBusy(
                 f"A backup of {target} is being read; nothing was sent.", "Wait for its end or cancel it."
             )
@@ -144,43 +105,34 @@ class Backups:
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        newest = (it for it in reversed(self._records.values()) if it.target == target)
-        found = next((it for it in newest if backup_id in ("current", it.id)), None)
+        found = self._works.find(backup_id, lambda it: it.target == target)
         if found is None:
             raise NotFound(f"{target} has no backup {backup_id}.")
         return found
 
     async def wait(self, backup: Backup, timeout_s: float) -> None:
         """Wait until a backup is read, or the time is up."""
-        if timeout_s > 0 and (task := self._tasks.get(backup.id)) is not None:
-            await asyncio.wait([task], timeout=timeout_s)
+        await self._works.wait(backup, timeout_s)
 
     async def cancel(self, target: str) -> Backup:
         """Read no more, and give the record.
 
         :raises NotFound: none is under way.
         """
-        running = (it for it in self._records.values() if it.target == target and it.id in self._tasks)
-        record = next(running, None)
+        record = self._current(target)
         if record is None:
             raise NotFound(f"No backup of {target} is being read.")
-        task = self._tasks[record.id]
-        task.cancel()
-        await asyncio.wait([task])
+        self._works.break_off(record)
+        await self._works.wait(record, inf)
         return record
+
+    def _current(self, target: str) -> Backup | None:
+        return next((it for it in self._works.under_way() if it.target == target), None)
 
     async def close(self) -> None:
         """Break off those that are being read."""
         self._closed = True
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-    def _forget_oldest(self) -> None:
-        over = [backup_id for backup_id in self._records if backup_id not in self._tasks]
-        for backup_id in over[: max(len(self._records) - HISTORY, 0)]:
-            del self._records[backup_id]
+        await self._works.close()
 
     async def _run(self, record: Backup, preamble: str, sources: Sequence[Source]) -> None:
         reading = _Reading(record, self._publish)
@@ -196,8 +148,7 @@ class Backups:
             self._end(record, "succeeded", None)
 
     def _ended(self, record: Backup, task: "asyncio.Task[None]") -> None:
-        """Forget the work, which may have been cancelled before it had begun."""
-        del self._tasks[record.id]
+        """Note the end of what was cancelled, maybe before it had begun."""
         if task.cancelled():
             unwanted = Cancelled("The backup was cancelled by request; nothing was changed.", "Begin anew.")
             self._end(record, "cancelled", ShuttingDown() if self._closed else unwanted)

@@ -29,6 +29,7 @@ log = logging.getLogger(__name__)
 
 SILENCE_S = 0.05
 """The line must be quiet this long after the first bytes of an opening."""
+_LANES = {lane: lane.name.lower() for lane in Lane}
 REOPEN_S = (0.2, 5.0)
 """First and longest pause before a lost port is tried again; it doubles in between."""
 
@@ -346,7 +347,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
     def waiting(self) -> dict[str, int]:
         """How many exchanges wait in each lane."""
-        return {lane.name.lower(): self._session.waiting(lane) for lane in Lane}
+        return {name: self._session.waiting(lane) for lane, name in _LANES.items()}
 
     def load_percent(self) -> dict[str, float]:
         """The share of the last ten seconds that each kind of work took."""

@@ -18,7 +18,9 @@ class Load:
         """Seconds since the start, by what they were taken for."""
         self.took = Histogram(TOOK_BOUNDS_S)
         """How long each frame has taken the line."""
-        self._spans: deque[tuple[float, str, float]] = deque()
+        self._spans: deque[tuple[float, str, int]] = deque()
+        self._lately_ns: defaultdict[str, int] = defaultdict(int)
+        """The sums of these spans: whole numbers, so that nothing is left of what has passed."""
         self._work: str | None = None
         self._since = 0.0
 
@@ -34,18 +36,20 @@ class Load:
         took_s = now - self._since
         self.busy_s[self._work] += took_s
         self.took.observe(took_s)
-        self._spans.append((now, self._work, took_s))
+        took_ns = round(took_s * 1e9)
+        self._spans.append((now, self._work, took_ns))
+        self._lately_ns[self._work] += took_ns
         self._work = None
         self._forget(now)
 
     def percent(self, now: float) -> dict[str, float]:
         """The share of the last ten seconds that each took, in percent."""
         self._forget(now)
-        taken_s: dict[str, float] = {}
-        for _, work, took_s in self._spans:
-            taken_s[work] = taken_s.get(work, 0.0) + took_s
-        return {work: round(100 * it / WINDOW_S, 1) for work, it in sorted(taken_s.items())}
+        return {work: round(1e-7 * ns / WINDOW_S, 1) for work, ns in sorted(self._lately_ns.items())}
 
     def _forget(self, now: float) -> None:
         while self._spans and self._spans[0][0] <= now - WINDOW_S:
-            self._spans.popleft()
+            _, work, took_ns = self._spans.popleft()
+            self._lately_ns[work] -= took_ns
+            if not self._lately_ns[work]:
+                del self._lately_ns[work]

@@ -181,7 +181,8 @@ class Session(ABC, Generic[X, F]):
 
     def waiting(self, lane: Lane) -> int:
         """How many exchanges of a lane wait to be written."""
-        return self.scheduler.waiting(lane) + sum(it.lane is lane for it in self._urgent)
+        urgent = sum(it.lane is lane for it in self._urgent) if self._urgent else 0
+        return urgent + self.scheduler.waiting(lane)
 
     def sequence_lock(self, target: int) -> SequenceLock:
         """The lock of a target, for series of commands that nothing but stops may divide."""

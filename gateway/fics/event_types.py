@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from gateway.core.backups import Backup
+from gateway.core.backup_record import Backup
 from gateway.core.event_types import (
     EventData,
     EventType,
@@ -72,6 +72,14 @@ class RobotPosition(EventData):
     axes: dict[str, LiveAxis]
 
 
+class RobotInputChange(EventData):
+    """An input as it is now."""
+
+    channel: int
+    number: int = Field(description="From 0, within its channel.")
+    on: bool
+
+
 class BitMismatch(EventData):
     """What a unit shows at rest that the configured order of bits does not explain."""
 
@@ -117,6 +125,13 @@ TYPES = (
         ROBOT,
         BitMismatch,
         "it stands still, homed, and its bits do not mean what the configuration says",
+    ),
+    EventType(
+        "robot.input.changed",
+        ROBOT,
+        RobotInputChange,
+        "an input of the first channel is another than when it was last asked for: while somebody watches "
+        "`io`, and as often as `input_edges_per_s` says",
     ),
     EventType("robot.unit.changed", ROBOT, UnitChange, "somebody else has selected another unit"),
     *(

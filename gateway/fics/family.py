@@ -221,7 +221,12 @@ class Fics(Family):
                 yield watch(robot)
                 table = self._tables[robot.id]
                 units = (UnitSource(robot, unit, live, table.move_samples_per_s) for unit in robot.units)
-                yield Sampler(line, live, [*units, ChannelSource(robot, live)], table.live_share).run()
+                yield Sampler(
+                    line,
+                    live,
+                    [*units, ChannelSource(robot, live, table.input_edges_per_s)],
+                    table.live_share,
+                ).run()
 
     def at_work(self, line: FicsLine) -> Iterator[str]:
         """The robot, while positions are written into it, or a backup restored."""

@@ -84,21 +84,6 @@ class Motions:
                 self.commander.bits.compare_again()
             on_written(now)
 
-        with self.sending(command, unit):
-            return await self._begin(command, axes, epoch, expires_at, note)
-
-    def sending(self, command: FicsCommand[Any], unit: int) -> AbstractContextManager[None]:
-        """Wait for the disk once, for a motion command and for all that has to go before it."""
-        return self.line.sending(lambda: [*self.power.restoring(), SelectUnit(unit=unit), command])
-
-    async def _begin(
-        self,
-        command: FicsCommand[Any],
-        axes: UnitAxes,
-        epoch: int,
-        expires_at: float,
-        note: Callable[[float], None],
-    ) -> Accepted:
         async with self.line.sequence_lock.held(Lane.COMMAND, expires_at):
             doubt: NotProved | None = None
             while True:
@@ -126,8 +111,9 @@ class Motions:
         self.require_fit(command)
         joining = self.state.command is not None
         proof = self.line.begin_proof(command, UNIT, *self.power.signs(command, unit, joining=joining))
-        await self.commander.see_error()
-        self.require_fit(command)
+        if self.line.mode == HostMode.VER_2:
+            await self.commander.see_error()
+            self.require_fit(command)
         if self.state.command is not None:
             await self.power.see_jogging(unit, proof)
         else:
@@ -140,6 +126,10 @@ class Motions:
 
     async def _select(self, number: int) -> None:
         await self.selection.make(number, afresh=True)
+
+    def sending(self, command: FicsCommand[Any], unit: int) -> AbstractContextManager[None]:
+        """Wait for the disk once, for a motion command and for all that has to go before it."""
+        return self.line.sending(lambda: [*self.power.restoring(), SelectUnit(unit=unit), command])
 
     def end(self, accepted: Accepted | None = None) -> None:
         """The motion command that was begun is over; an answer it still owes is no longer waited for."""

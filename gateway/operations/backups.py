@@ -5,7 +5,8 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from gateway.core.addresses import there_are
-from gateway.core.backups import Backup, Source
+from gateway.core.backup_record import Backup
+from gateway.core.backups import Source
 from gateway.core.errors import InvalidRequest
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.restores import Controller, Restores

@@ -160,8 +160,8 @@ class Body:
     @property
     def last_heard_at(self) -> float | None:
         """When it last answered anything, in the event loop's time."""
-        times = (self._heard_at, self.line.heard_at(self.number))
-        return max((at for at in times if at is not None), default=None)
+        at, in_group = self.line.heard_at(self.number), self._heard_at
+        return in_group if at is None or (in_group is not None and in_group > at) else at
 
     # asking
 

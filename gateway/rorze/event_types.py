@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from gateway.core.backups import Backup
+from gateway.core.backup_record import Backup
 from gateway.core.event_types import (
     LINE,
     EventData,

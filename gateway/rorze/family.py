@@ -282,8 +282,8 @@ class Rorze(Family):
             controllers=line.controllers,
             stop_mode="interject" if line.interject_stops else "after_reply",
             strict=line.strict,
-            bodies=_addresses(line, line.bodies),
-            offline=_addresses(line, sorted(line.offline)),
+            bodies=[body.address for body in self._bodies.values() if body.line is line],
+            offline=[f"{line.id}.{number:02X}" for number in sorted(line.offline)],
             groups=[group.address for group in self._groups_on(line)],
         )
 
@@ -389,7 +389,8 @@ class Rorze(Family):
             self.site.events.live.demand_changes()
 
     def at_work(self, line: Line) -> Iterator[str]:
-        """The bodies to which a program is uploaded, or a backup restored."""
+        """The bodies to which a program is uploaded or a backup restored, and the SCARA robots that move."""
+        yield from (it.id for it in self.scaras() if it.line is line and it.move is not None)
         for body in self.bodies_of(line):
             if self.uploads.is_under_way(body) or self.restores.is_under_way(body.address):
                 yield body.address
@@ -547,10 +548,6 @@ class Rorze(Family):
         await self.scans.close()
         await self.scara_moves.close()
         await self.moves.close()
-
-
-def _addresses(line: Line, numbers: list[int]) -> list[str]:
-    return [f"{line.id}.{number:02X}" for number in numbers]
 
 
 T = TypeVar("T", Body, Group)

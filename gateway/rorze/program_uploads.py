@@ -1,7 +1,6 @@
 """Uploads of user programs: never half done silently (RC-420 manual 14.U, 15.2.6)."""
 
 import asyncio
-from collections import OrderedDict
 from collections.abc import Awaitable, Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -24,6 +23,7 @@ from gateway.core.move_log import new_id
 from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.sequence_lock import Series
+from gateway.core.works import Works
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import ProgramDiffers, SaveUncertain
 from gateway.rorze.exchange import RorzeExchange
@@ -131,9 +131,8 @@ class ProgramUploads:
 
     def __init__(self, publish: Callable[[str, ProgramUpload], None]) -> None:
         self._publish = publish
-        self._records: OrderedDict[str, ProgramUpload] = OrderedDict()
+        self._works: Works[ProgramUpload] = Works(HISTORY)
         self._current: dict[Body, _Work] = {}
-        self._tasks: dict[str, asyncio.Task[None]] = {}
 
     async def start(self, body: Body, program: Assembled, *, flash: bool = False) -> ProgramUpload:
         """Begin to replace a body's program.
@@ -160,10 +159,7 @@ class ProgramUploads:
         except BaseException:
             del self._current[body]
             raise
-        self._remember(record)
-        task = asyncio.create_task(self._run(work), name=f"program upload {record.id}")
-        self._tasks[record.id] = task
-        task.add_done_callback(lambda _: self._tasks.pop(record.id, None))
+        self._works.begin(record, self._run(work), "program upload")
         self._publish("started", record)
         return record
 
@@ -196,19 +192,14 @@ class ProgramUploads:
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        if upload_id == "current":
-            newest = (it for it in reversed(self._records.values()) if it.body_id == body.address)
-            found = next(newest, None)
-        else:
-            found = self._records.get(upload_id)
-        if found is None or found.body_id != body.address:
+        found = self._works.find(upload_id, lambda it: it.body_id == body.address)
+        if found is None:
             raise NotFound(f"{body.address} has no program upload {upload_id}.")
         return found
 
     async def wait(self, upload: ProgramUpload, timeout_s: float) -> None:
         """Wait until an upload is over, or the time is up."""
-        if timeout_s > 0 and (task := self._tasks.get(upload.id)) is not None:
-            await asyncio.wait([task], timeout=timeout_s)
+        await self._works.wait(upload, timeout_s)
 
     async def cancel(self, body: Body) -> ProgramUpload:
         """End the upload under way before its next instruction, and give its record.
@@ -224,15 +215,7 @@ class ProgramUploads:
 
     async def close(self) -> None:
         """Break off the uploads that run."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-    def _remember(self, record: ProgramUpload) -> None:
-        self._records[record.id] = record
-        while len(self._records) > HISTORY:
-            self._records.popitem(last=False)
+        await self._works.close()
 
     # the work
 

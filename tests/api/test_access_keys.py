@@ -61,7 +61,7 @@ async def test_the_answer_with_the_secret_is_kept_by_nobody(stand: Stand, keys: 
     assert answer.headers["cache-control"] == "no-store"
     again = await stand.post(KEYS, new, **keys.header("admin"), **{"idempotency-key": "once"})
     assert again.status_code == 422
-    assert "nothing was done" in again.json()["detail"]
+    assert "nothing was sent" in again.json()["detail"]
 
 
 @guarded()

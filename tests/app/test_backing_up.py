@@ -30,6 +30,7 @@ def record(status: str, differences: list[Any] | None = None, **more: Any) -> di
         "read": 9,
         "written": 1,
         "commands": 1,
+        "flash": False,
         "saved": False,
         "error": None,
         "differences": differences,
@@ -143,6 +144,11 @@ def test_a_restore_is_followed_to_its_end(file: Path, monkeypatch: pytest.Monkey
             record("cancelled", [], error={"detail": "A stop came first.", "remedy": "Again."}),
             1,
             "A stop came first.",
+        ),
+        (
+            record("failed", [], flash=True, error={"detail": "It does not answer.", "remedy": "Look."}),
+            1,
+            "nothing differs from the backup, but the end of the writing of flash memory was not seen.",
         ),
         (
             record("failed", None, error={"detail": "No reply.", "remedy": "Look."}),

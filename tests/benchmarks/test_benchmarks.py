@@ -29,6 +29,14 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
             ],
         ),
         ("http-read", ["HTTP read, 1 client: p50", "HTTP read, 16 clients"]),
+        (
+            "http-cost",
+            [
+                *(f"GET {path}: processor" for path in ("/bodies/{body_id}", "/lines", "/moves/{move_id}")),
+                "GET /bodies of 120: processor",
+                "POST commands, 16 clients: processor",
+            ],
+        ),
         ("first-byte", ["GET to first byte: p50", "POST to first byte: p50"]),
         ("stop-latency", [f"stop among hostile clients: {which}" for which in ("p99.9", "max")]),
         ("dpram", ["DPRAM round trip: p50", "DPRAM idle"]),

@@ -63,12 +63,19 @@ def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
     faults: list[str] = []
 
     def open_(
-        url: str, path: str = "", language: str = "en", colours: str = "light", key: str = ""
+        url: str,
+        path: str = "",
+        language: str = "en",
+        colours: str = "light",
+        key: str = "",
+        *,
+        tablet: bool = False,
     ) -> Console:
         context = browser.new_context(
             locale={"en": "en-GB", "ja": "ja-JP"}[language],
             color_scheme="dark" if colours == "dark" else "light",
-            viewport={"width": 1280, "height": 900},
+            viewport={"width": 820, "height": 1180} if tablet else {"width": 1280, "height": 900},
+            has_touch=tablet,
             permissions=["clipboard-read", "clipboard-write"],
         )
         page = context.new_page()

@@ -44,7 +44,9 @@ def test_its_finger_goes_by_steps_and_to_places(demo: str, open_console: Open) -
     assert newest(demo)["kind"] == "offset"
     console.button("Move").click()
     until(lambda: newest(demo)["kind"] == "line" and newest(demo)["status"] == "succeeded", "it is there")
-    expect(console.page.get_by_role("row", name="line").first).to_contain_text("succeeded")
+    newest_row = console.page.get_by_role("region", name="Moves").locator("tbody tr").first
+    expect(newest_row).to_contain_text("line")
+    expect(newest_row).to_contain_text("succeeded")
     expect(console.page.get_by_role("img", name="The arm from above")).to_be_visible()
 
 

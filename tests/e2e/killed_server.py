@@ -8,8 +8,6 @@ import os
 import sys
 from pathlib import Path
 
-from fastapi import FastAPI
-
 from api import app as api
 from app import server as _server  # noqa: F401  # loaded once for all lives
 from app.cli import main as motion_gateway
@@ -20,7 +18,6 @@ from gateway.plant import Plant
 def main(config: str, data: str) -> None:
     """Fork as often as asked."""
     api.create_app(Plant(load(Path(config))))  # builds what all lives share
-    api.make_documents = _none  # they take two seconds
     for log in sys.stdin:
         child = os.fork()
         if not child:
@@ -33,10 +30,6 @@ def main(config: str, data: str) -> None:
             os._exit(1)
         print(child, flush=True)
         os.waitpid(child, 0)
-
-
-def _none(app: FastAPI) -> None:
-    """Make no documents: nobody asks for them here."""
 
 
 if __name__ == "__main__":

@@ -57,6 +57,8 @@ class Beginning(NamedTuple):
     """By move that is not over, the frames that may have been written to prepare it, without CR."""
     alarms: Sequence[str] = ()
     """The newest records of alarms, as JSON, those that stand among them, in their order."""
+    ran_s: float = 0.0
+    """For how long gateways have run on this journal."""
 
 
 def begin(
@@ -86,6 +88,7 @@ def begin(
         begun=frozenset(_begun(disk)),
         prepared=_prepared(disk),
         alarms=_alarms(disk, most_alarms),
+        ran_s=float(known.get(writes.RAN_S, 0.0)),
     )
     facts = {
         "epoch": found.epoch,

@@ -24,6 +24,8 @@ LOOK_S = 5.0
 """How often a quiet journal sees that its file is there, and one in trouble tries again."""
 SYNCED_WITHIN_S = 1.0
 """What nobody waits for is safe from a loss of power after so long."""
+NOTED_WITHIN_S = 0.005
+"""What nobody waits for is gathered for so long."""
 MOST_AT_ONCE = 1000
 """Entries of one commit."""
 MOST_OWED = 50_000
@@ -67,10 +69,14 @@ class Journal:
     on_trouble: Callable[[str | None], None] = lambda _why: None
     """Called with the reason when it cannot be written any more, and with None when it can again."""
     retention: Retention = field(default_factory=Retention)
+    ran_s: float = 0.0
+    """For how long gateways have run on this journal."""
     trouble: str | None = None
     """Why it cannot be written."""
     lag_s: float = 0.0
     """How long the last commit that somebody waited for has taken."""
+    _noted: list[Write] = field(default_factory=list)
+    """What nobody waits for, and the writer does not have yet: to wake it costs more than to write."""
     _waiting: "SimpleQueue[_Entry | _Question | None]" = field(default_factory=SimpleQueue)
     _thread: threading.Thread | None = None
     _unsynced_since: float | None = None
@@ -78,18 +84,22 @@ class Journal:
     """The file is not trusted again in this process."""
     _owed: list[Write] = field(default_factory=list)
     """What nobody waited for and a full disk has not taken, in its order."""
+    _counted_at: float = field(default_factory=lambda: time.monotonic())
+    """Until when that is counted."""
     _forgot: bool = False
     """Some of that was too much: the next life has to begin as after a crash."""
 
     def start(self) -> None:
         """Begin to write, beside the event loop."""
         self._loop = asyncio.get_running_loop()
+        self._hand_over()
         self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
         self._thread.start()
 
     async def close(self) -> None:
         """Write what waits, mark the end as clean, and release the file."""
         self.on_trouble = lambda _why: None  # what is told from now on is not written any more
+        self._hand_over()
         self._waiting.put(None)
         if self._thread is not None:
             await asyncio.to_thread(self._thread.join)
@@ -97,7 +107,7 @@ class Journal:
 
     def waiting(self) -> int:
         """How many entries wait to be written."""
-        return self._waiting.qsize()
+        return self._waiting.qsize() + bool(self._noted)
 
     def require(self) -> None:
         """Make sure that what has an effect can be written down.
@@ -109,7 +119,9 @@ class Journal:
 
     def note(self, *entries: Write) -> None:
         """Write soon; nobody waits."""
-        self._waiting.put(_Entry(entries))
+        if not self._noted and self._thread is not None:
+            self._loop.call_later(NOTED_WITHIN_S, self._hand_over)
+        self._noted += entries
 
     async def write(self, *entries: Write) -> None:
         """Write, and return when a loss of power cannot undo it.
@@ -119,6 +131,7 @@ class Journal:
         self.require()
         began_at = time.monotonic()
         done: asyncio.Future[None] = self._loop.create_future()
+        self._hand_over()
         self._waiting.put(_Entry(entries, done))
         try:
             async with asyncio.timeout(WRITTEN_WITHIN_S):
@@ -136,8 +149,15 @@ class Journal:
     async def rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:
         """Read rows, after all that was written before."""
         answer: asyncio.Future[list[tuple[Any, ...]]] = self._loop.create_future()
+        self._hand_over()
         self._waiting.put(_Question(sql, values, answer))
         return await answer
+
+    def _hand_over(self) -> None:
+        """Let the writer have what was noted: with what somebody waits for, or after a moment."""
+        if self._noted:
+            self._waiting.put(_Entry(self._noted))
+            self._noted = []
 
     # the writer's thread
 
@@ -213,8 +233,9 @@ class Journal:
 
     def _look(self) -> None:
         """Sync, forget what is old, try again after trouble, and see that the file is there."""
-        now = time.time()
-        error = self._try([writes.meta("seen_at", str(now)), *forget(now, self.retention)], durable=True)
+        facts = {"seen_at": str(time.time()), writes.RAN_S: str(self._count())}
+        known = [writes.meta(name, value) for name, value in facts.items()]
+        error = self._try([*known, *forget(self.ran_s, self.retention)], durable=True)
         if error is None:
             try:
                 self.disk.check()
@@ -223,6 +244,13 @@ class Journal:
                 self._failed, error = True, gone
         self._unsynced_since = None
         self._loop.call_soon_threadsafe(self._settle, [], error)
+
+    def _count(self) -> float:
+        """For how long gateways have run by now."""
+        now = time.monotonic()
+        self.ran_s += now - self._counted_at
+        self._counted_at = now
+        return self.ran_s
 
     # back on the event loop
 

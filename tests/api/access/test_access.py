@@ -22,6 +22,14 @@ async def test_a_gateway_without_a_key_is_alive_and_nothing_else(stand: Stand, k
 
 
 @guarded()
+async def test_a_key_that_was_good_a_moment_ago_stands_for_no_other_header(stand: Stand, keys: Keys) -> None:
+    good = keys.header("viewer")["authorization"]
+    for shown, status in (([good], 200), ([good, good], 401), ([f"{good}x"], 401), ([good], 200)):
+        headers = [("authorization", it) for it in shown]
+        assert (await stand.client.get("/bodies", headers=headers)).status_code == status, shown
+
+
+@guarded()
 async def test_lists_show_what_the_scope_covers(stand: Stand, keys: Keys) -> None:
     async def listed(what: str, name: str, *scope: str) -> list[str]:
         answer = await stand.get(f"/{what}", **keys.header("viewer", *scope))

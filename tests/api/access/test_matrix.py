@@ -95,6 +95,7 @@ GET       /bodies/{body_id}/patterns/{n}                 view     body
 PUT       /bodies/{body_id}/patterns/{n}                 setup    body
 PATCH     /bodies/{body_id}/patterns/{n}                 setup    body
 GET       /bodies/{body_id}/patterns/{n}/curve           view     body
+POST      /bodies/{body_id}/patterns/{n}/curve           view     body
 GET       /bodies/{body_id}/backup                       view     body
 POST      /bodies/{body_id}/backups                      view     body
 GET       /bodies/{body_id}/backups/{backup_id}          view     body

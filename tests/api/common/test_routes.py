@@ -12,7 +12,6 @@ from starlette.types import Scope
 
 from api.app import create_app
 from api.common.access import Passage
-from api.common.fast_route import DirectRoute
 from api.common.routes import FilesMount, Guarded, HttpRoute, PageRoute, Router, SocketRoute, unguarded
 from api.common.strict_json import StrictRoute
 from api.front.stop_paths import is_stop
@@ -63,7 +62,7 @@ def test_every_route_of_the_application_has_a_right(routes: list[BaseRoute]) -> 
     assert len(routes) > 450
     assert [route for route in routes if not isinstance(route, Guarded)] == []
     kinds = {type(route) for route in routes}
-    assert {StrictRoute, DirectRoute, PageRoute, SocketRoute} <= kinds
+    assert {StrictRoute, PageRoute, SocketRoute} <= kinds
 
 
 def test_a_route_that_was_forgotten_is_found_wherever_it_hides() -> None:
@@ -73,7 +72,7 @@ def test_a_route_that_was_forgotten_is_found_wherever_it_hides() -> None:
     assert list(unguarded([PageRoute("/", page, right=Right.OPEN), outer])) == [inside, forgotten]
 
 
-@pytest.mark.parametrize("kind", [HttpRoute, StrictRoute, DirectRoute, PageRoute, SocketRoute])
+@pytest.mark.parametrize("kind", [HttpRoute, StrictRoute, PageRoute, SocketRoute])
 def test_no_route_can_be_built_without_a_right(kind: type[Guarded]) -> None:
     with pytest.raises(TypeError, match="right"):
         kind("/page", page)  # type: ignore[call-arg]  # that is the point
@@ -127,7 +126,7 @@ async def test_every_kind_of_route_honours_a_refusal(stand: Stand) -> None:
     stand.app.state.access = denying = Denying()
     before = stand.frames()
     asked = {
-        "/bodies/3F/position": Right.VIEW,  # a fast route
+        "/bodies/3F/position": Right.VIEW,
         "/bodies": Right.VIEW,
         "/events/stream": Right.VIEW,
         "/metrics": Right.VIEW,

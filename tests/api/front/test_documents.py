@@ -1,14 +1,17 @@
 """Documents: ready bytes, packed for who takes that, and not sent again to who has them."""
 
+import asyncio
 import gzip
+import json
 import re
 from base64 import b64encode
 from hashlib import sha256
+from threading import current_thread
 
 import pytest
 from fastapi import Request
 
-from api.app import make_documents
+from api.common.schemas import core_of
 from api.front.documents import Document
 from tests.api.stand import Stand, on_stand
 
@@ -90,7 +93,6 @@ def test_plain_and_packed_bytes_have_different_tags() -> None:
 
 @on_stand()
 async def test_every_document_is_ready_bytes(stand: Stand) -> None:
-    make_documents(stand.app)
     for path in EVERY_DOCUMENT:
         plain = await stand.get(path, **{"accept-encoding": "identity"})
         packed = await stand.get(path, **{"accept-encoding": "gzip"})
@@ -100,6 +102,30 @@ async def test_every_document_is_ready_bytes(stand: Stand) -> None:
         assert int(packed.headers["content-length"]) < int(plain.headers["content-length"])
         again = await stand.get(path, **{"if-none-match": plain.headers["etag"]})
         assert again.status_code == 304, path
+
+
+@on_stand()
+async def test_the_openapi_documents_are_what_the_app_says(stand: Stand) -> None:
+    whole = json.loads(json.dumps(stand.app.openapi()))
+    assert (await stand.get("/openapi.json")).json() == whole
+    assert (await stand.get("/openapi/core.json")).json() == core_of(whole)
+
+
+def test_a_document_is_made_beside_the_event_loop() -> None:
+    makers: list[str] = []
+
+    def make() -> bytes:
+        makers.append(current_thread().name)
+        return LONG
+
+    async def story() -> None:
+        document = Document("application/json", make)
+        for _ in range(2):
+            assert (await document.send(asked())).body == LONG
+
+    asyncio.run(story())
+    assert len(makers) == 1
+    assert makers[0] != current_thread().name
 
 
 @on_stand()

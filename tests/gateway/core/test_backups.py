@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from gateway.core.backups import HISTORY, Backup, Backups, Progress
+from gateway.core.backup_record import Backup
+from gateway.core.backups import HISTORY, Backups, Progress
 from gateway.core.errors import BodyBusy, NoReply, NotFound
 from tests.plants import in_virtual_time
 

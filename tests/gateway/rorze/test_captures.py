@@ -4,8 +4,9 @@ import asyncio
 
 import pytest
 
+from gateway.core.errors import PowerCycled
 from gateway.core.journal.intents import Intents
-from gateway.rorze.captures import NOTHING_YET, ArmingBrokenOff, CaptureRequest, arm, read
+from gateway.rorze.captures import NOTHING_YET, ArmingBrokenOff, CaptureRequest, arm, read, wait
 from protocols.rorze.moves import MoveClockwise
 from tests.model_book import ModelBook
 from tests.plants import in_virtual_time, rig, start
@@ -47,3 +48,13 @@ async def test_it_waits_for_the_disk_once() -> None:
         frames = [str(intent["frame"]).rstrip() for _, intent in book.intents()]
         assert (book.waits, len(frames)) == (1, 7)
         assert [frame for frame in it.wire.frames(sent) if frame in frames] == frames
+
+
+async def test_what_a_body_holds_after_a_loss_of_power_was_not_captured() -> None:
+    async with rig() as it:
+        await arm(it.body(), 8, ONCE)
+        waiting = asyncio.create_task(wait(it.body(), 8, 10.0))
+        await asyncio.sleep(1.0)
+        it.machine.brown_out(0x3F, 0.02, asyncio.get_running_loop().time())
+        with pytest.raises(PowerCycled, match="input 8 has captured nothing"):
+            await waiting

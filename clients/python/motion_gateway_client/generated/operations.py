@@ -34,6 +34,7 @@ from motion_gateway_client.generated.types import (
     Channels,
     CommandList,
     ContinuousMoveRequest,
+    CurveDraft,
     Encoder,
     EncoderChange,
     ErrorOutputChoice,
@@ -406,7 +407,11 @@ class Operations(Protocol):
         return answer
 
     def get_robot_samples(self, robot_id: str, unit: int, move_id: str) -> RobotSamples:
-        """Get where a unit was seen during a move. No command tells a robot's speed curve: nothing is planned."""
+        """Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
+
+        How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
+        The settings are read from the robot when somebody first asks.
+        """
         answer: RobotSamples = self.call(
             "GET",
             filled(
@@ -419,7 +424,7 @@ class Operations(Protocol):
         return answer
 
     def download_robot_samples(self, robot_id: str, unit: int, move_id: str) -> str:
-        """Get the same as CSV: time, time_s, and a column for each axis with its unit."""
+        """Get the same as CSV: time, time_s, a column for each axis with its unit, and one for its plan."""
         answer: str = self.call(
             "GET",
             filled(
@@ -973,6 +978,29 @@ class Operations(Protocol):
             "GET",
             filled("/bodies/{body_id}/patterns/{n}/curve", body_id=body_id, n=n),
             query={"distance": distance, "unit": unit, "speed": speed, "points": points},
+        )
+        return answer
+
+    def draft_curve(
+        self,
+        body_id: str,
+        n: int,
+        body: CurveDraft,
+        /,
+        *,
+        distance: float | None = None,
+        unit: Literal["pulse", "mm", "um", "deg", "mdeg"] | None = None,
+        speed: Literal["high", "low"] | None = None,
+        points: int | None = None,
+        idempotency_key: str | None = None,
+    ) -> SpeedCurve:
+        """Work out how a move would go if the pattern were this one; nothing is set, and nothing moves."""
+        answer: SpeedCurve = self.call(
+            "POST",
+            filled("/bodies/{body_id}/patterns/{n}/curve", body_id=body_id, n=n),
+            query={"distance": distance, "unit": unit, "speed": speed, "points": points},
+            body=body,
+            idempotency_key=idempotency_key,
         )
         return answer
 
@@ -1889,15 +1917,25 @@ class Operations(Protocol):
         return answer
 
     def store_positions(
-        self, robot_id: str, unit: int, body: PositionUpload, /, *, idempotency_key: str | None = None
+        self,
+        robot_id: str,
+        unit: int,
+        body: PositionUpload,
+        /,
+        *,
+        first: int | None = None,
+        last: int | None = None,
+        idempotency_key: str | None = None,
     ) -> Uploaded:
         """Store positions undivided (POF, POS); a stop in the middle ends the upload first.
 
         A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
+        `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
         """
         answer: Uploaded = self.call(
             "PUT",
             filled("/robots/{robot_id}/units/{unit}/positions", robot_id=robot_id, unit=unit),
+            query={"first": first, "last": last},
             body=body,
             idempotency_key=idempotency_key,
         )
@@ -1931,6 +1969,7 @@ class Operations(Protocol):
 
         All are checked before the first is sent. They are sent one by one, each read back before the next; where
         the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
+        With `If-Match` all settings are read before, and nothing is sent where they are otherwise than they were.
         """
         answer: UnitSettings = self.call(
             "PATCH",
@@ -1991,7 +2030,10 @@ class Operations(Protocol):
     def set_variable(
         self, robot_id: str, number: int, body: VariableSetting, /, *, idempotency_key: str | None = None
     ) -> VariableValue:
-        """Set a variable (VAR), and read it back; `not-done` where it is not as asked."""
+        """Set a variable (VAR), and read it back; `not-done` where it is not as asked.
+
+        `If-Match` is the ETag of this variable alone, as `?first=` gives it; it is read first then.
+        """
         answer: VariableValue = self.call(
             "PUT",
             filled("/robots/{robot_id}/variables/{number}", robot_id=robot_id, number=number),

@@ -1719,6 +1719,16 @@ class Crashed(TypedDict):
     """Commands of which nobody knows what has become of them."""
 
 
+class CurveDraft(TypedDict):
+    """A pattern that no body has yet."""
+
+    acceleration: SpeedSetValues
+    deceleration: NotRequired[SpeedSetValues | None]
+    """Left out: as the acceleration."""
+    changes: NotRequired[list[SpeedChangeRequest]]
+    """All that it shall have."""
+
+
 class CurvePoint(TypedDict):
     """A moment of the move, in the pulses that are put out."""
 
@@ -2055,6 +2065,7 @@ class EventList(TypedDict):
         | RobotSpeedsRestoredEvent
         | RobotPowerCycleAcknowledgedEvent
         | RobotBitsMismatchEvent
+        | RobotInputChangedEvent
         | RobotUnitChangedEvent
         | RobotJogStartedEvent
         | RobotJogStoppingEvent
@@ -4166,6 +4177,31 @@ class RobotInfo(TypedDict):
     units: list[UnitInfo]
 
 
+class RobotInputChange(TypedDict):
+    """An input as it is now."""
+
+    channel: int
+    number: int
+    """From 0, within its channel."""
+    on: bool
+
+
+class RobotInputChangedEvent(TypedDict):
+    """An input of the first channel is another than when it was last asked for: while somebody watches `io`, and as often as `input_edges_per_s` says; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.input.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotInputChange
+
+
 class RobotJogEndedEvent(TypedDict):
     """It was ended by request or at a limit, and the axis stands still; about `/robots/{robot_id}`."""
 
@@ -4891,6 +4927,8 @@ class RobotSample(TypedDict):
     """Seconds since the move's command was written."""
     axes: dict[str, float | None]
     """Null while the robot does not know it."""
+    planned: dict[str, float] | None
+    """Where the plan has the axis that moves then; null without a plan."""
 
 
 class RobotSamples(TypedDict):
@@ -4902,6 +4940,10 @@ class RobotSamples(TypedDict):
     coordinates: Literal["user", "motor"]
     units: dict[str, str]
     """What positions are counted in, by axis: mm, pulse or degree."""
+    planned_s: float | None
+    """How long the plan has it move, in seconds; null without a plan."""
+    note: str | None
+    """Why there is no plan."""
     samples: list[RobotSample]
 
 
@@ -5424,13 +5466,15 @@ class ScaraOffsetRequest(TypedDict):
 
 
 class ScaraPathRequest(TypedDict):
-    """Move the finger's end along a stored path (RC-420 manual 13.10.5)."""
+    """Move the finger's end along a stored path, or through points (RC-420 manual 13.10.5)."""
 
     kind: Literal["path"]
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
-    path: int
+    path: NotRequired[int | None]
     """Interpolation path 0-63."""
+    points: NotRequired[list[ViaPoint] | None]
+    """In the place of `path`: through these, to the last. They are put into the path that the gateway keeps for its lines."""
 
 
 class ScaraPlace(TypedDict):
@@ -6357,6 +6401,7 @@ Event: TypeAlias = (
     | RobotSpeedsRestoredEvent
     | RobotPowerCycleAcknowledgedEvent
     | RobotBitsMismatchEvent
+    | RobotInputChangedEvent
     | RobotUnitChangedEvent
     | RobotJogStartedEvent
     | RobotJogStoppingEvent

@@ -2,6 +2,7 @@
 
 import asyncio
 import sqlite3
+import time
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -14,6 +15,7 @@ from gateway.core.journal import journal as module
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk, DiskFailed, DiskFull, SqliteDisk
 from gateway.core.journal.journal import Journal, JournalUnavailable
+from gateway.core.journal.opening import open_journal
 from gateway.core.journal.retention import Retention
 from gateway.core.journal.writes import Value, Write
 
@@ -102,6 +104,35 @@ async def test_what_nobody_waits_for_does_not_wait_for_the_disk() -> None:
         await journal.rows("SELECT 1")
         await journal.write(intent(2))
     assert disk.commits[:2] == [(1, False), (1, True)]
+
+
+async def test_notes_of_one_moment_share_a_commit_which_comes_soon() -> None:
+    disk = ShakyDisk()
+    async with journal_on(disk) as journal:
+        for number in range(10):
+            journal.note(intent(number))
+        assert journal.waiting() == 1
+        while not disk.commits:  # noqa: ASYNC110
+            await asyncio.sleep(0.002)
+    assert disk.commits[0] == (10, False)
+
+
+async def test_what_was_noted_comes_before_what_was_written_after_it() -> None:
+    disk = ShakyDisk()
+    async with journal_on(disk) as journal:
+        journal.note(intent(1), intent(2))
+        await journal.write(intent(3))
+    assert disk.commits[:-1] in ([(3, True)], [(2, False), (1, True)])
+
+
+async def test_what_was_noted_before_the_start_is_written() -> None:
+    disk = ShakyDisk()
+    journal = Journal(disk)
+    journal.note(intent(1))
+    journal.start()
+    await journal.rows("SELECT 1")
+    await journal.close()
+    assert disk.commits[0] == (1, False)
 
 
 async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
@@ -217,3 +248,19 @@ async def test_a_disk_that_takes_its_time_is_not_waited_for(monkeypatch: pytest.
             await journal.write(intent())
         disk.may_go_on.set()
         await recovery(journal)
+
+
+async def test_how_long_gateways_have_run_is_counted_over_their_lives(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(time, "time", lambda: -clock[0])  # which jumps, and is not asked
+    for lived_s in (60.0, 90.0):
+        journal = open_journal(tmp_path).journal
+        journal._loop = asyncio.get_running_loop()
+        clock[0] += lived_s
+        journal._look()
+        journal.disk.close()
+        clock[0] += 4711.0
+    assert open_journal(tmp_path).journal.ran_s == 150.0

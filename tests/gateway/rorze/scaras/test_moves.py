@@ -138,6 +138,19 @@ async def test_aligned_with_a_target_an_extension_ends_there() -> None:
 
 
 @in_virtual_time
+async def test_a_path_goes_through_points_of_the_request_and_leaves_the_stored_ones() -> None:
+    async with cell() as robot:
+        await paths.write(robot.scara, 0, CORNERED)
+        through = [{"x": mm(120), "y": mm(260), "radius": mm(20)}, {"x": mm(60), "y": mm(300)}]
+        move = await robot.finished("path", points=through)
+        assert move.status is MoveStatus.SUCCEEDED
+        assert robot.place()[:2] == pytest.approx((60_000, 300_000), abs=60)
+        assert [*(await paths.read(robot.scara, 0)).values()] == CORNERED
+        with pytest.raises(InvalidRequest, match="cannot do that"):
+            await robot.start("path", points=[{"x": mm(2000), "y": mm(0)}])
+
+
+@in_virtual_time
 async def test_belts_carry_the_finger_along_a_path() -> None:
     """13.10.11."""
     async with cell(BELTS, (20_000, -3_000)) as robot:

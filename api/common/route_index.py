@@ -1,0 +1,52 @@
+"""Routes found by their words, where a search would try hundreds of patterns, one after the other."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from typing import Final
+
+from starlette._utils import get_route_path
+from starlette.routing import BaseRoute, Match
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from api.common.routes import HttpRoute
+
+Key = tuple[str, int, str, str]
+ANY: Final = ""
+"""Stands for a last word that is a parameter."""
+
+
+class RouteIndex:
+    """Hands a request to its route by its method, and by count, first and last of the words of its path.
+
+    Whatever it does not find goes to the router's own search, which knows what to answer then.
+    """
+
+    def __init__(self, routes: Iterable[BaseRoute], search: ASGIApp) -> None:
+        self._search = search
+        self._routes: defaultdict[Key, list[HttpRoute]] = defaultdict(list)
+        for route in routes:
+            if isinstance(route, HttpRoute):
+                for method in route.methods or ():
+                    self._routes[_key(method, route.path)].append(route)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let the request's route handle it."""
+        route = self.find(scope) if scope["type"] == "http" else None
+        await (self._search if route is None else route.handle)(scope, receive, send)
+
+    def find(self, scope: Scope) -> HttpRoute | None:
+        """Find the route of a request, and note in the scope what its path says."""
+        key = _key(scope["method"], get_route_path(scope))
+        for it in (key, (*key[:3], ANY)):
+            for route in self._routes.get(it, ()):
+                match, found = route.matches(scope)
+                if match is Match.FULL:
+                    scope.update(found)
+                    return route
+        return None
+
+
+def _key(method: str, path: str) -> Key:
+    first, _, rest = path[1:].partition("/")
+    last = rest.rpartition("/")[2]
+    return method, path.count("/"), first, ANY if last.startswith("{") else last
