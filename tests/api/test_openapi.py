@@ -155,7 +155,7 @@ def test_the_key_that_makes_repetitions_harmless_stands_at_all_that_does_somethi
 
 UNIT_IN_NAME = re.compile(r"(^|_)(s|ms|us|ns|hz|pps|pps_s|percent|um|pulses|seconds|bytes)$")
 UNIT_IN_WORDS = re.compile(
-    r"pulse|percent|second|_unit|counted_in|counts|`unit`|micrometres|degree|%|number", re.IGNORECASE
+    r"pulse|percent|second|_unit|counted_in|counts|`units?`|micrometres|degree|%|number", re.IGNORECASE
 )
 NUMBERS_OF_THINGS = re.compile(
     r"(^|_)(number|numbers|axis|axes|set|path|index|unit|units|channel|input|output|point|line|column|token|address"
