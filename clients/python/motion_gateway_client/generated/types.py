@@ -4928,7 +4928,7 @@ class RobotSample(TypedDict):
     axes: dict[str, float | None]
     """Null while the robot does not know it."""
     planned: dict[str, float] | None
-    """Where the plan has the axis that moves then; null without a plan."""
+    """Where the plan has the axis that moves then, in its `units`; null without a plan."""
 
 
 class RobotSamples(TypedDict):

@@ -14514,7 +14514,7 @@ export interface components {
             };
             /**
              * Planned
-             * @description Where the plan has the axis that moves then; null without a plan.
+             * @description Where the plan has the axis that moves then, in its `units`; null without a plan.
              */
             planned: {
                 [key: string]: number;
