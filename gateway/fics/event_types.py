@@ -47,7 +47,7 @@ class ErrorsReset(EventData):
 class SpeedsKnown(EventData):
     """The speeds in percent that are set again, and the axes that are at 100 %: by unit and coordinates."""
 
-    speeds: dict[str, dict[Coordinates, dict[str, float]]]
+    speeds: dict[str, dict[Coordinates, dict[str, float]]] = Field(description="In percent of full speed.")
     full_speed: dict[str, dict[Coordinates, list[str]]]
 
 
@@ -90,8 +90,8 @@ class BitMismatch(EventData):
 class UnitChange(EventData):
     """The selected unit, as the gateway had left it and as it was found."""
 
-    expected: int
-    found: int
+    expected: int = Field(description="Number of a unit.")
+    found: int = Field(description="Number of a unit.")
 
 
 TYPES = (

@@ -21,7 +21,7 @@ class RobotSample(Record):
     time_s: float = Field(description="Seconds since the move's command was written.")
     axes: dict[str, float | None] = Field(description="Null while the robot does not know it.")
     planned: dict[str, float] | None = Field(
-        description="Where the plan has the axis that moves then; null without a plan."
+        description="Where the plan has the axis that moves then, in its `units`; null without a plan."
     )
 
 

@@ -151,3 +151,37 @@ def test_the_key_that_makes_repetitions_harmless_stands_at_all_that_does_somethi
     ):
         assert not keyed(paths[path]["post"]), path
     assert not any(keyed(item["get"]) for item in paths.values() if "get" in item)
+
+
+UNIT_IN_NAME = re.compile(r"(^|_)(s|ms|us|ns|hz|pps|pps_s|percent|um|pulses|seconds|bytes)$")
+UNIT_IN_WORDS = re.compile(
+    r"pulse|percent|second|_unit|counted_in|counts|`units?`|micrometres|degree|%|number", re.IGNORECASE
+)
+NUMBERS_OF_THINGS = re.compile(
+    r"(^|_)(number|numbers|axis|axes|set|path|index|unit|units|channel|input|output|point|line|column|token|address"
+    r"|mode|status|cause|code|error|labels|comment|factor|retries|filters|records|counters|waiting|per_turn"
+    r"|unknown|label|[CMSIO])$"
+)
+COUNTS = {"asked", "read", "expected", "written", "verified", "commands", "instructions", "steps"}
+
+
+def test_every_value_has_its_unit_in_its_name_beside_it_or_in_its_description() -> None:
+    schemas: dict[str, Any] = json.loads(RESOURCES)["components"]["schemas"]
+    bare = [
+        f"{name}.{member}"
+        for name, schema in schemas.items()
+        if not {"unit", "units", "counted_in"} & schema.get("properties", {}).keys()
+        for member, described in schema.get("properties", {}).items()
+        if is_number(described) and member not in COUNTS
+        if not (UNIT_IN_NAME.search(member) or NUMBERS_OF_THINGS.search(member))
+        if not UNIT_IN_WORDS.search(f"{schema.get('description')} {described.get('description')}")
+    ]
+    assert bare == ["MemoryChange.value", "VariableSetting.value", "VariableValue.value"], "programs know"
+
+
+def is_number(schema: dict[str, Any]) -> bool:
+    """Whether a schema is of numbers, or of lists or tables of them."""
+    inner = [schema.get("items"), schema.get("additionalProperties"), *schema.get("anyOf", ())]
+    return schema.get("type") in ("number", "integer") or any(
+        is_number(it) for it in inner if isinstance(it, dict)
+    )

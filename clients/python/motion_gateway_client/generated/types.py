@@ -4782,6 +4782,7 @@ class RobotPowerLoss(TypedDict):
     """How sure the gateway is, and what it will set again."""
 
     speeds: dict[str, dict[str, dict[str, float]]]
+    """In percent of full speed."""
     full_speed: dict[str, dict[str, list[str]]]
     certain: bool
 
@@ -4933,7 +4934,7 @@ class RobotSample(TypedDict):
     axes: dict[str, float | None]
     """Null while the robot does not know it."""
     planned: dict[str, float] | None
-    """Where the plan has the axis that moves then; null without a plan."""
+    """Where the plan has the axis that moves then, in its `units`; null without a plan."""
 
 
 class RobotSamples(TypedDict):
@@ -5841,6 +5842,7 @@ class SpeedsKnown(TypedDict):
     """The speeds in percent that are set again, and the axes that are at 100 %: by unit and coordinates."""
 
     speeds: dict[str, dict[str, dict[str, float]]]
+    """In percent of full speed."""
     full_speed: dict[str, dict[str, list[str]]]
 
 
@@ -6068,7 +6070,9 @@ class UnitChange(TypedDict):
     """The selected unit, as the gateway had left it and as it was found."""
 
     expected: int
+    """Number of a unit."""
     found: int
+    """Number of a unit."""
 
 
 class UnitInfo(TypedDict):

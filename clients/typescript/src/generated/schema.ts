@@ -14110,7 +14110,10 @@ export interface components {
          * @description How sure the gateway is, and what it will set again.
          */
         RobotPowerLoss: {
-            /** Speeds */
+            /**
+             * Speeds
+             * @description In percent of full speed.
+             */
             speeds: {
                 [key: string]: {
                     [key: string]: {
@@ -14521,7 +14524,7 @@ export interface components {
             };
             /**
              * Planned
-             * @description Where the plan has the axis that moves then; null without a plan.
+             * @description Where the plan has the axis that moves then, in its `units`; null without a plan.
              */
             planned: {
                 [key: string]: number;
@@ -16706,7 +16709,10 @@ export interface components {
          * @description The speeds in percent that are set again, and the axes that are at 100 %: by unit and coordinates.
          */
         SpeedsKnown: {
-            /** Speeds */
+            /**
+             * Speeds
+             * @description In percent of full speed.
+             */
             speeds: {
                 [key: string]: {
                     [key: string]: {
@@ -17158,9 +17164,15 @@ export interface components {
          * @description The selected unit, as the gateway had left it and as it was found.
          */
         UnitChange: {
-            /** Expected */
+            /**
+             * Expected
+             * @description Number of a unit.
+             */
             expected: number;
-            /** Found */
+            /**
+             * Found
+             * @description Number of a unit.
+             */
             found: number;
         };
         /**
