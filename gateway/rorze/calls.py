@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from gateway.core.errors import GatewayError, calls_for
-from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, READY, STOP, NextCall, get, post
+from gateway.core.next_calls import ACKNOWLEDGE, ALARMS, LINE_STATE, STOP, NextCall, get, post
 
 STATUS: Final = get(
     "{subject}/status", "Read its controller status.", "コントローラ・ステータスを読み出します。"
@@ -98,7 +98,7 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
     "body-busy": (MOVES, STOP),
     "body-offline": (LINE_STATE, STOP),
     "line-down": (LINE_STATE,),
-    "journal-unavailable": (READY,),
+    "journal-unavailable": (ALARMS,),
     "no-reply": _LOOK,
     "garbled-reply": _LOOK,
     "not-executed": _LOOK,
@@ -111,7 +111,7 @@ is left out of the calls."""
 CALLS_OF_GROUPS: Final[Mapping[str, Sequence[NextCall]]] = {
     "body-busy": (GROUP, STOP),
     "line-down": (LINE_STATE,),
-    "journal-unavailable": (READY,),
+    "journal-unavailable": (ALARMS,),
 }
 
 CALLS_OF_LINES: Final[Mapping[str, Sequence[NextCall]]] = {
