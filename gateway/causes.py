@@ -5,10 +5,12 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from gateway.core.alarms import Cause, words
 from gateway.core.family import AnyLine, Family
 from gateway.core.line_state import LineState
-from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get
+from gateway.core.next_calls import ALARMS, LINE_STATE, READY, get, post
 
 AUDIT = get("/audit", "See who did what.", "誰が何を行ったかを確認します。")
 EVENTS = get("/events", "See what has happened.", "発生した事象を確認します。")
+
+RELOAD = post("/system/reload", "Read the configuration again.", "設定を再読み込みします。")
 
 LINE_DOWN = "line.down"
 UNUSABLE = (LineState.DOWN, LineState.SILENT)
@@ -110,4 +112,19 @@ def _of_the_gateway(journal_trouble: Callable[[], str | None]) -> Iterator[Cause
         ),
         next=(ALARMS, EVENTS),
         applies=lambda data: bool(data["cancelled"]),
+    )
+    yield Cause(
+        "gateway.reload_failed",
+        "gateway.reload_failed",
+        words(
+            "The configuration was not taken: {reason}",
+            "Motors go on as before. Lines are served as the configuration before has them.",
+            "Correct the file, then read it again.",
+        ),
+        words(
+            "設定ファイルを読み込めませんでした: {reason}",
+            "モータの動作は変わりません。以前の設定のまま動作を続けます。",
+            "ファイルを修正し、もう一度読み込んでください。",
+        ),
+        next=(RELOAD,),
     )

@@ -247,7 +247,7 @@ SIGNALS = EventType(
     live=True,
 )
 
-ALARMED = "/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}"
+ALARMED = "/gateway or /lines/{line_id} or /groups/{group_id} or /bodies/{body_id} or /robots/{robot_id}"
 
 ALARMS = (
     EventType("alarm.raised", ALARMED, Alarm, "something has gone wrong"),

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 
 from gateway.core.alarms import Cause, causes_of_moves, words
 from gateway.core.next_calls import ACKNOWLEDGE, STOP
+from gateway.core.restore_alarms import causes_of_restores
 from gateway.fics.calls import ERRORS, MOVE, RESET, ROBOT, STATUS
 from gateway.fics.robot import Robot
 
@@ -120,4 +121,39 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         (ROBOT,),
         about(lambda robot: bool(robot.bits.mismatches)),
     )
+    yield Cause(
+        "robot.jog.not_stopped",
+        "robot.jog.not_stopped",
+        words(
+            "A JOG of axis {axis} of unit {unit} of {address} was ended, and the axis did not stop in time.",
+            "The axis may still move. The whole robot is being stopped.",
+            "Use the hardware stop if it moves on. Then find out why it did not take the end of the JOG.",
+        ),
+        words(
+            "{address}のユニット{unit}、軸{axis}のJOGを終了しましたが、時間内に停止しませんでした。",
+            "軸はまだ動いている可能性があります。ロボット全体を停止しています。",
+            "動き続ける場合は非常停止回路を使用してください。その後、停止しなかった原因を調べてください。",
+        ),
+        "C-HOST manual 2-2",
+        (ROBOT, STOP),
+        about(lambda robot: robot.moving is True),
+    )
+    yield Cause(
+        "robot.move.overdue",
+        "robot.move.overdue",
+        words(
+            "Move {move_id} of {address} takes longer than its way and its speeds explain.",
+            "The robot still moves, or waits in the middle of the move.",
+            "See what holds it up. Stop it if it must not go on.",
+        ),
+        words(
+            "{address}の移動{move_id}が、距離と速度から見込まれる時間を超えています。",
+            "ロボットはまだ動いているか、移動の途中で待っています。",
+            "原因を確認し、続けてはならない場合は停止してください。",
+        ),
+        "C-HOST manual 2-10",
+        (ROBOT, STOP),
+        about(lambda robot: robot.moving is True),
+    )
+    yield from causes_of_restores("robot", "C-HOST manual 2-17")
     yield from causes_of_moves("robot", "C-HOST manual 2-12", (MOVE, STATUS, ERRORS))

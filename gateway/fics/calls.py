@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from gateway.core.errors import GatewayError, calls_for
-from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, READY, STOP, NextCall, get, post
+from gateway.core.next_calls import ACKNOWLEDGE, ALARMS, LINE_STATE, STOP, NextCall, get, post
 
 ROBOT: Final = get("{subject}", "See the state of the robot.", "ロボットの状態を確認します。")
 ERRORS: Final = get("{subject}/errors", "See which error stands.", "発生中のエラーを確認します。")
@@ -29,7 +29,7 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
     "position-unknown": _LOOK,
     "robot-offline": (LINE_STATE,),
     "line-down": (LINE_STATE,),
-    "journal-unavailable": (READY,),
+    "journal-unavailable": (ALARMS,),
     "no-reply": _LOOK,
     "garbled-reply": _LOOK,
     "not-executed": _LOOK,

@@ -6,15 +6,20 @@ from typing import Final, NamedTuple
 
 from gateway.core.alarms import Cause, Facts, causes_of_moves, words
 from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, STOP, NextCall
+from gateway.core.restore_alarms import causes_of_restores
 from gateway.rorze.bodies import Body
 from gateway.rorze.calls import (
+    CLEAR_COMMENT,
     CLEAR_ENCODER_STALL,
     CLEAR_STALL_SENSOR,
     CLEAR_STATUS,
+    GROUP,
     HOME,
     MOVE,
     POSITION,
+    READ_COMMENT,
     STATUS,
+    UPLOAD,
 )
 from protocols.rorze.status import CONTROLLER_STATUS_BITS
 
@@ -155,7 +160,59 @@ def causes(find: Callable[[str], Body | None]) -> Iterator[Cause]:
         (STATUS, STOP),
         about(lambda body: body.moving is True and body.move is None),
     )
+    yield Cause(
+        "body.power_mark.missing",
+        "body.power_mark.missing",
+        words(
+            "{detail}",
+            "The motor did nothing because of this. A short loss of power may lead it to a wrong place.",
+            "Clear the comment, or name another in the configuration (power_comment).",
+        ),
+        words(
+            "{address}のユーザーコメント{comment}に電源断検出用の印を書き込めません。",
+            "これによるモータの動作はありません。短い電源断の後、誤った位置へ移動する可能性があります。",
+            "コメントを消去するか、設定のpower_commentで別の番号を指定してください。",
+        ),
+        "RC-420 manual 14 (9VS)",
+        (READ_COMMENT, CLEAR_COMMENT),
+        about(lambda body: body.power.taken),
+    )
+    yield Cause(
+        "body.program.upload.failed",
+        "body.program.upload.failed",
+        words(
+            "The upload of a user program to {address} has failed. {detail}",
+            "The motor did nothing because of this. {stored}",
+            "{remedy}",
+        ),
+        words(
+            "{address}へのユーザープログラムの書き込みに失敗しました。",
+            "これによるモータの動作はありません。途中までのプログラムが残っている可能性があります。",
+            "原因を取り除き、もう一度書き込んでください。それまでプログラムを実行しないでください。",
+        ),
+        "RC-420 manual 14.U, 15.2.6",
+        (UPLOAD,),
+        facts=_facts_of_upload,
+    )
+    yield Cause(
+        "group.strangers",
+        "group.strangers",
+        words(
+            "{bodies} obeyed a command to group {address} and do not count among its members.",
+            "They have done what the group was told: where that was a motion they have moved, too.",
+            "See where they stand. The link master is told the members anew; see that no other host does.",
+        ),
+        words(
+            "グループ{address}への指令に、構成に含まれない{bodies}が従いました。",
+            "グループへの指令を実行しました。移動指令の場合は、これらのモータも動いています。",
+            "位置を確認してください。構成はリンクマスタに再設定します。他のホストが変更していないか確認してください。",
+        ),
+        "RC-420 manual 12, 17.2",
+        (GROUP, LINE_STATE),
+    )
     yield from _of_status(about)
+    yield from causes_of_restores("body", "RC-420 manual 14, 18")
+    yield from causes_of_restores("line", "RC-420 manual 14, 18")
     yield from causes_of_moves("body", "RC-420 manual 13.8.3", (MOVE, STATUS, POSITION))
 
 
@@ -179,3 +236,14 @@ def _shows(mask: int, body: Body) -> bool:
 
 def _tells(name: str, data: Facts) -> bool:
     return name in data["status"]
+
+
+def _facts_of_upload(record: Facts) -> Facts:
+    error = record["error"] or {}
+    return {
+        "upload_id": record["id"],
+        "request_id": record["request_id"],
+        "stored": record["stored"],
+        "detail": error.get("detail", ""),
+        "remedy": error.get("remedy") or "Upload it again.",
+    }

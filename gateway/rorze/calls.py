@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from gateway.core.errors import GatewayError, calls_for
-from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, READY, STOP, NextCall, get, post
+from gateway.core.next_calls import ACKNOWLEDGE, ALARMS, LINE_STATE, STOP, NextCall, get, post
 
 STATUS: Final = get(
     "{subject}/status", "Read its controller status.", "コントローラ・ステータスを読み出します。"
@@ -20,6 +20,10 @@ PROGRAM_RUN: Final = get(
     "See the run of its user program.",
     "ユーザープログラムの実行状況を確認します。",
 )
+UPLOAD: Final = get(
+    "{subject}/program/uploads/{upload_id}", "See the record of the upload.", "書き込みの記録を確認します。"
+)
+GROUP: Final = get("{subject}", "See the members of the group.", "グループの構成を確認します。")
 COMMANDS: Final = get("/commands", "See what each command takes.", "各コマンドの引数を確認します。")
 
 
@@ -30,6 +34,8 @@ def _command(name: str, en: str, ja: str) -> NextCall:
 CLEAR_STATUS: Final = _command(
     "clear-controller-status", "Clear its error status (9CS).", "エラーステータスをクリアします(9CS)。"
 )
+READ_COMMENT: Final = _command("get-information", "Read the comment (9VD).", "コメントを読み出します(9VD)。")
+CLEAR_COMMENT: Final = _command("set-user-comment", "Set it to nothing (9VS).", "コメントを空にします(9VS)。")
 CLEAR_ENCODER_STALL: Final = _command(
     "clear-encoder-stall-error", "Clear the encoder's STALL (PRS).", "エンコーダの脱調をクリアします(PRS)。"
 )
@@ -92,7 +98,7 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
     "body-busy": (MOVES, STOP),
     "body-offline": (LINE_STATE, STOP),
     "line-down": (LINE_STATE,),
-    "journal-unavailable": (READY,),
+    "journal-unavailable": (ALARMS,),
     "no-reply": _LOOK,
     "garbled-reply": _LOOK,
     "not-executed": _LOOK,
@@ -103,12 +109,9 @@ CALLS: Final[Mapping[str, Sequence[NextCall]]] = {
 """By the controller's error code (RC-420 manual 21) or the kind of the error; what only the sender can know
 is left out of the calls."""
 CALLS_OF_GROUPS: Final[Mapping[str, Sequence[NextCall]]] = {
-    "body-busy": (
-        get("{subject}", "See the members of the group.", "グループの構成を確認します。"),
-        STOP,
-    ),
+    "body-busy": (GROUP, STOP),
     "line-down": (LINE_STATE,),
-    "journal-unavailable": (READY,),
+    "journal-unavailable": (ALARMS,),
 }
 
 CALLS_OF_LINES: Final[Mapping[str, Sequence[NextCall]]] = {

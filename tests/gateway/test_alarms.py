@@ -1,6 +1,7 @@
 """Alarms of a whole plant: what goes wrong raises them, and who has seen to it resets them."""
 
 import asyncio
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -12,12 +13,14 @@ from gateway.core.alarms import Alarm, AlarmLasts, Latched
 from gateway.core.lanes import Lane
 from gateway.core.move_record import MoveStatus
 from gateway.core.origin import Origin
+from gateway.core.restore_record import Restore
 from gateway.event_types import EVENT_TYPES
 from gateway.operations.alarms import reset
 from gateway.operations.commands import do
 from gateway.plant import Plant
 from protocols.rorze.moves import MoveClockwise
-from protocols.rorze.status import ClearControllerStatus
+from protocols.rorze.position import GetPosition
+from protocols.rorze.status import ClearControllerStatus, SetUserComment
 from simulator.fics.alarms import system_error
 from simulator.rorze.line import build_line
 from simulator.rorze.world import EMS
@@ -229,3 +232,95 @@ def test_every_cause_is_worded_in_both_languages_of_what_its_event_tells() -> No
             assert all(part.strip() for part in text.model_dump().values())
         assert cause.ja.happened != cause.en.happened
         assert all(call.path.startswith(("/", "{subject}")) for call in cause.next)
+
+
+NEEDS_NOBODY: Final = {
+    "line": {"up", "strict", "message", "scan.running", "scan.finished", "scan.failed"},
+    "gateway": {"journal.recovered", "shutting_down", "reloaded"},
+    "stream": {"gap", "snapshot"},
+    "alarm": {"raised", "reset"},
+    "io": {""},
+    "body": {
+        *("online", "unreadable", "power_cycle.acknowledged", "controller_event", "sensor.changed"),
+        *("input.changed", "program.message", "program.started", "program.ended", "end_frame", "position"),
+        *("settings.changed", "left_moving"),
+    },
+    "robot": {
+        *("online", "unreadable", "stop.refused", "errors.reset", "speeds.restored", "unit.changed"),
+        *("power_cycle.acknowledged", "position", "left_moving"),
+    },
+}
+"""Good news; what is settled already, or told to those who asked; and what another alarm tells as well."""
+ENDS_WELL: Final = {
+    "move": {"queued", "sent", "started", "succeeded", "stopped", "rejected", "cancelled"},
+    "stop": {"requested", "confirmed"},
+    "jog": {"started", "stopping", "ended", "lost", "stopped"},
+    "lease": {"taken", "released", "expired", "taken_over", "broken"},
+    "restore": {"started", "progress", "verified", "cancelled"},
+    "upload": {"started", "progress", "succeeded", "cancelled"},
+}
+
+
+def needs_nobody(event: str) -> bool:
+    what, _, happened = event.partition(".")
+    kind, _, news = event.rpartition(".")
+    of_axes = event.startswith("scara.move.")  # the moves of its bodies raise alarms
+    return of_axes or happened in NEEDS_NOBODY.get(what, ()) or news in ENDS_WELL.get(kind.split(".")[-1], ())
+
+
+def test_every_type_of_event_raises_an_alarm_or_needs_nobody() -> None:
+    plant = TestedPlant(
+        parse(configuration(), "test.toml"), open_transport=lambda _: Wire(build_line([], 0.0))
+    )
+    alarming = {cause.event for cause in causes_of(plant.families.values(), {}, lambda: None)}
+    quiet = {event for event in EVENT_TYPES if needs_nobody(event)}
+    assert alarming | quiet == EVENT_TYPES.keys()
+    assert alarming & quiet == set()
+
+
+@in_virtual_time
+async def test_bodies_that_obey_a_group_they_do_not_belong_to_are_an_alarm_of_that_group() -> None:
+    async with rig() as it:
+        now = asyncio.get_running_loop().time()
+        it.machine.receive(b"&7FXVS80,00,01,3F\r", now)  # as another host tells it
+        it.machine.take_output(now)
+        await do(it.plant, OPERATOR, "/groups/80", GetPosition())
+        alarm = standing(it.plant)["group.strangers"]
+        assert (alarm.subject, alarm.ended_at is None) == ("/groups/line1.80", False)
+        assert "line1.3F obeyed a command to group line1.80" in alarm.en.happened
+        assert [call.path for call in alarm.next] == ["/groups/line1.80", "/lines/line1"]
+        await do_reset(it.plant)
+
+
+@in_virtual_time
+async def test_a_comment_that_is_taken_is_an_alarm_until_it_is_free() -> None:
+    async with rig() as it:
+        await it.body().ask(SetUserComment(comment_number=7, text="SPARE AXIS"))
+        await asyncio.sleep(SEEN_S)
+        alarm = standing(it.plant)["body.power_mark.missing"]
+        assert "holds 'SPARE AXIS'" in alarm.en.happened
+        with pytest.raises(AlarmLasts):
+            await do_reset(it.plant)
+        await it.body().ask(SetUserComment(comment_number=7, text=""))
+        await do_reset(it.plant)
+
+
+@pytest.mark.parametrize("status", ["failed", "differs"])
+def test_a_restore_that_did_not_end_well_names_its_record(status: str) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with rig() as it:
+            restore = Restore(
+                id="r1",
+                target="/bodies/line1.3F",
+                controllers=["line1.3F"],
+                flash=False,
+                power_cycle=False,
+                started_at=datetime.now(UTC),
+            )
+            it.plant.events.publish(f"body.restore.{status}", restore.target, restore, restore.id)
+            alarm = standing(it.plant)[f"body.restore.{status}"]
+            assert [call.path for call in alarm.next] == ["/bodies/line1.3F/restores/r1"]
+            await do_reset(it.plant)
+
+    story()

@@ -2,10 +2,10 @@
 
 import asyncio
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import httpx2
 import pytest
@@ -14,7 +14,7 @@ from api.app import create_app
 from gateway.access.credentials import Credentials
 from tests.api.access.guarded import Keys
 from tests.open_access import OPEN
-from tests.plants import in_virtual_time
+from tests.plants import configuration, in_virtual_time
 from tests.tested_plant import TestedPlant
 from tests.world import DISK_S, World
 
@@ -35,7 +35,7 @@ def world(tmp_path: Path) -> World:
 async def client(
     plant: TestedPlant, credentials: Credentials | None = None
 ) -> AsyncIterator[httpx2.AsyncClient]:
-    while plant.line("line1").state != "ready":  # noqa: ASYNC110
+    while any(port.state != "ready" for port in plant.ports().values()):  # noqa: ASYNC110
         await asyncio.sleep(0.1)
     transport = httpx2.ASGITransport(create_app(plant, credentials), raise_app_exceptions=False)
     async with httpx2.AsyncClient(transport=transport, base_url="http://127.0.0.1:8420") as http:
@@ -66,13 +66,116 @@ async def test_a_whole_number_with_a_point_makes_no_other_request(world: World) 
     assert (again.status_code, is_replayed(again)) == (202, True)
 
 
-@in_virtual_time
-async def test_a_hundred_at_once_make_one_move(world: World) -> None:
-    async with world.gateway() as plant, client(plant) as http:
-        answers = await asyncio.gather(*(http.post(MOVES, json=relative(), headers=KEY) for _ in range(100)))
-    assert {(it.status_code, it.content) for it in answers} == {(202, answers[0].content)}
-    assert sum(map(is_replayed, answers)) == 99
-    assert len(world.sent("1+M")) == 1
+HUNDRED = 100
+HOME = {"kind": "home"}
+
+
+class Goal(NamedTuple):
+    """What is moved, by which request, and what that sends."""
+
+    world: Callable[[Path], World]
+    path: str
+    content: dict[str, Any]
+    frame: str
+    moves: int
+
+    def sent(self, world: World) -> list[str]:
+        return [frame for frame in world.wire.frames() if frame.startswith(self.frame)]
+
+
+def of_robot(mode: int) -> Goal:
+    def world(folder: Path) -> World:
+        made = World.of_robot(folder, mode)
+        made.text += OPEN
+        return made
+
+    return Goal(world, "/robots/r1/units/1/moves", HOME, "ORG", 1)
+
+
+def of_group(folder: Path) -> World:
+    return World(folder, text=configuration(bodies=(0x00, 0x3F), groups={"80": ("00", "3F")}))
+
+
+GOALS = {
+    "body": Goal(World, MOVES, relative(), "&3F1+M", 1),
+    "group": Goal(of_group, "/groups/80/moves", relative(), "&801+M", 2),
+    "robot, mode 2": of_robot(2),
+    "robot, mode 3": of_robot(3),
+}
+
+
+async def a_hundred(http: httpx2.AsyncClient, goal: Goal) -> list[httpx2.Response]:
+    return await asyncio.gather(
+        *(http.post(goal.path, json=goal.content, headers=KEY) for _ in range(HUNDRED))
+    )
+
+
+@pytest.mark.parametrize("name", GOALS)
+def test_a_hundred_at_once_make_one_move(name: str, tmp_path: Path) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        goal = GOALS[name]
+        world = goal.world(tmp_path / "data")
+        async with world.gateway() as plant, client(plant) as http:
+            answers = await a_hundred(http, goal)
+        assert {(it.status_code, it.content) for it in answers} == {(202, answers[0].content)}
+        assert sum(map(is_replayed, answers)) == HUNDRED - 1
+        assert len(goal.sent(world)) == 1
+        assert len(world.rows("moves")) == goal.moves
+
+    story()
+
+
+@pytest.mark.parametrize("written", [False, True])
+@pytest.mark.parametrize("name", GOALS)
+def test_a_hundred_after_a_kill_behind_the_intent_are_told_of_the_one_move(
+    name: str, written: bool, tmp_path: Path
+) -> None:
+    """The process ends right before its frame is handed to the port, or right after."""
+
+    @in_virtual_time
+    async def story() -> None:
+        goal = GOALS[name]
+        world = goal.world(tmp_path / "data")
+        write, killed = world.wire.write, asyncio.Event()
+
+        def die(data: bytes) -> None:
+            if killed.is_set():
+                return
+            if data.decode().startswith(goal.frame):
+                killed.set()
+                world.crash()
+                if not written:
+                    return
+            write(data)
+
+        world.wire.write = die  # type: ignore[method-assign]
+        async with world.gateway() as plant, client(plant) as http:
+            first = asyncio.create_task(http.post(goal.path, json=goal.content, headers=KEY))
+            await killed.wait()
+            first.cancel()
+            await asyncio.gather(first, return_exceptions=True)
+        world.wire.write = write  # type: ignore[method-assign]
+        async with world.gateway() as plant, client(plant) as http:
+            answers = await a_hundred(http, goal)
+            assert {(it.status_code, it.content) for it in answers} == {
+                (answers[0].status_code, answers[0].content)
+            }
+            assert all(it.is_success and is_replayed(it) for it in answers), answers[0].text
+            await asyncio.sleep(60.0)
+            answer = answers[0].json()
+            for move in answer.get("moves", [answer]):
+                end = (await http.get(f"/{_place_of(move)}/moves/{move['id']}")).json()
+                assert end["ended_at"], end
+                assert end["status"] == "succeeded" or (end["evidence"] and end["error"]), end
+                assert not (end["status"] == "succeeded" and not written), end
+        assert len(goal.sent(world)) == (1 if written else 0)
+
+    story()
+
+
+def _place_of(move: dict[str, Any]) -> str:
+    return "robots/r1/units/1" if "unit" in move else f"bodies/{move['body_id']}"
 
 
 @in_virtual_time
