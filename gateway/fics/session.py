@@ -40,7 +40,7 @@ STANDSTILL_S = 10.0
 QUICK_S = 0.1
 """In Ver.2 a question that a state of the system seems to forbid is waited for so long: silence refuses it.
 
-The fence behind it tells, and an answer that comes before the fence's counts.
+A fence that no state forbids is certain then: it tells, and an answer that comes before its echo counts.
 """
 _RANKS: dict[type[FicsCommand[Any]], int] = {EndPositionUpload: -2, StopAllImmediately: -1}
 """Of the stops that wait, an immediate one goes first, and before it what lets the robot hear it."""
@@ -102,7 +102,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
     def exchange(self, command: FicsCommand[Any], lane: Lane, target: int = ROBOT) -> FicsExchange:
         """Build an exchange: its frame, its stop epoch, and how often it is repeated."""
         may_be_silent = target == ROBOT and self.may_be_silent(command)
-        quick = may_be_silent and not self._forbidding.isdisjoint(command.blocked)
+        quick = may_be_silent and not self._forbidding.isdisjoint(command.blocked) and self._fresh_queries()
         return FicsExchange(
             command,
             encode(command, self.terminator),
@@ -192,11 +192,9 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         one may be on its way; but last it is taken nevertheless.
         """
         tries = self._fence.tries
-        forbidden = self.mode == HostMode.VER_2 and (
-            self._variables_forbidden or tries > 0 or self._awaits_a_variable()
-        )
+        forbidden = self.mode == HostMode.VER_2 and (self._variables_forbidden or tries > 0)
         last = tries == FENCE_TRIES - 1
-        fresh = [it for it in NEVER_FORBIDDEN if self._answers_until.get(it.code, -inf) <= self._now]
+        fresh = self._fresh_queries()
         query = (fresh or NEVER_FORBIDDEN)[0] if last or (forbidden and fresh) else None
         fence = self.exchange(
             GetVariable(number=self._fresh_variable()) if query is None else query(), Lane.READ
@@ -204,9 +202,9 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         fence.self_identifying = True
         return fence
 
-    def _awaits_a_variable(self) -> bool:
-        """Whether a variable was asked for in vain: what has refused that refuses such a fence, too."""
-        return self._suspect is not None and isinstance(self._suspect.command, GetVariable)
+    def _fresh_queries(self) -> list[type[FicsCommand[Any]]]:
+        """What no state forbids, and no earlier answer may be on its way to."""
+        return [it for it in NEVER_FORBIDDEN if self._answers_until.get(it.code, -inf) <= self._now]
 
     def _fresh_variable(self) -> int:
         """A variable that nobody has asked for lately: an answer with its number is the fence's own."""

@@ -45,7 +45,7 @@ def test_a_move_is_refused_with_e01(mode: int, units: int, first_s: float, next_
 
 @pytest.mark.parametrize(
     ("query", "first_s"),
-    [(GetVariable(number=5), 0.6), (GetSpeedPercent(), 1.7), (GetAccelerationTimes(), 1.7)],
+    [(GetVariable(number=5), 1.7), (GetSpeedPercent(), 1.7), (GetAccelerationTimes(), 1.7)],
 )
 @in_virtual_time
 async def test_a_question_that_is_refused_again_in_ver_2_is_refused_quickly(
