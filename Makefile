@@ -39,7 +39,7 @@ format: $(VENV)/.development ## Write the code as the tests want it
 clients: $(VENV)/.development $(TYPESCRIPT)/node_modules ## Write the OpenAPI documents and the generated parts of the clients anew
 	$(BIN)/python -m api.openapi
 	$(BIN)/python clients/python/generate.py
-	$(NODE) $(TYPESCRIPT)/node_modules/openapi-typescript/bin/cli.js openapi/core.json \
+	$(NODE) $(TYPESCRIPT)/node_modules/openapi-typescript/bin/cli.js openapi/resources.json \
 		--output $(TYPESCRIPT)/src/generated/schema.ts
 
 console: $(CONSOLE)/node_modules ## Check the console's sources and build its pages anew

@@ -8,6 +8,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import (
+    access_keys,
     alarms,
     audit,
     backups,
@@ -24,7 +25,6 @@ from api import (
     system,
 )
 from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
-from api.bodies import routes as bodies
 from api.common import problems, request_ids, schemas
 from api.common.access import Access
 from api.common.proxies import Proxies
@@ -35,10 +35,9 @@ from api.common.security import SameSite
 from api.common.traffic import Traffic
 from api.common.version import VERSION
 from api.console import pages as console
+from api.families import OWN_ROUTES
 from api.front import documents
 from api.metrics import metrics_of
-from api.robots import routes as robots
-from api.scaras import routes as scaras
 from gateway.access.credentials import Credentials
 from gateway.operations.keys import Keys
 from gateway.operations.remedies import calls_for
@@ -111,11 +110,10 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     problems.install(app, partial(calls_for, plant))
     modules = [info, moves, samples, stops, alarms, audit, groups, lines, streams, catalogue, text_commands]
     modules += [health, system, programs, memories, settings, speed_sets, patterns, backups]
-    modules += [leases, configuration]
-    routers = [*(module.router for module in modules), *scaras.routers(), *bodies.routers()]
-    for name, family in plant.families.items():
-        routers += robots.routers() if name == "fics" else []
-        routers += command_routes.routers(type(family))
+    modules += [leases, configuration, access_keys]
+    routers = [module.router for module in modules]
+    for family in map(type, plant.families.values()):
+        routers += [*OWN_ROUTES.get(family, list)(), *command_routes.routers(family)]
     # Side by side instead of included, so that one index finds them all; and before the docs.
     app.router.routes[:0] = [route for router in routers for route in router.routes]
     documents.install(app, root_path)

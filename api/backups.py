@@ -20,11 +20,12 @@ from api.common.requests import (
 )
 from api.common.strict_json import StrictRequest, StrictRoute
 from api.robots.paths import RobotId
+from gateway.core.backup_record import Backup
 from gateway.core.records import RequestModel, example
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.rights import Right
 from gateway.operations import backups
-from gateway.operations.backups import Wanted
+from gateway.operations.backups import Reading, Wanted
 
 MAX_BACKUP_BYTES = 2_097_152
 """A line of 120 bodies, each with a table of 200 positions."""
@@ -84,6 +85,7 @@ class RobotRestoreRequest(RestoreRequest, json_schema_extra=example(backup=OF_RO
 
 Bodies = Annotated[str | None, Query(description="These only, joined by commas: 00,3F. Left out: all.")]
 BACKUP = {**DECLARED, 200: {"content": {TEXT: {"schema": {"type": "string"}}}, "description": "The backup."}}
+READ = {**DECLARED, 200: {"model": Backup, "description": "It is over."}}
 BEGUN = {
     **DECLARED,
     200: {
@@ -100,9 +102,29 @@ BEGUN = {
 async def get_body_backup(request: Request, body_id: BodyId) -> Response:
     """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
 
-    It takes two minutes at 9600 baud; others are served meanwhile.
+    It takes two minutes at 9600 baud; others are served meanwhile. `POST .../backups` answers at once.
     """
-    return _text(await backups.read_body(plant_of(request), origin_of(request), body_id))
+    return await _text(request, backups.of_body(plant_of(request), body_id))
+
+
+@router.post("/bodies/{body_id}/backups", Right.VIEW, status_code=202, response_model=Backup, responses=READ)
+async def start_body_backup(request: Request, body_id: BodyId, wait: Wait = None) -> Response:
+    """Begin to read all that a body keeps; the record at `Location` has the text in the end."""
+    return await _reading(request, backups.of_body(plant_of(request), body_id), wait)
+
+
+@router.get("/bodies/{body_id}/backups/{backup_id}", Right.VIEW, response_model=Backup)
+async def get_body_backup_record(
+    request: Request, body_id: BodyId, backup_id: str, wait: Wait = None
+) -> Response:
+    """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
+    return await _read(request, f"/bodies/{body_id}", backup_id, wait)
+
+
+@router.delete("/bodies/{body_id}/backups/current", Right.VIEW, response_model=Backup)
+async def cancel_body_backup(request: Request, body_id: BodyId) -> Response:
+    """Read no more."""
+    return await _given_up(request, f"/bodies/{body_id}")
 
 
 @router.post(
@@ -139,10 +161,34 @@ async def cancel_body_restore(request: Request, body_id: BodyId) -> Response:
 async def get_line_backup(request: Request, line_id: LineId, bodies: Bodies = None) -> Response:
     """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
 
-    All of them have to answer; `bodies` leaves out who does not.
+    All of them have to answer; `bodies` leaves out who does not. `POST .../backups` answers at once.
     """
-    chosen = None if bodies is None else bodies.split(",")
-    return _text(await backups.read_line(plant_of(request), origin_of(request), line_id, chosen))
+    return await _text(request, backups.of_line(plant_of(request), line_id, _chosen(bodies)))
+
+
+@router.post("/lines/{line_id}/backups", Right.VIEW, status_code=202, response_model=Backup, responses=READ)
+async def start_line_backup(
+    request: Request, line_id: LineId, bodies: Bodies = None, wait: Wait = None
+) -> Response:
+    """Begin to read all that the bodies of a line keep, one after the other, as one text.
+
+    All of them have to answer; `bodies` leaves out who does not. The record has the text in the end.
+    """
+    return await _reading(request, backups.of_line(plant_of(request), line_id, _chosen(bodies)), wait)
+
+
+@router.get("/lines/{line_id}/backups/{backup_id}", Right.VIEW, response_model=Backup)
+async def get_line_backup_record(
+    request: Request, line_id: LineId, backup_id: str, wait: Wait = None
+) -> Response:
+    """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
+    return await _read(request, f"/lines/{line_id}", backup_id, wait)
+
+
+@router.delete("/lines/{line_id}/backups/current", Right.VIEW, response_model=Backup)
+async def cancel_line_backup(request: Request, line_id: LineId) -> Response:
+    """Read no more."""
+    return await _given_up(request, f"/lines/{line_id}")
 
 
 @router.post(
@@ -175,7 +221,27 @@ async def cancel_line_restore(request: Request, line_id: LineId) -> Response:
 @router.get("/robots/{robot_id}/backup", Right.VIEW, response_class=Response, responses=BACKUP)
 async def get_robot_backup(request: Request, robot_id: RobotId) -> Response:
     """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
-    return _text(await backups.read_robot(plant_of(request), origin_of(request), robot_id))
+    return await _text(request, backups.of_robot(plant_of(request), robot_id))
+
+
+@router.post("/robots/{robot_id}/backups", Right.VIEW, status_code=202, response_model=Backup, responses=READ)
+async def start_robot_backup(request: Request, robot_id: RobotId, wait: Wait = None) -> Response:
+    """Begin to read what a robot tells of what it keeps; the record at `Location` has the text in the end."""
+    return await _reading(request, backups.of_robot(plant_of(request), robot_id), wait)
+
+
+@router.get("/robots/{robot_id}/backups/{backup_id}", Right.VIEW, response_model=Backup)
+async def get_robot_backup_record(
+    request: Request, robot_id: RobotId, backup_id: str, wait: Wait = None
+) -> Response:
+    """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
+    return await _read(request, f"/robots/{robot_id}", backup_id, wait)
+
+
+@router.delete("/robots/{robot_id}/backups/current", Right.VIEW, response_model=Backup)
+async def cancel_robot_backup(request: Request, robot_id: RobotId) -> Response:
+    """Read no more."""
+    return await _given_up(request, f"/robots/{robot_id}")
 
 
 @router.post(
@@ -208,8 +274,29 @@ async def cancel_robot_restore(request: Request, robot_id: RobotId) -> Response:
     return await _cancelled(request, f"/robots/{robot_id}")
 
 
-def _text(backup: str) -> Response:
-    return Response(backup, media_type=TEXT)
+def _chosen(bodies: str | None) -> list[str] | None:
+    return None if bodies is None else bodies.split(",")
+
+
+async def _text(request: Request, reading: Reading) -> Response:
+    return Response(await backups.text(plant_of(request), origin_of(request), reading), media_type=TEXT)
+
+
+async def _reading(request: Request, reading: Reading, wait: float | None) -> Response:
+    waited_s = wait_s(request, wait)
+    begun = await backups.read(plant_of(request), origin_of(request), reading, waited_s)
+    headers = {"Location": f"{begun.target}/backups/{begun.id}", **wait_headers(waited_s)}
+    return json_response(begun, 202 if begun.status == "running" else 200, headers)
+
+
+async def _read(request: Request, target: str, backup_id: str, wait: float | None) -> Response:
+    waited_s = wait_s(request, wait)
+    found = await backups.get_backup(plant_of(request), target, backup_id, waited_s)
+    return json_response(found, headers=wait_headers(waited_s))
+
+
+async def _given_up(request: Request, target: str) -> Response:
+    return json_response(await backups.cancel_backup(plant_of(request), origin_of(request), target))
 
 
 async def _begun(request: Request, target: Wanted, wanted: RestoreRequest, wait: float | None) -> Response:

@@ -1,6 +1,6 @@
 """The command table as data: every row with its parameters, reply, rules and errors."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache, partial
 from typing import Annotated, Any, Final, Literal
 
@@ -84,17 +84,9 @@ async def list_commands(
     return await TABLES[family].send(request)
 
 
-def _table(family: Family | None) -> bytes:
-    rorze = map(_rorze_info, COMMANDS.values() if family != "fics" else ())
-    fics = map(_fics_info, FICS_ROWS if family != "rorze" else ())
-    return CommandList(commands=[*rorze, *fics]).model_dump_json().encode()
-
-
-_FAMILIES: Final[tuple[Family | None, ...]] = (None, "rorze", "fics")
-TABLES: Final[Mapping[Family | None, Document]] = {
-    family: Document(JSON, partial(_table, family)) for family in _FAMILIES
-}
-"""The answers: all commands, and those of each family."""
+def _table(*families: Family) -> bytes:
+    commands = [command for family in families for command in _COMMANDS[family]()]
+    return CommandList(commands=commands).model_dump_json().encode()
 
 
 def _shared(row: type[RorzeCommand[Any]] | type[FicsCommand[Any]]) -> dict[str, Any]:
@@ -139,3 +131,14 @@ def _fics_info(row: type[FicsCommand[Any]]) -> FicsCommandInfo:
         blocked_by=sorted(row.blocked),
         during_upload=row.during_upload,
     )
+
+
+_COMMANDS: Final[Mapping[Family, Callable[[], Iterable[CommandInfo | FicsCommandInfo]]]] = {
+    "rorze": lambda: map(_rorze_info, COMMANDS.values()),
+    "fics": lambda: map(_fics_info, FICS_ROWS),
+}
+TABLES: Final[Mapping[Family | None, Document]] = {
+    None: Document(JSON, partial(_table, *_COMMANDS)),
+    **{family: Document(JSON, partial(_table, family)) for family in _COMMANDS},
+}
+"""The answers: all commands, and those of each family."""

@@ -1,11 +1,11 @@
-"""The OpenAPI documents as files, the whole and its core: `python -m api.openapi` writes them anew."""
+"""The OpenAPI documents as files, the whole and its parts: `python -m api.openapi` writes them anew."""
 
 import json
 from pathlib import Path
 from typing import Any
 
 from api.app import create_app
-from api.common.schemas import core_of
+from api.common.schemas import core_of, resources_of
 from gateway.config import Config
 from gateway.plant import Plant
 
@@ -15,11 +15,13 @@ FOLDER = Path(__file__).parent.parent / "openapi"
 def documents() -> dict[str, str]:
     """The files of the app's documents, which are the same for every configuration.
 
-    `core.json` leaves out the routes of single commands; clients are generated from it.
+    `resources.json` leaves out the routes of single commands; clients are generated from it. `core.json` has
+    what is needed first.
     """
     line = {"id": "line1", "address": "tcp://127.0.0.1:1", "bodies": [{"id": "3F"}]}
     whole = create_app(Plant(Config.model_validate({"lines": [line]}))).openapi()
-    return {"openapi.json": _written(whole), "core.json": _written(core_of(whole))}
+    parts = {"openapi.json": whole, "resources.json": resources_of(whole), "core.json": core_of(whole)}
+    return {name: _written(document) for name, document in parts.items()}
 
 
 def _written(document: dict[str, Any]) -> str:

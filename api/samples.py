@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from fastapi import Request, Response
 
-from api.common.csv_table import CSV, csv_response
+from api.common.csv_tables import ANSWER, csv_response
 from api.common.problems import DECLARED
 from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
 from api.robots.paths import RobotId, UnitNumber
@@ -17,10 +17,7 @@ router = new_router("samples")
 
 OF_BODY: Final = "/bodies/{body_id}/moves/{move_id}/samples"
 OF_UNIT: Final = "/robots/{robot_id}/units/{unit}/moves/{move_id}/samples"
-TABLE: Final[dict[int | str, dict[str, Any]]] = {
-    **DECLARED,
-    200: {"content": {CSV: {"schema": {"type": "string"}}}},
-}
+TABLE: Final[dict[int | str, dict[str, Any]]] = {**DECLARED, 200: ANSWER}
 
 
 @router.get(OF_BODY, Right.VIEW, response_model=BodySamples)
@@ -47,7 +44,11 @@ async def download_samples(request: Request, body_id: BodyId, move_id: str) -> R
 
 @router.get(OF_UNIT, Right.VIEW, response_model=RobotSamples)
 async def get_robot_samples(request: Request, robot_id: RobotId, unit: UnitNumber, move_id: str) -> Response:
-    """Get where a unit was seen during a move. No command tells a robot's speed curve: nothing is planned."""
+    """Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
+
+    How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
+    The settings are read from the robot when somebody first asks.
+    """
     return json_response(await _samples(request, f"/robots/{robot_id}/units/{unit}", move_id))
 
 
@@ -55,11 +56,17 @@ async def get_robot_samples(request: Request, robot_id: RobotId, unit: UnitNumbe
 async def download_robot_samples(
     request: Request, robot_id: RobotId, unit: UnitNumber, move_id: str
 ) -> Response:
-    """Get the same as CSV: time, time_s, and a column for each axis with its unit."""
+    """Get the same as CSV: time, time_s, a column for each axis with its unit, and one for its plan."""
     told: RobotSamples = await _samples(request, f"/robots/{robot_id}/units/{unit}", move_id)
-    header = ["time", "time_s", *(f"{axis} {unit}" for axis, unit in told.units.items())]
+    columns = [f"{axis} {unit}" for axis, unit in told.units.items()]
+    header = ["time", "time_s", *columns, *(f"planned {column}" for column in columns)]
     rows = (
-        [it.time.isoformat(), it.time_s, *(it.axes.get(axis) for axis in told.units)] for it in told.samples
+        [
+            *(it.time.isoformat(), it.time_s),
+            *(it.axes.get(axis) for axis in told.units),
+            *((it.planned or {}).get(axis) for axis in told.units),
+        ]
+        for it in told.samples
     )
     return csv_response(header, rows)
 

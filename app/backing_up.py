@@ -1,5 +1,6 @@
 """Backups on the command line: what controllers keep is written to a file, compared, brought back."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -7,6 +8,7 @@ import typer
 
 from app import exits
 from app.client import LOCAL, STEP_S, Client, KeyFile, Url
+from app.completing import addresses
 from app.exits import Failure, fail
 from app.progress import Progress
 from app.targets import find, numbered
@@ -15,7 +17,10 @@ READ_S = 600.0
 """To read a body takes two minutes at 9600 baud."""
 
 Whose = Annotated[
-    str, typer.Argument(help="Address or name of a body or a robot, or a line's id: 3F, r1, arm.")
+    str,
+    typer.Argument(
+        help="Address or name of a body or a robot, or a line's id: 3F, r1, arm.", autocompletion=addresses
+    ),
 ]
 Backup = Annotated[Path, typer.Argument(help="A backup.")]
 From = Annotated[str | None, typer.Option("--from", help="Of a body: take what the backup has of this one.")]
@@ -31,9 +36,7 @@ def backup(
 ) -> None:
     """Read all that a body, a robot or the bodies of a line keep, as text that can be restored."""
     client = Client.at(url, key_file)
-    path = _path_of(client, target)
-    query = f"?bodies={','.join(only)}" if only else ""
-    text = client.text(f"{path}/backup{query}", _read_s(client, path))
+    text = _read(client, _path_of(client, target), only)
     if file is None:
         typer.echo(text, nl=False)
         return
@@ -85,24 +88,47 @@ def restore(
         _tell([it for it in plan["differences"] if not it["restorable"]])
         return
     record = client.ask("POST", f"{path}/restores", {**wanted, "flash": flash, "power_cycle": power_cycle})
-    _end(_followed(client, record))
+    _end(_followed(client, record, "restores", _being_restored, exits.UNKNOWN))
 
 
-def _followed(client: Client, record: dict[str, Any]) -> dict[str, Any]:
-    """Wait for the end of a restore."""
+def _read(client: Client, path: str, only: list[str] | None) -> str:
+    """Read a backup to its end; who interrupts it ends it at the gateway, too."""
+    query = f"?bodies={','.join(only)}" if only else ""
+    record = client.ask("POST", f"{path}/backups{query}")
+    try:
+        record = _followed(client, record, "backups", _being_read, exits.NOT_SENT)
+    except KeyboardInterrupt:
+        client.ask("DELETE", f"{record['target']}/backups/current")
+        raise
+    if record["error"] is not None:
+        fail(f"{record['error']['detail']} {record['error']['remedy']}", exits.REFUSED)
+    return str(record["text"])
+
+
+def _being_read(record: dict[str, Any]) -> str:
+    of = "" if record["expected"] is None else f" of {record['expected']} at most"
+    return f"reading {record['controller']}: {record['read']}{of}"
+
+
+def _being_restored(record: dict[str, Any]) -> str:
+    return (
+        f"{record['phase'].replace('_', ' ')}: {record['read']} read, "
+        f"{record['written']} of {record['commands']} written"
+    )
+
+
+def _followed(
+    client: Client, record: dict[str, Any], records: str, words: Callable[[dict[str, Any]], str], lost: int
+) -> dict[str, Any]:
+    """Wait for the end of a backup or a restore; where nobody knows it, `lost` is the exit code."""
     with Progress() as progress:
         while record["status"] == "running":
-            progress.say(
-                f"{record['phase'].replace('_', ' ')}: {record['read']} read, "
-                f"{record['written']} of {record['commands']} written"
-            )
+            progress.say(words(record))
             try:
-                record = client.request("GET", f"{record['target']}/restores/{record['id']}", wait_s=STEP_S)
+                record = client.request("GET", f"{record['target']}/{records}/{record['id']}", wait_s=STEP_S)
             except Failure as failure:
-                fail(
-                    f"The restore {record['id']} was begun, and its end was not seen: {failure}",
-                    exits.UNKNOWN,
-                )
+                what = f"{records.removesuffix('s')} {record['id']}"
+                fail(f"The {what} was begun, and its end was not seen: {failure}", lost)
     return record
 
 
@@ -120,7 +146,13 @@ def _end(record: dict[str, Any]) -> None:
         fail(
             f"{record['status']}: nobody knows what {', '.join(record['controllers'])} holds.", exits.UNKNOWN
         )
-    fail(f"{record['status']}: {len(differences)} differences.", exits.REFUSED)
+    if differences:
+        fail(f"{record['status']}: {len(differences)} differences.", exits.REFUSED)
+    unseen = ""
+    if record["flash"]:
+        what = "the power cycle" if record["saved"] else "the writing of flash memory"
+        unseen = f", but the end of {what} was not seen"
+    fail(f"{record['status']}: nothing differs from the backup{unseen}.", exits.REFUSED)
 
 
 def _tell(differences: list[dict[str, Any]]) -> None:

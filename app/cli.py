@@ -7,14 +7,17 @@ from typing import Annotated
 import typer
 
 from app import (
+    alarming,
     backing_up,
     exits,
     journal,
     keys,
+    leasing,
     moving,
     plot_move,
     plotting,
     program,
+    reloading,
     serving,
     setting_up,
     stopping,
@@ -33,6 +36,7 @@ for command in (
     *(watching.status, watching.watch, watching.scan),
     moving.send,
     stopping.stop,
+    reloading.reload,
     *(backing_up.backup, backing_up.diff, backing_up.restore),
 ):
     app.command()(command)
@@ -41,6 +45,8 @@ app.command(context_settings={"ignore_unknown_options": True})(moving.move)
 app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
 app.add_typer(keys.app, name="keys")
+app.add_typer(alarming.alarms, name="alarms")
+app.add_typer(leasing.lease, name="lease")
 app.add_typer(program.program, name="program")
 plotting.plot.command("move")(plot_move.move)
 app.add_typer(plotting.plot, name="plot")

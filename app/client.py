@@ -20,6 +20,7 @@ T = TypeVar("T")
 
 LOCAL = "http://127.0.0.1:8420"
 KEY_VARIABLE = "MOTION_GATEWAY_KEY"
+LEASE_VARIABLE = "MOTION_GATEWAY_LEASE"
 STEP_S = 2.0
 """A long wait is made of requests of so long, with a word to people after each."""
 ANSWER_S = 10.0
@@ -45,19 +46,22 @@ class Client:
 
     url: str
     key: str = ""
+    lease: str = ""
+    """Tokens of leases, with commas."""
 
     @classmethod
     def at(cls, url: str, key_file: Path | None) -> "Client":
-        """Take the key from the file or, without one, from the environment."""
+        """Take the key from the file, or else the environment; and the token of a lease from that."""
+        lease = _sound(os.environ.get(LEASE_VARIABLE, "").strip(), "token of the lease")
         if key_file is None:
-            return cls(url.rstrip("/"), _sound(os.environ.get(KEY_VARIABLE, "").strip()))
+            return cls(url.rstrip("/"), _sound(os.environ.get(KEY_VARIABLE, "").strip()), lease)
         try:
             key = key_file.read_text("ascii").strip()
         except (OSError, UnicodeDecodeError) as error:
             fail(f"The key file {key_file} cannot be read: {error}. Nothing was sent.", exits.USAGE)
         if not key:
             fail(f"The key file {key_file} is empty. Nothing was sent.", exits.USAGE)
-        return cls(url.rstrip("/"), _sound(key))
+        return cls(url.rstrip("/"), _sound(key), lease)
 
     @property
     def trust_environment(self) -> bool:
@@ -65,10 +69,11 @@ class Client:
         return self.url.startswith("https:")
 
     def headers(self) -> dict[str, str]:
-        """Those of every request: its own id, and the key."""
+        """Those of every request: its own id, the key, and the lease's token."""
         return {
             "X-Request-Id": uuid4().hex,
             **({"Authorization": f"Bearer {self.key}"} if self.key else {}),
+            **({"Lease-Token": self.lease} if self.lease else {}),
         }
 
     def get(self, path: str) -> dict[str, Any]:
@@ -88,13 +93,6 @@ class Client:
         :raises Failure: it was refused, or nobody knows; the sentence names the request's id.
         """
         return self._answer(method, path, content, wait_s, _data)
-
-    def text(self, path: str, within_s: float) -> str:
-        """Read a text, which may take so long; a failure ends the command."""
-        try:
-            return self._answer("GET", path, None, within_s, lambda answer: answer.text)
-        except Failure as failure:
-            fail(str(failure), failure.code)
 
     def _answer(
         self, method: str, path: str, content: object, wait_s: float, read: Callable[[httpx.Response], T]
@@ -211,7 +209,7 @@ def exit_of_stop(stop: dict[str, Any]) -> int:
     return exits.NOT_SENT if unsent else exits.UNKNOWN
 
 
-def _sound(key: str) -> str:
-    if not key.isascii() or not (key.isprintable() or not key):
-        fail("The key has other characters than a key has. Nothing was sent.", exits.USAGE)
-    return key
+def _sound(secret: str, what: str = "key") -> str:
+    if not secret.isascii() or not (secret.isprintable() or not secret):
+        fail(f"The {what} has other characters than a {what} has. Nothing was sent.", exits.USAGE)
+    return secret

@@ -9,6 +9,7 @@ from typing import Annotated, Final, NoReturn
 import typer
 
 from app.data_directory import Data, data_directory
+from app.tables import table
 from gateway.access.keys import KeyFault, KeyStore
 from gateway.access.roles import Role
 
@@ -48,8 +49,8 @@ def list_keys(data: Data = None) -> None:
     except KeyFault as fault:
         _fail(fault)
     uses, now = store.uses(), time.time()
-    rows = [("NAME", "ROLE", "SCOPE", "BEGINS", "STATE", "CREATED", "EXPIRES", "LAST USED")]
-    rows += [
+    head = ("NAME", "ROLE", "SCOPE", "BEGINS", "STATE", "CREATED", "EXPIRES", "LAST USED")
+    rows = [
         (
             key.name,
             key.role.value,
@@ -62,9 +63,7 @@ def list_keys(data: Data = None) -> None:
         )
         for key in keys
     ]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        typer.echo("  ".join(map(str.ljust, row, widths)).rstrip())
+    typer.echo(table(head, rows))
 
 
 @app.command()

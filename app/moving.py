@@ -12,6 +12,7 @@ import typer
 
 from app import exits
 from app.client import LOCAL, Client, KeyFile, Seconds, Url, exit_of_moves, exit_of_stop
+from app.completing import addresses
 from app.exits import Failure, fail
 from app.progress import Progress
 from app.scaras import scara_move
@@ -19,7 +20,10 @@ from app.targets import Target, find
 from protocols.table import Command, SyntaxFault, WireFault
 
 Whose = Annotated[
-    str, typer.Argument(help="Address or name: 3F, LINE.3F, a group's 80, r1, r1/units/1, lift.")
+    str,
+    typer.Argument(
+        help="Address or name: 3F, LINE.3F, a group's 80, r1, r1/units/1, lift.", autocompletion=addresses
+    ),
 ]
 
 

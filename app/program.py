@@ -8,7 +8,9 @@ import typer
 
 from app import exits
 from app.client import LOCAL, Client, KeyFile, Url
-from app.exits import fail
+from app.completing import addresses
+from app.exits import Failure, fail
+from app.targets import find
 from protocols.rorze.programs import STEPS
 from protocols.rorze.user_program.assembler import Assembled, assemble
 
@@ -20,7 +22,9 @@ DOWNLOAD_S = 600
 program = typer.Typer(help="Check user programs, upload them to bodies and run them.", no_args_is_help=True)
 
 Source = Annotated[Path, typer.Argument(help="A program: one command a line, comments after `;`.")]
-Body = Annotated[str, typer.Argument(help="Address of a body: 3F, or LINE.3F.")]
+Body = Annotated[
+    str, typer.Argument(help="Address or name of a body: 3F, LINE.3F, lift.", autocompletion=addresses)
+]
 
 
 @program.command()
@@ -43,7 +47,7 @@ def upload(
     """Replace a body's program, and see that it holds the new one."""
     source, _ = _read(file)
     client = Client.at(url, key_file)
-    path = f"/bodies/{body}/program"
+    path = _path(client, body)
     record = client.ask("PUT", f"{path}?flash={str(flash).lower()}", {"source": source})
     while record["status"] == "running":
         typer.echo(f"{record['phase']}: {record['written']} of {record['instructions']} written", err=True)
@@ -56,7 +60,8 @@ def upload(
 @program.command()
 def download(body: Body, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Print the program that a body holds in RAM."""
-    program = Client.at(url, key_file).ask("GET", f"/bodies/{body}/program", wait_s=DOWNLOAD_S)
+    client = Client.at(url, key_file)
+    program = client.ask("GET", _path(client, body), wait_s=DOWNLOAD_S)
     typer.echo(program["source"], nl=False)
 
 
@@ -72,7 +77,8 @@ def run(
 ) -> None:
     """Run a body's program, which may move the motor; a stop of the body ends it."""
     wanted = {"label": label, "address": address, "single_step": step}
-    begun = Client.at(url, key_file).ask("POST", f"/bodies/{body}/program/runs", wanted, wait_s=wait)
+    client = Client.at(url, key_file)
+    begun = client.ask("POST", f"{_path(client, body)}/runs", wanted, wait_s=wait)
     typer.echo(json.dumps(begun, ensure_ascii=False, indent=2))
     if begun["status"] == "unknown":
         raise typer.Exit(exits.UNKNOWN)
@@ -80,6 +86,17 @@ def run(
         raise typer.Exit(exits.UNDER_WAY)
     if begun["status"] == "ended" and begun["end_cause"] not in ("normal", "single_step"):
         raise typer.Exit(exits.REFUSED)
+
+
+def _path(client: Client, word: str) -> str:
+    """Where the program of a body is served; a failure ends the command."""
+    try:
+        target = find(client, word)
+    except Failure as failure:
+        fail(str(failure), failure.code)
+    if target.kind != "bodies":
+        fail(f"{word} is no body, and has no program. Nothing was sent.", exits.USAGE)
+    return f"{target.path}/program"
 
 
 def _read(file: Path) -> tuple[str, Assembled]:

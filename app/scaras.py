@@ -24,6 +24,8 @@ def scara_move(
 
     :raises Failure: it is none of a SCARA robot, or its values are not understood.
     """
+    if kind == "path" and any("," in value for value in values):
+        return {"kind": kind, "points": [_point(value, unit, number) for value in values]}
     if kind in _ALONE:
         if len(values) != 1:
             raise _usage(f"`{kind}` takes one number, and {len(values)} were given")
@@ -39,6 +41,15 @@ def scara_move(
             raise _usage(f"{value!r} is none of {' and '.join(names)} with its number, each once: say X=10")
         request[field] = _amount(field, number(written), unit)
     return request
+
+
+def _point(written: str, unit: str | None, number: Callable[[str], int | float]) -> dict[str, Any]:
+    """A point of a path, X,Y or X,Y,RADIUS."""
+    values = written.split(",")
+    if len(values) not in (2, 3):
+        raise _usage(f"{written!r} is no point: say X,Y or X,Y,RADIUS")
+    names = zip(("x", "y", "radius"), values, strict=False)
+    return {name: _amount(name, number(value), unit) for name, value in names}
 
 
 def _amount(field: str, number: float, unit: str | None) -> object:

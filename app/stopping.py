@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from app import exits
+from app import completing, exits
 from app.client import LOCAL, Client, Json, KeyFile, Url, exit_of_stop
 from app.exits import Failure
 from app.targets import find, numbered
@@ -20,7 +20,10 @@ Stopped = dict[str, Any] | Failure
 def stop(
     addresses: Annotated[
         list[str] | None,
-        typer.Argument(help="Addresses or names: 3F, LINE.3F, 80, r1, lift. None: everything stops."),
+        typer.Argument(
+            help="Addresses or names: 3F, LINE.3F, 80, r1, lift. None: everything stops.",
+            autocompletion=completing.addresses,
+        ),
     ] = None,
     mode: Annotated[StopMode, typer.Option(help="Decelerating, or at once.")] = "decelerate",
     url: Url = LOCAL,

@@ -13,9 +13,8 @@ from app import exits
 from app.client import ANSWER_S, LOCAL, STEP_S, Client, Json, KeyFile, Url, refusal
 from app.exits import Failure, fail
 from app.progress import Progress
+from app.tables import Row, table
 from app.targets import find
-
-Row = tuple[str, ...]
 
 SCAN_S = 60.0
 """A scan of 120 body numbers is over sooner, however slow the line."""
@@ -37,10 +36,10 @@ def status(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = False) ->
         typer.echo(json.dumps(everything, ensure_ascii=False, indent=2))
         return
     tables = [
-        _table(("LINE", "STATE", "ADDRESS", "TROUBLE"), map(_line_row, everything["lines"])),
-        _table(("BODY", "NAME", "STATE", "POSITION", "NOTE"), map(_body_row, everything["bodies"])),
-        _table(("SCARA", "NAME", "STATE", "AXES", "NOTE"), map(_scara_row, everything["scaras"])),
-        _table(("ROBOT", "NAME", "STATE", "UNITS", "NOTE"), map(_robot_row, everything["robots"])),
+        table(("LINE", "STATE", "ADDRESS", "TROUBLE"), map(_line_row, everything["lines"])),
+        table(("BODY", "NAME", "STATE", "POSITION", "NOTE"), map(_body_row, everything["bodies"])),
+        table(("SCARA", "NAME", "STATE", "AXES", "NOTE"), map(_scara_row, everything["scaras"])),
+        table(("ROBOT", "NAME", "STATE", "UNITS", "NOTE"), map(_robot_row, everything["robots"])),
     ]
     typer.echo("\n\n".join(table for table in tables if "\n" in table))
 
@@ -76,14 +75,6 @@ def _state(it: dict[str, Any]) -> str:
 
 def _lost_power(it: dict[str, Any]) -> str:
     return "has lost its power" if it["power_cycled"] else ""
-
-
-def _table(head: Row, body: Iterable[Row]) -> str:
-    rows = [head, *body]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
-    )
 
 
 def scan(

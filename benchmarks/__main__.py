@@ -8,6 +8,7 @@ import typer
 import uvloop
 
 from benchmarks import (
+    bulk,
     crowd,
     dpram_round_trip,
     fan_out,
@@ -29,6 +30,7 @@ class Benchmark(StrEnum):
     """What can be measured."""
 
     LINE_USE = "line-use"
+    BULK = "bulk"
     HTTP_READ = "http-read"
     HTTP_COST = "http-cost"
     FIRST_BYTE = "first-byte"
@@ -45,6 +47,7 @@ class Benchmark(StrEnum):
 
 RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.LINE_USE: line_use.run,
+    Benchmark.BULK: bulk.run,
     Benchmark.HTTP_READ: http_read.run,
     Benchmark.HTTP_COST: http_cost.run,
     Benchmark.FIRST_BYTE: first_byte.run,

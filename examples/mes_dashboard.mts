@@ -8,8 +8,6 @@
 // Outside of this repository: from "motion-gateway-client".
 import { Gateway, GatewayError, type Event, type Move, type RobotMove } from "../clients/typescript/src/index.ts";
 
-const CLEAR = "\x1b[H\x1b[2J";
-const ALARMS_SHOWN = 5;
 const TYPES = ["body.*", "robot.*", "line.*", "stream.gap"];
 
 /** One body, or one unit of a robot. */
@@ -24,9 +22,7 @@ class Row {
     this.state = move.status;
     if (typeof move.position === "number") this.position = String(move.position);
     else if (move.position)
-      this.position = Object.entries(move.position)
-        .map(([axis, value]) => `${axis}${value ?? "?"}`)
-        .join(" ");
+      this.position = Object.entries(move.position).map(([axis, value]) => `${axis}${value ?? "?"}`).join(" ");
     if (!move.ended_at || !move.sent_at) return;
     if (move.status === "succeeded") this.good += 1;
     else this.bad += 1;
@@ -46,27 +42,17 @@ class Board {
 
   take(event: Event): void {
     switch (event.type) {
-      case "body.move.started":
-      case "body.move.succeeded":
-      case "body.move.failed":
-      case "body.move.stopped":
-      case "robot.move.started":
-      case "robot.move.succeeded":
-      case "robot.move.failed":
-      case "robot.move.stopped":
+      case "body.move.started": case "body.move.succeeded": case "body.move.failed": case "body.move.stopped":
+      case "robot.move.started": case "robot.move.succeeded": case "robot.move.failed": case "robot.move.stopped":
         return this.row(event.data.body_id).take(event.data);
-      case "body.move.lost":
-      case "body.move.unknown":
+      case "body.move.lost": case "body.move.unknown": case "robot.move.lost": case "robot.move.unknown":
         this.row(event.data.body_id).take(event.data);
         return this.#alarm(event, "look at the motor before it moves again");
       case "robot.error":
         return this.#alarm(event, event.data.en);
       case "line.down":
         return this.#alarm(event, event.data.reason);
-      case "body.offline":
-      case "body.power_cycled":
-      case "robot.offline":
-      case "robot.power_cycled":
+      case "body.offline": case "body.power_cycled": case "robot.offline": case "robot.power_cycled":
       case "stream.gap":
         return this.#alarm(event, "");
     }
@@ -85,7 +71,7 @@ class Board {
 
   #alarm(event: Event, words: string): void {
     const alarm = `${event.time} ${event.type} ${event.subject} ${words}`.trimEnd();
-    this.alarms = [...this.alarms, alarm].slice(-ALARMS_SHOWN);
+    this.alarms = [...this.alarms, alarm].slice(-5);
   }
 }
 
@@ -102,7 +88,7 @@ try {
   console.log(board.text());
   for await (const event of gateway.events({ types: TYPES })) {
     board.take(event);
-    console.log((process.stdout.isTTY ? CLEAR : "") + board.text());
+    console.log((process.stdout.isTTY ? "\x1b[H\x1b[2J" : "") + board.text());
   }
 } catch (error) {
   if (!(error instanceof GatewayError)) throw error;

@@ -13,7 +13,6 @@ from motion_gateway_client import Gateway, GatewayError
 from motion_gateway_client.generated.types import Event, Move, RobotMove
 
 CLEAR = "\x1b[H\x1b[2J"
-ALARMS_SHOWN = 5
 TYPES = ["body.*", "robot.*", "line.*", "stream.gap"]
 HEAD = f"{'axis':<16}{'state':<12}{'position':>12}{'good':>8}{'bad':>8}{'busy s':>10}"
 
@@ -41,8 +40,7 @@ class Row:
 
     def text(self, address: str) -> str:
         """Write the row."""
-        good = self.ends["succeeded"]
-        bad = self.ends.total() - good
+        bad = self.ends.total() - (good := self.ends["succeeded"])
         return f"{address:<16}{self.state:<12}{self.position:>12}{good:>8}{bad:>8}{self.busy_s:>10.1f}"
 
 
@@ -58,7 +56,7 @@ class Board:
         match event["type"]:
             case "body.move.started" | "body.move.succeeded" | "body.move.failed" | "body.move.stopped":
                 self._take_move(event["data"])
-            case "body.move.lost" | "body.move.unknown":
+            case "body.move.lost" | "body.move.unknown" | "robot.move.lost" | "robot.move.unknown":
                 self._take_move(event["data"])
                 self._alarm(event, "look at the motor before it moves again")
             case "robot.move.started" | "robot.move.succeeded" | "robot.move.failed" | "robot.move.stopped":
@@ -80,7 +78,7 @@ class Board:
 
     def _alarm(self, event: Event, words: str) -> None:
         alarm = f"{event['time']} {event['type']} {event['subject']} {words}".rstrip()
-        self.alarms = [*self.alarms, alarm][-ALARMS_SHOWN:]
+        self.alarms = [*self.alarms, alarm][-5:]
 
 
 def main(url: str | None = None) -> None:

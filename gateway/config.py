@@ -4,7 +4,7 @@ import re
 import tomllib
 from ipaddress import ip_address, ip_network
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, Field, PlainValidator, ValidationError, model_validator
@@ -182,6 +182,16 @@ class Config(Table):
     access: Access = Access()
     lines: Array[Annotated[Line, PlainValidator(_of_its_family)]] = ()
     scaras: Array[Scara] = ()
+
+    def served(self) -> dict[str, dict[str, Any]]:
+        """What each line serves, the SCARA robots on it too, by its id."""
+        return {
+            line.id: {
+                **line.model_dump(),
+                "scaras": tuple(it.model_dump() for it in self.scaras if it.line == line.id),
+            }
+            for line in self.lines
+        }
 
     @model_validator(mode="after")
     def _be_guarded(self) -> Self:

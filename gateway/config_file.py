@@ -33,14 +33,14 @@ class Changes(Record):
 
 def changes(served: Config, wanted: Config) -> Changes:
     """Compare two configurations."""
-    before, after = ({line.id: line.model_dump() for line in it.lines} for it in (served, wanted))
+    before, after = served.served(), wanted.served()
     lines = [LineChange(line_id=it, change="removed", keys=[]) for it in before if it not in after]
     for line_id, line in after.items():
         if line_id not in before:
             lines.append(LineChange(line_id=line_id, change="added", keys=[]))
         elif keys := list(_differences(before[line_id], line)):
             lines.append(LineChange(line_id=line_id, change="changed", keys=keys))
-    before, after = (it.model_dump(include={"server", "access", "scaras"}) for it in (served, wanted))
+    before, after = (it.model_dump(include={"server", "access"}) for it in (served, wanted))
     return Changes(lines=lines, needs_restart=list(_differences(before, after, 1)))
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from gateway import snapshot
+from gateway.access.keys import KeyInfo
 from gateway.config_file import Changes
 from gateway.core.event_types import CORE, GATEWAY, EventData, EventType, table_of
 from gateway.families import FAMILIES
@@ -19,11 +20,16 @@ OF_THE_CONFIGURATION = (
     EventType("gateway.reload_failed", GATEWAY, ReloadFailed, "the file was not taken; nothing has changed"),
 )
 
+OF_ACCESS = (
+    EventType("gateway.key.made", GATEWAY, KeyInfo, "an administrator has made a key"),
+    EventType("gateway.key.revoked", GATEWAY, KeyInfo, "a key can never be used again"),
+)
+
 
 def event_types() -> Mapping[str, EventType]:
     """The types of the core and of every family, by their names."""
     families = (family.event_types for family in FAMILIES.values())
-    return table_of(CORE, OF_THE_CONFIGURATION, snapshot.TYPES, *families)
+    return table_of(CORE, OF_THE_CONFIGURATION, OF_ACCESS, snapshot.TYPES, *families)
 
 
 EVENT_TYPES = event_types()

@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
@@ -14,7 +14,7 @@ from gateway.core.family import AnyLine, Family
 from gateway.core.journal import writes
 from gateway.core.journal.intents import Intents
 from gateway.core.journal.opening import Opened
-from gateway.core.move_record import MoveRecord
+from gateway.core.move_record import MoveRecord, MoveStatus
 from gateway.wind_down import SUBJECT
 
 log = logging.getLogger(__name__)
@@ -44,6 +44,9 @@ class Memory:
         self._alarms.on_change = self._keep_alarm
         records = [from_json(record) for record in self._past.moves]
         self._tell_of_the_past(records)
+        for record in records:
+            if record["status"] == MoveStatus.QUEUED:
+                _note_preparation(record, self._past.prepared.get(record["id"], ()))
         for intent in self._past.open_intents:
             detail = "The gateway has ended before this was known."
             self.journal.note(writes.ended(intent.id, time.time(), "unknown", detail))
@@ -105,3 +108,9 @@ class Memory:
         )
         told = {"last_seen_at": seen_at, "moves": open_moves, "commands": commands}
         self._events.publish("gateway.crashed", SUBJECT, told)
+
+
+def _note_preparation(record: dict[str, Any], frames: Sequence[str]) -> None:
+    sentence = f"To prepare it, {', '.join(frames)} may have been sent."
+    if frames and sentence not in record["evidence"]:
+        record["evidence"].append(sentence)

@@ -15,6 +15,8 @@ from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
 from gateway.core.alarms import Alarms
+from gateway.core.backup_record import Backup
+from gateway.core.backups import Backups
 from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
@@ -79,6 +81,7 @@ class Plant:
         self._memory = (
             None if journal is None else Memory(journal, self.events, self.alarms, self.families.values())
         )
+        self.backups = Backups(self._publish_backup)
         self.figures = Figures(self._line_of)
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
         self.on_lines: Callable[[], None] = lambda: None
@@ -163,7 +166,7 @@ class Plant:
                 self._ports[line_id].retire("it is configured anew")
             for line_id in gone:
                 await self._remove(line_id)
-            self.config = self.config.model_copy(update={"lines": config.lines})
+            self.config = self.config.model_copy(update={"lines": config.lines, "scaras": config.scaras})
             for line_id in wanted.keys() - self._ports.keys():
                 self._build(wanted[line_id])
                 self._start(line_id)
@@ -178,8 +181,8 @@ class Plant:
 
         :raises BodyBusy: something does, or is at work; nothing was changed.
         """
-        wanted = {line.id: line for line in config.lines}
-        gone = [line.id for line in self.config.lines if wanted.get(line.id) != line]
+        wanted = config.served()
+        gone = [line_id for line_id, it in self.config.served().items() if wanted.get(line_id) != it]
         for line_id in gone:
             family = self._family_of(line_id)
             moving = [it.subject.rpartition("/")[2] for it in family.left_moving()]
@@ -216,6 +219,7 @@ class Plant:
     async def close(self) -> None:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         await self.wind_down()
+        await self.backups.close()
         self.alarms.closed = True
         self.watch.close()
         self.leases.close()
@@ -273,6 +277,10 @@ class Plant:
             for family in self.families.values():
                 family.end_motion(everything=False, within=parts)
 
+    def _publish_backup(self, what: str, backup: Backup) -> None:
+        kind = f"{_what(backup.target)}.backup.{what}"
+        self.events.publish(kind, backup.target, backup, correlation=backup.id)
+
     # finding
 
     def family(self, kind: type[F]) -> F:
@@ -289,7 +297,7 @@ class Plant:
         :raises NotFound: there is none of this id.
         """
         if line_id not in self._ports:
-            raise NotFound(f"There is no line {line_id}; {there_are(self._ports)}.")
+            raise NotFound(f"There is no line {line_id}; {there_are(self._ports)}.", "GET /lines lists them.")
         return self._ports[line_id]
 
     def info(self, line_id: str) -> PortInfo:

@@ -10,11 +10,14 @@ from pydantic_core.core_schema import ErrorType
 
 MOST_SHOWN = 40
 """Characters of what was given that a sentence repeats."""
+_SIMILAR: Final = 0.65
+"""What is less like a name than this was not meant by it: `bodies` is 0.6 like `mode`."""
 
 _WHOLE: Final = "must be a whole number"
 _NUMBER: Final = "must be a number"
 _FLAG: Final = "must be true or false"
 _TEXT: Final = "must be text"
+_TIME: Final = "must be a time such as 2026-01-31T12:00:00Z"
 _LIST: Final = "must be an array"
 _TABLE: Final = "must be an object"
 
@@ -39,6 +42,8 @@ _EXPECTED: Final[Mapping[str, str]] = {
     "too_short": "must have {min_length} or more entries",
     "too_long": "must have {max_length} or fewer entries",
     "none_required": "must be null",
+    **dict.fromkeys(("datetime_type", "datetime_parsing", "datetime_from_date_parsing"), _TIME),
+    "timezone_aware": f"{_TIME}, with its zone",
     "path_type": "must be a path",
     **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), _WHOLE),
     "int_parsing_size": "must be a smaller whole number",
@@ -109,7 +114,7 @@ def shown(given: object) -> str | None:
 
 def unknown(name: str, known: Collection[str]) -> str:
     """Say of a name that nobody knows which was meant, or which there are."""
-    similar = get_close_matches(name, known, n=1)
+    similar = get_close_matches(name, known, n=1, cutoff=_SIMILAR)
     if similar:
         return f"did you mean {similar[0]}?"
     return f"known are {', '.join(known)}" if known else "nothing is known here"

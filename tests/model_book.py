@@ -18,6 +18,8 @@ class ModelBook:
         self.durable: list[tuple[float, Write]] = []
         """What was waited for, and since when a loss of power cannot undo it."""
         self.noted: list[Write] = []
+        self.waits = 0
+        """How often somebody has waited for it."""
         self._waiting: deque[tuple[Sequence[Write], asyncio.Future[None]]] = deque()
         self._writer: asyncio.Task[None] | None = None
 
@@ -30,6 +32,7 @@ class ModelBook:
 
     async def write(self, *entries: Write) -> None:
         self.require()
+        self.waits += 1
         done: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._waiting.append((entries, done))
         if self._writer is None:
@@ -81,4 +84,4 @@ def _is(entry: Write, sql: str) -> bool:
 
 def _named(entry: Write) -> dict[str, Any]:
     names = entry.sql.partition("(")[2].partition(")")[0].split(", ")
-    return dict(zip(names, entry.values, strict=True))
+    return dict(zip(names, entry.values, strict=False))  # the disk itself knows how old it is

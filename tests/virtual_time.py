@@ -3,6 +3,7 @@
 import asyncio
 import selectors
 from collections.abc import Coroutine
+from math import inf
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -11,14 +12,32 @@ THREADS_S = 5.0
 """What runs in a thread takes real time; with nothing else to do, it is waited for so long."""
 
 
+LONGEST_S = inf
+"""A story that lasts longer has failed."""
+MOST_TURNS: float = inf
+"""A story that goes round so often at one instant has failed."""
+
+
+class NeverEnds(Exception):
+    """A story that was given bounds does not end within them."""
+
+
 class _JumpingSelector(selectors.SelectSelector):
     """Instead of waiting for a timer, moves the loop's clock to it."""
 
-    def __init__(self) -> None:
+    def __init__(self, turn_s: float) -> None:
         super().__init__()
         self.now = 0.0
+        self._turn_s = turn_s
+        self._turns = 0
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        self.now += self._turn_s
+        self._turns += 1
+        if self.now > LONGEST_S or self._turns > MOST_TURNS:
+            raise NeverEnds(
+                f"It is not over after {self.now:.1f} s, with {self._turns} turns at this instant."
+            )
         ready = super().select(0)
         if ready or timeout == 0:
             return ready
@@ -27,26 +46,34 @@ class _JumpingSelector(selectors.SelectSelector):
                 return from_a_thread
             raise RuntimeError("virtual time stands still: no timer is set and nothing is ready")
         self.now += timeout
+        self._turns = 0
         return []
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):
-    """Runs timers in their order without waiting for them. For in-memory transports only."""
+    """Runs timers in their order without waiting for them. For in-memory transports only.
 
-    def __init__(self) -> None:
-        self._jumping = _JumpingSelector()
+    `turn_s` is what each turn of the loop takes: other programs have the processor meanwhile.
+    """
+
+    def __init__(self, turn_s: float = 0.0) -> None:
+        self._jumping = _JumpingSelector(turn_s)
         super().__init__(self._jumping)
 
     def time(self) -> float:
         return self._jumping.now
 
+    def be_held_for(self, seconds: float) -> None:
+        """Let time pass in which the loop does nothing."""
+        self._jumping.now += seconds
 
-def run_virtual(story: Coroutine[Any, Any, T]) -> T:
-    """Run a coroutine to its end in virtual time.
+
+def run_virtual(story: Coroutine[Any, Any, T], turn_s: float = 0.0) -> T:
+    """Run a coroutine to its end in virtual time, in which each turn of the loop takes `turn_s`.
 
     An error in a callback ends it at once; that, or tasks it leaves behind, fails the test.
     """
-    loop = VirtualLoop()
+    loop = VirtualLoop(turn_s)
     task = loop.create_task(story)
     errors: list[dict[str, Any]] = []
 

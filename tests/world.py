@@ -17,7 +17,7 @@ from gateway.core.journal.writes import Value, Write
 from simulator.fics.layout import Layout
 from simulator.fics.line import build_line as build_robot
 from simulator.rorze.line import build_line
-from tests.fics_plants import SCARA, Cable
+from tests.fics_plants import CARTESIAN, SCARA, Cable
 from tests.plants import Wire, configuration
 from tests.tested_plant import TestedPlant
 
@@ -77,13 +77,14 @@ class World:
             await plant.close()
 
     @classmethod
-    def of_robot(cls, folder: Path, mode: int) -> "World":
-        """A robot with one unit."""
+    def of_robot(cls, folder: Path, mode: int, units: int = 1) -> "World":
+        """A robot with one unit, or two."""
+        tables = ", ".join([SCARA, CARTESIAN][:units])
         text = (
             f'[[lines]]\nid = "cell"\naddress = "tcp://127.0.0.1:1"\nprotocol = "fics"\nmode = {mode}\n'
-            f'robot = {{id = "r1", units = [{SCARA}]}}\n'
+            f'robot = {{id = "r1", units = [{tables}]}}\n'
         )
-        return cls(folder, Cable(build_robot(Layout(units=1))), text)
+        return cls(folder, Cable(build_robot(Layout(units=units))), text)
 
     def crash(self) -> None:
         """From here on the present life writes nothing that the next one can find."""

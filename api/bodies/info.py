@@ -22,11 +22,12 @@ from api.common.requests import (
     utc_of,
 )
 from gateway.core.errors import GatewayError
+from gateway.core.move_record import CountedIn
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import bodies
 from gateway.operations.commands import ask
-from gateway.rorze.bodies import PULSES_RUNNING, Body, CountedIn, counted_in
+from gateway.rorze.bodies import PULSES_RUNNING, Body
 from gateway.rorze.family import Rorze
 from gateway.rorze.move_requests import Length
 from gateway.rorze.power import Homed
@@ -90,10 +91,13 @@ class BodyInfo(TypedDict):
     unit: Annotated[str | None, Field(description="The unit of its scale; null without one.")]
     pulses_per_unit: float | None
     groups: list[str]
+    counted_in: Annotated[
+        CountedIn | None, Field(description="Of the position; null where its mode is not known.")
+    ]
     position: Annotated[
         int | None,
         Field(
-            description="In pulses, as last read; null until it has been read since it was called otherwise."
+            description="In `counted_in`, as last read; null until it was read since it was called otherwise."
         ),
     ]
     position_read_at: datetime | None
@@ -356,7 +360,7 @@ def _position(body: Body, pulses: int, at: float) -> Position:
     return Position(
         body_id=body.address,
         pulses=pulses,
-        counted_in=None if body.mode is None else counted_in(body.mode),
+        counted_in=body.counted_in,
         value=scale.value(pulses) if scale else None,
         unit=scale.unit if scale else None,
         read_at=utc_of(at),
@@ -409,6 +413,7 @@ def _info(rorze: Rorze, body: Body) -> BodyInfo:
         "unit": scale.unit if scale else None,
         "pulses_per_unit": scale.pulses_per_unit if scale else None,
         "groups": [group.address for group in rorze.groups_of(body)],
+        "counted_in": body.counted_in,
         "position": body.position,
         "position_read_at": None if position_at is None else utc_of(position_at),
         "status": None if bits is None else names_of(bits, CONTROLLER_STATUS_BITS),

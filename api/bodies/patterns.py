@@ -10,7 +10,7 @@ from api.common.etags import DECLARED_HEADER, expected_by, tagged
 from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
 from gateway.core.rights import Right
 from gateway.operations import body_settings
-from gateway.rorze.curves import SpeedCurve
+from gateway.rorze.curves import CurveDraft, SpeedCurve
 from gateway.rorze.patterns import ChangedPattern, Pattern, PatternChange, PatternValues
 from gateway.rorze.speed_sets import STANDARD
 
@@ -94,6 +94,24 @@ async def get_curve(
     """Work out how a move with this pattern would go, with the settings of now; nothing moves."""
     plant, caller = plant_of(request), origin_of(request)
     return json_response(await body_settings.curve(plant, caller, body_id, n, distance, unit, speed, points))
+
+
+@router.post("/bodies/{body_id}/patterns/{n}/curve", Right.VIEW, response_model=SpeedCurve)
+async def draft_curve(
+    request: Request,
+    body_id: BodyId,
+    n: PatternNumber,
+    draft: CurveDraft,
+    distance: Distance,
+    unit: CurveUnit = "pulse",
+    speed: CurveSpeed = "high",
+    points: Points = 200,
+) -> Response:
+    """Work out how a move would go if the pattern were this one; nothing is set, and nothing moves."""
+    plant, caller = plant_of(request), origin_of(request)
+    return json_response(
+        await body_settings.curve(plant, caller, body_id, n, distance, unit, speed, points, draft)
+    )
 
 
 async def _change(

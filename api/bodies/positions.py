@@ -6,7 +6,7 @@ from typing import Annotated, Final
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.csv_tables import CSV, csv_of, read_table
+from api.common.csv_tables import ANSWER, csv_response, read_table
 from api.common.etags import DECLARED_HEADER, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
 from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
@@ -130,15 +130,15 @@ async def name_body_position(
     "/bodies/{body_id}/positions.csv",
     Right.VIEW,
     response_class=Response,
-    responses={**DECLARED, 200: {"content": {CSV: {"schema": {"type": "string"}}}}},
+    responses={**DECLARED, 200: ANSWER},
 )
 async def download_body_positions(
     request: Request, body_id: BodyId, first: First = 0, last: Last = LAST_POSITION
 ) -> Response:
     """Read stored positions as CSV: the columns `number` and `pulse`."""
     table = await _read(request, body_id, first, last)
-    text = csv_of(HEADER, [(it.number, it.pulses) for it in table.positions])
-    return Response(text, media_type=CSV, headers={"ETag": etag_of(table)})
+    rows = [(it.number, it.pulses) for it in table.positions]
+    return csv_response(HEADER, rows, {"ETag": etag_of(table)})
 
 
 # Generated clients cannot send text/csv: it stays out of the OpenAPI document, whose way is JSON in parts.

@@ -4,10 +4,10 @@ import asyncio
 from typing import Annotated, Any, Final, Self
 
 from fastapi import HTTPException, Query, Request, Response
-from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from api.common import strict_json
+from api.common.faults import InvalidBody
 from api.common.problems import DECLARED
 from api.common.requests import (
     BodyId,
@@ -187,7 +187,7 @@ async def _source_of(request: Request) -> ProgramSource:
     """Read a program from JSON or plain text.
 
     :raises HTTPException: 413 or 415, or 400 where it is no JSON.
-    :raises RequestValidationError: it is another JSON.
+    :raises InvalidBody: it is another JSON.
     :raises InvalidRequest: it is not to be trusted.
     """
     content_type = request.headers.get("content-type", "")
@@ -216,5 +216,4 @@ def _from_json(content: bytes) -> ProgramSource:
     try:
         return ProgramSource.model_validate(data)
     except ValidationError as error:
-        faults = [{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()]
-        raise RequestValidationError(faults, body=data) from None
+        raise InvalidBody(error, data, ProgramSource) from None

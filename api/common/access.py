@@ -17,6 +17,7 @@ from gateway.access import keys
 from gateway.access.credentials import Credentials
 from gateway.access.errors import NotAuthenticated, NotPermitted
 from gateway.access.grants import Grant, Sessions, Tickets
+from gateway.access.keys import KeyStore
 from gateway.access.limits import Limits, Usages, Use
 from gateway.access.principal import EVERYBODY, PRINCIPAL, Principal
 from gateway.access.principal import current as current_principal
@@ -151,6 +152,11 @@ class Access:
         if use is Use.SUBSCRIBER:
             passage.holds = lambda: self._holds(grant, session)
         return passage
+
+    @property
+    def keys(self) -> KeyStore | None:
+        """The keys of this gateway; None where nobody needs one."""
+        return self.credentials.keys
 
     def sees(self, address: str) -> bool:
         """Whether who asks may see this in a list."""

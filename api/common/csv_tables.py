@@ -1,16 +1,18 @@
 """Tables as CSV: read as they are downloaded, and as Excel writes them."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
-from typing import Final
+from typing import Any, Final
 
-from fastapi import HTTPException, Request
+from fastapi import HTTPException, Request, Response
 
 from api.common.strict_json import read_body
 from gateway.core.errors import InvalidRequest
 
 CSV: Final = "text/csv"
+ANSWER: Final[dict[str, Any]] = {"content": {CSV: {"schema": {"type": "string"}}}}
+"""A table, as the OpenAPI document declares it."""
 Row = tuple[int, list[str]]
 """The number of a line, from 1, and its cells."""
 
@@ -68,8 +70,15 @@ def _decimal_comma(place: int, cell: str) -> str:
     return cell.replace(",", ".")
 
 
-def csv_of(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """Write a table."""
+def csv_response(
+    header: Sequence[str], rows: Iterable[Sequence[object]], headers: Mapping[str, str] | None = None
+) -> Response:
+    """Answer with a table."""
+    return Response(csv_of(header, rows), headers=headers, media_type=CSV)
+
+
+def csv_of(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Write a table; what is null is left empty."""
     text = StringIO()
     writer = csv.writer(text)
     writer.writerow(header)

@@ -48,11 +48,16 @@ def require_match(request: Request, etag: str) -> None:
         raise Outdated
 
 
-def expected_by(request: Request) -> Callable[[BaseModel], None] | None:
-    """What refuses a present state that `If-Match` does not name; None where any will do."""
+def expected_by(
+    request: Request, document: Callable[[Any], BaseModel] = lambda read: read
+) -> Callable[[Any], None] | None:
+    """What refuses a present state that `If-Match` does not name; None where any will do.
+
+    `document` makes of what is read what clients have read.
+    """
     if request.headers.get(HEADER, "*").strip() == "*":
         return None
-    return lambda document: require_match(request, etag_of(document))
+    return lambda read: require_match(request, etag_of(document(read)))
 
 
 def tagged(document: BaseModel) -> Response:

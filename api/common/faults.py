@@ -6,7 +6,8 @@ from inspect import isclass
 from types import UnionType
 from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel
+from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from protocols.wording import MOST_SHOWN, expectation, sentence, shown, unknown
@@ -18,6 +19,14 @@ MOST_ERRORS = 200
 Location = tuple[str | int, ...]
 _MUST_BE: Final = "must be "
 _NO_KEYS: Final = "is not known here"
+
+
+class InvalidBody(RequestValidationError):
+    """A body that its route reads, for it comes in several types, is not of its shape."""
+
+    def __init__(self, error: ValidationError, body: object, shape: type[BaseModel]) -> None:
+        super().__init__([{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()], body=body)
+        self.shape = shape
 
 
 def faults_of(errors: Sequence[ErrorDetails], body: object, shape: object) -> dict[str, str]:

@@ -12,6 +12,8 @@ WITH_EFFECT: Final = frozenset({"POST", "PUT", "PATCH", "DELETE"})
 LONGEST_KEY: Final = 255
 AS_TEXT: Final = "/raw"
 """A command as text may be a stop, which waits for no disk: its route refuses keys."""
+SHOWN_ONCE: Final = "/access/keys"
+"""What it answers is shown once, and so kept nowhere."""
 HONOURED: Final = "motion-gateway.key-honoured"
 """Stands in the scope of a request whose key is seen to."""
 
@@ -24,11 +26,11 @@ def require_no_key(request: HTTPConnection) -> None:
     if "idempotency-key" in request.headers and HONOURED not in request.scope:
         raise InvalidRequest(
             "The header Idempotency-Key is not honoured here, for there is no journal, or the command comes "
-            "as text: a repeated request would be carried out again; nothing was sent.",
+            "as text, or its answer is secret: it would be carried out again; nothing was sent.",
             "Leave the header out, and look at what the first request did before you repeat it.",
         )
 
 
 def takes_key(method: str, path: str) -> bool:
     """Whether a request may rely on being carried out once: it does something, and stops nothing."""
-    return method in WITH_EFFECT and not is_stop(method, path) and not path.endswith(AS_TEXT)
+    return method in WITH_EFFECT and not is_stop(method, path) and not path.endswith((AS_TEXT, SHOWN_ONCE))

@@ -17,10 +17,10 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.responses import RedirectResponse
-from starlette.routing import Route
+from starlette.routing import BaseRoute, Route
 from starlette.types import Scope
 
-from api.common.faults import faults_of
+from api.common.faults import InvalidBody, faults_of
 from gateway.access.errors import NotAuthenticated, NotPermitted
 from gateway.core.errors import (
     Ambiguous,
@@ -216,13 +216,19 @@ def _shows_pages(request: Request) -> bool:
 
 
 async def _tell_invalid(request: Request, error: RequestValidationError) -> Response:
-    taken = getattr(request.scope.get("route"), "body_field", None)
-    shape = taken.field_info.annotation if taken is not None else None
-    faults = faults_of(error.errors(), error.body, shape)
+    faults = faults_of(error.errors(), error.body, _shape_of(request, error))
     place, said = next(iter(faults.items()))
     problem = _plain(request, 422, f"{place or 'The request body'}: {said}; nothing was sent.")
     problem.errors = [InvalidField(field=place, message=said) for place, said in faults.items()]
     return _refusal(request, problem)
+
+
+def _shape_of(request: Request, error: RequestValidationError) -> object:
+    """The annotation of the body that was expected."""
+    if isinstance(error, InvalidBody):
+        return error.shape
+    taken = getattr(request.scope.get("route"), "body_field", None)
+    return taken.field_info.annotation if taken is not None else None
 
 
 async def _tell_http_error(request: Request, error: HTTPException) -> Response:
@@ -235,19 +241,28 @@ async def _tell_http_error(request: Request, error: HTTPException) -> Response:
 
 
 def _meant_by(request: Request) -> str:
-    """Name the command that was meant by one that nobody knows."""
-    place, commands, name = path_of(request.scope).partition("/commands/")
-    if not commands:
-        return ""
-    levels, start = place.count("/"), "/".join(place.split("/")[:2]) + "/"
-    places = (
-        route.path.partition(commands)
-        for route in request.app.routes
-        if isinstance(route, Route) and route.path.startswith(start)
-    )
-    known = [name for place, _, name in places if name and place.count("/") == levels]
-    similar = get_close_matches(name[:MOST_SHOWN], known, n=1)
-    return f"; did you mean {similar[0]}?" if similar else ""
+    """Name the part of a path, or the command, that was meant by one that nobody knows."""
+    asked = path_of(request.scope).split("/")
+    only = len(asked) - 1 if "commands" in asked else None
+    for index, known in _known_parts(request.app.routes, asked).items():
+        similar = get_close_matches(asked[index][:MOST_SHOWN], known, n=1)
+        if similar and only in (None, index):
+            return f"; did you mean {similar[0]}?"
+    return ""
+
+
+def _known_parts(routes: Sequence[BaseRoute], asked: Sequence[str]) -> dict[int, set[str]]:
+    """The parts that would make another path a known one, by their place in it."""
+    known: dict[int, set[str]] = {}
+    slashes = len(asked) - 1
+    for route in routes:
+        if not isinstance(route, Route) or route.path.count("/") != slashes:
+            continue
+        parts = route.path.split("/")
+        wrong = [n for n, part in enumerate(parts) if part != asked[n] and not part.startswith("{")]
+        if len(wrong) == 1:
+            known.setdefault(wrong[0], set()).add(parts[wrong[0]])
+    return known
 
 
 async def _tell_fault(request: Request, _error: Exception) -> Response:

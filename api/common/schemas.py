@@ -1,10 +1,10 @@
 """What generators of clients need of the OpenAPI document, and FastAPI does not write by itself."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final
 
 from api.common.idempotency import LONGEST_KEY, takes_key
-from api.common.words import SECTIONS
+from api.common.words import CORE, SECTIONS
 
 Schema = dict[str, Any]
 
@@ -26,7 +26,7 @@ _KEY: Final[Schema] = {
 
 _MORE: Final = """\
 
-The routes of single commands, `.../commands/NAME`, stand in [the whole document](docs/all)."""
+This is what is needed first. [All](docs/all) has the routes of single commands, too: `.../commands/NAME`."""
 
 
 def complete(document: Schema) -> None:
@@ -37,8 +37,7 @@ def complete(document: Schema) -> None:
     """
     for path, item in document["paths"].items():
         for method, operation in item.items():
-            if takes_key(method.upper(), path):
-                operation.setdefault("parameters", []).append(_KEY)
+            _complete_parameters(operation, keyed=takes_key(method.upper(), path))
     document["tags"] = list(_sections(document["paths"]))
     for operation in _operations(document):
         for content in _contents(operation.get("requestBody", {})):
@@ -52,15 +51,37 @@ def complete(document: Schema) -> None:
             _describe_default(member)
 
 
+def _complete_parameters(operation: Schema, *, keyed: bool) -> None:
+    for parameter in operation.get("parameters", ()):
+        if parameter["in"] == "path" and (examples := parameter["schema"].get("examples")):
+            parameter["example"] = examples[0]  # Swagger UI fills in no other
+    if keyed:
+        operation.setdefault("parameters", []).append(_KEY)
+
+
 def core_of(document: Schema) -> Schema:
+    """The document of what is needed first, as the sections say."""
+    core = _part(resources_of(document), lambda _, operation: CORE.keys() >= {*operation["tags"]})
+    return {**core, "info": {**core["info"], "description": core["info"]["description"] + _MORE}}
+
+
+def resources_of(document: Schema) -> Schema:
     """The document without the routes of single commands, which stay few and have the better names."""
-    paths = {path: item for path, item in document["paths"].items() if COMMAND not in path}
+    return _part(document, lambda path, _: COMMAND not in path)
+
+
+def _part(document: Schema, has: Callable[[str, Schema], bool]) -> Schema:
+    """Some operations of the document, with the schemas that they refer to."""
+    operations = {
+        path: {method: operation for method, operation in item.items() if has(path, operation)}
+        for path, item in document["paths"].items()
+    }
+    paths = {path: item for path, item in operations.items() if item}
     kept = {id(schema) for schema in _reached(document, [paths])}
     schemas = document["components"]["schemas"]
     components = {name: schema for name, schema in schemas.items() if id(schema) in kept}
     return {
         **document,
-        "info": {**document["info"], "description": document["info"]["description"] + _MORE},
         "tags": list(_sections(paths)),
         "paths": paths,
         "components": {**document["components"], "schemas": components},

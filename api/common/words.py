@@ -5,39 +5,45 @@ from typing import Any, Final, NamedTuple
 
 from api.common.problems import DECLARED
 
-SECTIONS: Final[Mapping[str, str]] = {
+CORE: Final[Mapping[str, str]] = {
     "stops": "Software stops, ahead of everything else. They do not replace a hardware stop.",
     "bodies": "RC-420 controllers: what they are, where they stand, and their state.",
     "moves": "Moves of bodies and groups: each has a record, and is followed to its end.",
+    "positions": "The table of positions that a body keeps, as JSON and as CSV.",
+    "groups": "Bodies that one frame reaches together.",
+    "robots": "Fics robots: units, axes, state, errors, inputs, outputs and variables.",
+    "robot moves": "Moves of a robot's units, and runs of its macros.",
+    "lines": "The lines: their state, their load, the trace of what they carry, and searches for bodies.",
+    "events": "What has happened, in order, and as it happens.",
+    "alarms": "What stands and needs somebody: what happened, what the motor did, what to do next.",
+    "system": "The gateway: its configuration, who may do what, and tickets for WebSockets.",
+    "health": "Whether the gateway runs, whether it is ready, and its version.",
+}
+"""The sections of what is needed first: to move, to stop, and to see what has happened."""
+
+SECTIONS: Final[Mapping[str, str]] = {
+    **CORE,
     "samples": "What was measured during a move, beside what was planned.",
     "jogs": "Moves that last while somebody holds them: without heartbeats they end.",
-    "positions": "The table of positions that a body keeps, as JSON and as CSV.",
     "inputs and outputs": "Inputs, outputs, sensors and error outputs of a body, by their names.",
     "captures": "Positions that a body takes down when an input changes.",
     "body settings": "What a body keeps: settings, homing, encoder, speed sets, patterns with their curves.",
     "programs": "The user program of a body: upload, run, and its memories.",
-    "groups": "Bodies that one frame reaches together.",
     "scaras": "SCARA robots of two or three bodies: coordinates, geometry and kinematics.",
     "scara moves": "Lines, paths, and moves along the arm: all axes start with one command.",
     "scara paths": "The paths that the bodies of a SCARA robot keep.",
-    "robots": "Fics robots: units, axes, state, errors, inputs, outputs and variables.",
-    "robot moves": "Moves of a robot's units, and runs of its macros.",
     "robot positions": "The table of positions that a robot keeps, as JSON and as CSV.",
     "robot settings": "Speeds, soft limits and homing of a robot's axes.",
     "backups": "Everything that a body, a line or a robot keeps, as one text: read, compare, restore.",
-    "lines": "The lines: their state, their load, the trace of what they carry, and searches for bodies.",
-    "events": "What has happened, in order, and as it happens.",
-    "alarms": "What stands and needs somebody: what happened, what the motor did, what to do next.",
     "audit": "Who has asked for what, and what became of it.",
     "leases": "Who may move what, for a while.",
-    "system": "The gateway: its configuration, who may do what, and tickets for WebSockets.",
-    "health": "Whether the gateway runs, whether it is ready, and its version.",
+    "access keys": "Keys of people and programs: made and shown once, listed, revoked.",
     "commands": "Every command of the RC-420 manual to a body, under the name that `GET /commands` lists.",
     "group commands": "The commands of the RC-420 manual to all members of a group.",
     "line commands": "The commands to the link master of a line (RC-400).",
     "robot commands": "Every command of the C-HOST manual to a robot or to one of its units.",
 }
-"""The sections of the documentation, by their tags, in the order in which it shows them."""
+"""All sections of the documentation, by their tags, in the order in which it shows them."""
 
 Responses = dict[int | str, dict[str, Any]]
 

@@ -18,7 +18,7 @@ from fastapi.openapi.docs import get_redoc_html
 from starlette.responses import HTMLResponse
 
 from api.common.routes import PageRoute
-from api.front.swagger import swagger_page
+from api.front.swagger import Page, swagger_page
 from gateway.core.rights import Right
 
 HTML = "text/html; charset=utf-8"
@@ -26,6 +26,7 @@ JSON = "application/json"
 
 ASSETS_AT = "/static-offline-docs"
 OPENAPI_AT = "/openapi.json"
+RESOURCES_AT = "/openapi/resources.json"
 CORE_AT = "/openapi/core.json"
 _ASSETS: Final[Mapping[str, str]] = {
     "swagger-ui-bundle.js": "text/javascript; charset=utf-8",
@@ -33,6 +34,11 @@ _ASSETS: Final[Mapping[str, str]] = {
     "redoc.standalone.js": "text/javascript; charset=utf-8",
     "favicon.png": "image/png",
 }
+_PAGES: Final = (
+    Page("/docs", "What is needed first", CORE_AT),
+    Page("/docs/resources", "All resources", RESOURCES_AT),
+    Page("/docs/all", "All resources and commands", OPENAPI_AT),
+)
 _NONE = "q=0"
 _FOLDERS: Final = (Path(__file__).parent / "openapi", Path(__file__).parents[2] / "openapi")
 """Where the OpenAPI documents are: in the installed package, or beside the sources."""
@@ -133,9 +139,9 @@ def install(app: FastAPI, root_path: str = "") -> None:
     """
     documents = {
         OPENAPI_AT: Document(JSON, lambda: _written("openapi.json", root_path)),
+        RESOURCES_AT: Document(JSON, lambda: _written("resources.json", root_path)),
         CORE_AT: Document(JSON, lambda: _written("core.json", root_path)),
-        "/docs": _swagger(app.title, root_path, CORE_AT),
-        "/docs/all": _swagger(f"{app.title}, all commands", root_path, OPENAPI_AT),
+        **{shown.at: _swagger(app.title, root_path, shown) for shown in _PAGES},
         "/redoc": page(lambda: _redoc(app.title, root_path)),
         **{f"{ASSETS_AT}/{name}": _asset(name, media_type) for name, media_type in _ASSETS.items()},
     }
@@ -158,8 +164,8 @@ def _written(name: str, root_path: str) -> bytes:
     return text.replace(b'"paths": {', servers, 1) if root_path else text
 
 
-def _swagger(title: str, at: str, document: str) -> Document:
-    return page(lambda: swagger_page(title, at + document, at + ASSETS_AT))
+def _swagger(title: str, root_path: str, shown: Page) -> Document:
+    return page(lambda: swagger_page(title, shown, _PAGES, root_path, ASSETS_AT))
 
 
 def _redoc(title: str, at: str) -> HTMLResponse:

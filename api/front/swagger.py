@@ -1,8 +1,10 @@
 """Swagger UI, folded at first, with a search over names, paths and descriptions of operations."""
 
 import json
+from collections.abc import Iterable
 from html import escape
 from string import Template
+from typing import NamedTuple
 
 from starlette.responses import HTMLResponse
 
@@ -14,9 +16,15 @@ _PAGE = Template("""\
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <link rel="stylesheet" href="$assets/swagger-ui.css">
 <link rel="icon" href="$assets/favicon.png">
+<style>
+nav { font: 14px sans-serif; max-width: 1460px; margin: auto; padding: 20px 20px 0; }
+nav a { margin-right: 20px; }
+nav a[aria-current] { color: inherit; font-weight: bold; text-decoration: none; }
+</style>
 <title>$title</title>
 </head>
 <body>
+<nav aria-label="Documents">$links</nav>
 <div id="swagger-ui"></div>
 <script src="$assets/swagger-ui-bundle.js"></script>
 <script>
@@ -30,6 +38,25 @@ const opsFilter = (tags, sought) => {
       : tag.update("operations", (all) => all.filter((it) => has(told(it.toObject()), words))))
     .filter((tag) => tag.get("operations").size);
 };
+// Swagger UI reads the whole document anew for whatever is opened: give it what that leads to.
+const SCHEMAS = "#/components/schemas/";
+const reached = (document, part, schemas = {}) => {
+  if (part === null || typeof part !== "object") return schemas;
+  const name = String(part["$$ref"]).split(SCHEMAS)[1];
+  if (name && !(name in schemas)) {
+    reached(document, schemas[name] = document.components.schemas[name], schemas);
+  }
+  for (const inner of Object.values(part)) reached(document, inner, schemas);
+  return schemas;
+};
+const partOf = (document, [area, name, schema]) => {
+  const paths = area === "paths" ? {[name]: document.paths[name]} : {};
+  const models = name === "schemas" && (schema ? {"$$ref": SCHEMAS + schema} : document.components.schemas);
+  const schemas = reached(document, [paths, models]);
+  return {...document, paths, components: {...document.components, schemas}};
+};
+const lean = ({fn: {resolveSubtree}}) => ({fn: {opsFilter, resolveSubtree: (document, at, options) =>
+  resolveSubtree(partOf(document, at), at, options)}});
 SwaggerUIBundle({
   url: $url,
   dom_id: "#swagger-ui",
@@ -37,7 +64,7 @@ SwaggerUIBundle({
   docExpansion: "none",
   defaultModelsExpandDepth: 0,
   filter: true,
-  plugins: [() => ({fn: {opsFilter}})],
+  plugins: [lean],
 });
 </script>
 </body>
@@ -45,7 +72,26 @@ SwaggerUIBundle({
 """)
 
 
-def swagger_page(title: str, url: str, assets: str) -> HTMLResponse:
-    """Show the OpenAPI document at a URL; the scripts and styles stand under `assets`."""
-    quoted = json.dumps(url).replace("<", r"\u003c")
-    return HTMLResponse(_PAGE.substitute(title=escape(title), url=quoted, assets=escape(assets)))
+class Page(NamedTuple):
+    """A page of the documentation: its path, its name, and the document that it shows."""
+
+    at: str
+    name: str
+    document: str
+
+
+def swagger_page(title: str, shown: Page, pages: Iterable[Page], root_path: str, assets: str) -> HTMLResponse:
+    """Show one page, with links to all; the scripts and styles stand under `assets`."""
+    return HTMLResponse(
+        _PAGE.substitute(
+            title=escape(f"{title}: {shown.name}"),
+            links="".join(_link(root_path, page, current=page is shown) for page in pages),
+            url=json.dumps(root_path + shown.document).replace("<", r"\u003c"),
+            assets=escape(root_path + assets),
+        )
+    )
+
+
+def _link(root_path: str, page: Page, *, current: bool) -> str:
+    mark = ' aria-current="page"' if current else ""
+    return f'<a href="{escape(root_path + page.at)}"{mark}>{escape(page.name)}</a>'

@@ -7,7 +7,8 @@ from typing import Annotated
 from fastapi import Query, Request, Response
 from pydantic import BaseModel, Field
 
-from api.common.csv_tables import CSV, Row, csv_of, read_table
+from api.common.csv_tables import ANSWER, Row, csv_response, read_table
+from api.common.etags import DECLARED_HEADER, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
 from api.common.requests import json_response, new_router, origin_of, plant_of
 from api.robots.paths import RobotId, UnitNumber, unit_of
@@ -17,7 +18,7 @@ from gateway.core.rights import Right
 from gateway.fics.amounts import Amounts, AxisValue
 from gateway.fics.units import RobotUnit
 from gateway.operations import positions
-from gateway.operations.positions import Numbered, Wanted
+from gateway.operations.positions import Numbered, Stored, Wanted
 from protocols.fics.notation import DECIMALS, LARGEST, PositionNumber, Quantity
 from protocols.fics.positions import LAST_POSITION
 
@@ -93,21 +94,28 @@ async def list_positions(
 ) -> Response:
     """Read stored positions (POR); the robot ends at the first number that is not set."""
     axes = unit_of(request, robot_id, unit)
-    stored, ended_at = await positions.read(
-        plant_of(request), origin_of(request), robot_id, unit, first, last
-    )
-    entries = [StoredEntry(number=number, axes=_named(axes, values)) for number, values in stored]
-    table = PositionTable(robot_id=robot_id, unit=unit, positions=entries, ended_at=ended_at)
-    return json_response(table)
+    stored = await positions.read(plant_of(request), origin_of(request), robot_id, unit, first, last)
+    return tagged(_table(axes, stored))
 
 
-@router.put("/robots/{robot_id}/units/{unit}/positions", Right.SETUP, response_model=Uploaded)
+@router.put(
+    "/robots/{robot_id}/units/{unit}/positions",
+    Right.SETUP,
+    response_model=Uploaded,
+    openapi_extra=DECLARED_HEADER,
+)
 async def store_positions(
-    request: Request, robot_id: RobotId, unit: UnitNumber, upload: PositionUpload
+    request: Request,
+    robot_id: RobotId,
+    unit: UnitNumber,
+    upload: PositionUpload,
+    first: First = 1,
+    last: Last = LAST_POSITION,
 ) -> Response:
     """Store positions undivided (POF, POS); a stop in the middle ends the upload first.
 
     A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
+    `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
     """
     plant = plant_of(request)
     stored: list[Wanted] = [
@@ -119,14 +127,14 @@ async def store_positions(
         )
         for index, entry in enumerate(upload.positions)
     ]
-    return await _store(request, robot_id, unit, stored)
+    return await _store(request, unit_of(request, robot_id, unit), stored, (first, last))
 
 
 @router.get(
     "/robots/{robot_id}/units/{unit}/positions.csv",
     Right.VIEW,
     response_class=Response,
-    responses={**DECLARED, 200: {"content": {CSV: {"schema": {"type": "string"}}}, "headers": ENDED_AT}},
+    responses={**DECLARED, 200: {**ANSWER, "headers": ENDED_AT}},
 )
 async def download_positions(
     request: Request, robot_id: RobotId, unit: UnitNumber, first: First = 1, last: Last = LAST_POSITION
@@ -136,29 +144,38 @@ async def download_positions(
     The robot ends at the first number that is not set; the header `Ended-At` names it.
     """
     axes = unit_of(request, robot_id, unit)
-    stored, ended_at = await positions.read(
-        plant_of(request), origin_of(request), robot_id, unit, first, last
-    )
-    rows = [
-        [number, *("" if value is None else f"{value:.15g}" for value in values)] for number, values in stored
-    ]
-    headers = {} if ended_at is None else {"Ended-At": str(ended_at)}
-    return Response(csv_of(_header(axes), rows), media_type=CSV, headers=headers)
+    stored = await positions.read(plant_of(request), origin_of(request), robot_id, unit, first, last)
+    rows = [[number, *map(_cell, values)] for number, values in stored.positions]
+    headers = {} if stored.ended_at is None else {"Ended-At": str(stored.ended_at)}
+    headers["ETag"] = etag_of(_table(axes, stored))
+    return csv_response(_header(axes), rows, headers)
 
 
 # Generated clients cannot send text/csv: it stays out of the OpenAPI document, whose way is JSON in parts.
 @router.put("/robots/{robot_id}/units/{unit}/positions.csv", Right.SETUP, include_in_schema=False)
-async def upload_positions(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
+async def upload_positions(
+    request: Request, robot_id: RobotId, unit: UnitNumber, first: First = 1, last: Last = LAST_POSITION
+) -> Response:
     """Store positions from CSV as it is downloaded, or as Excel writes it; others stay as they are."""
     axes = unit_of(request, robot_id, unit)
     header = _header(axes)
     rows = await read_table(request, header, MAX_CSV_BYTES)
-    return await _store(request, robot_id, unit, _parse(header, rows))
+    return await _store(request, axes, _parse(header, rows), (first, last))
 
 
-async def _store(request: Request, robot_id: str, unit: int, stored: Sequence[Wanted]) -> Response:
-    await positions.store(plant_of(request), origin_of(request), robot_id, unit, stored)
-    return json_response(Uploaded(robot_id=robot_id, unit=unit, count=len(stored)))
+async def _store(
+    request: Request, unit: RobotUnit, stored: Sequence[Wanted], known: Sequence[int]
+) -> Response:
+    plant, expects = plant_of(request), expected_by(request, lambda held: _table(unit, held))
+    await positions.store(plant, origin_of(request), unit.robot_id, unit.number, stored, known, expects)
+    return json_response(Uploaded(robot_id=unit.robot_id, unit=unit.number, count=len(stored)))
+
+
+def _table(unit: RobotUnit, stored: Stored) -> PositionTable:
+    entries = [StoredEntry(number=number, axes=_named(unit, values)) for number, values in stored.positions]
+    return PositionTable(
+        robot_id=unit.robot_id, unit=unit.number, positions=entries, ended_at=stored.ended_at
+    )
 
 
 def _named(unit: RobotUnit, values: list[float | None]) -> dict[str, AxisValue]:
@@ -201,3 +218,7 @@ def _coordinate(line: int, column: str, text: str) -> float | None:
             f"{DECIMALS} decimals; nothing was sent."
         )
     return float(text)
+
+
+def _cell(value: float | None) -> str | None:
+    return None if value is None else f"{value:.15g}"

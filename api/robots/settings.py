@@ -2,6 +2,7 @@
 
 from fastapi import Request, Response
 
+from api.common.etags import DECLARED_HEADER, expected_by, tagged
 from api.common.requests import json_response, new_router, origin_of, plant_of
 from api.robots.paths import RobotId, UnitNumber
 from gateway.core.rights import Right
@@ -14,10 +15,15 @@ router = new_router("robot settings")
 @router.get("/robots/{robot_id}/units/{unit}/settings", Right.VIEW, response_model=UnitSettings)
 async def get_settings(request: Request, robot_id: RobotId, unit: UnitNumber) -> Response:
     """Ask the robot for all settings of a unit, one by one; refused while it moves."""
-    return json_response(await settings.read(plant_of(request), origin_of(request), robot_id, unit))
+    return tagged(await settings.read(plant_of(request), origin_of(request), robot_id, unit))
 
 
-@router.patch("/robots/{robot_id}/units/{unit}/settings", Right.SETUP, response_model=UnitSettings)
+@router.patch(
+    "/robots/{robot_id}/units/{unit}/settings",
+    Right.SETUP,
+    response_model=UnitSettings,
+    openapi_extra=DECLARED_HEADER,
+)
 async def change_settings(
     request: Request, robot_id: RobotId, unit: UnitNumber, change: SettingsChange
 ) -> Response:
@@ -25,6 +31,7 @@ async def change_settings(
 
     All are checked before the first is sent. They are sent one by one, each read back before the next; where
     the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
+    With `If-Match` all settings are read before, and nothing is sent where they are otherwise than they were.
     """
-    changed = await settings.change(plant_of(request), origin_of(request), robot_id, unit, change)
-    return json_response(changed)
+    plant, expects = plant_of(request), expected_by(request)
+    return json_response(await settings.change(plant, origin_of(request), robot_id, unit, change, expects))

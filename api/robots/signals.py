@@ -5,6 +5,7 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
+from api.common.etags import DECLARED_HEADER, expected_by, tagged
 from api.common.requests import json_response, new_router, origin_of, plant_of
 from api.robots.paths import RobotId
 from gateway.core.records import RequestModel, example
@@ -89,7 +90,7 @@ async def switch_output(
 ) -> Response:
     """Switch an output on or off (IOT), and read its channel back; `not-done` where it is not as asked."""
     command = SwitchOutput(channel=channel, bit=bit, on=output.on)
-    told: ChannelBits = await robots.change(plant_of(request), origin_of(request), robot_id, command)
+    told = await robots.switch_output(plant_of(request), origin_of(request), robot_id, command)
     return json_response(Channels(robot_id=robot_id, channels=[_channel(channel, told)]))
 
 
@@ -102,19 +103,29 @@ async def get_variables(
 ) -> Response:
     """Ask the robot for variables, one by one (VAR)."""
     values = await robots.variables(plant_of(request), origin_of(request), robot_id, first, count)
-    return json_response(Variables(robot_id=robot_id, variables=list(values.values())))
+    return tagged(Variables(robot_id=robot_id, variables=list(values.values())))
 
 
-@router.put("/robots/{robot_id}/variables/{number}", Right.OPERATE, response_model=VariableValue)
+@router.put(
+    "/robots/{robot_id}/variables/{number}",
+    Right.OPERATE,
+    response_model=VariableValue,
+    openapi_extra=DECLARED_HEADER,
+)
 async def set_variable(
     request: Request,
     robot_id: RobotId,
     number: Annotated[Variable, Path(description=NUMBER)],
     variable: VariableSetting,
 ) -> Response:
-    """Set a variable (VAR), and read it back; `not-done` where it is not as asked."""
+    """Set a variable (VAR), and read it back; `not-done` where it is not as asked.
+
+    `If-Match` is the ETag of this variable alone, as `?first=` gives it; it is read first then.
+    """
     command = SetVariable(number=number, value=variable.value)
-    return json_response(await robots.change(plant_of(request), origin_of(request), robot_id, command))
+    expects = expected_by(request, lambda value: Variables(robot_id=robot_id, variables=[value]))
+    plant = plant_of(request)
+    return json_response(await robots.set_variable(plant, origin_of(request), robot_id, command, expects))
 
 
 async def _read(

@@ -1,10 +1,10 @@
 """The interpolation paths that SCARA robots hold, over HTTP."""
 
 from collections.abc import Mapping
-from typing import Literal, Self
+from typing import Literal
 
 from fastapi import Request, Response
-from pydantic import BaseModel, Field, model_validator
+from pydantic import BaseModel, Field
 
 from api.common.requests import json_response, new_router, origin_of, plant_of
 from api.scaras.names import PathNumber, ScaraId
@@ -12,39 +12,10 @@ from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
 from gateway.operations import scaras
 from gateway.rorze.scaras.record import Micrometres
-from gateway.rorze.scaras.requests import Distance
+from gateway.rorze.scaras.requests import ViaPoint
 from protocols.rorze.interpolation import MOST_POINTS, PathPoint
 
 router = new_router("scara paths")
-
-
-class ViaPoint(RequestModel):
-    """A point that a path leads through, or the centre (RC-420 manual 13.10.5, 13.10.6)."""
-
-    x: Distance | None = None
-    y: Distance | None = None
-    radius: Distance | None = Field(
-        None, description="Of the arc that rounds the corner; left out, 0. The last point has none."
-    )
-    place: Literal["center"] | None = Field(
-        None, description="`center`: the third joint is over the origin of coordinates."
-    )
-
-    @model_validator(mode="after")
-    def _one_place(self) -> Self:
-        given = (self.x is None, self.y is None, self.place is None)
-        if given not in ((False, False, True), (True, True, False)):
-            raise ValueError("give x and y, or place")
-        if self.radius is not None and (self.place is not None or self.radius.thousandths < 0):
-            raise ValueError("radius belongs to x and y, and is not negative")
-        return self
-
-    def point(self) -> PathPoint:
-        """As the controllers hold it."""
-        if self.x is None or self.y is None:
-            return PathPoint(place=self.place)
-        radius = 0 if self.radius is None else self.radius.thousandths
-        return PathPoint(x=self.x.thousandths, y=self.y.thousandths, radius=radius)
 
 
 class PathDefinition(

@@ -1,7 +1,7 @@
 """Writes the generated part of the Python client: `python clients/python/generate.py`, or `make clients`.
 
-From `openapi/core.json` it writes a TypedDict for each schema and a method for each operation. The client for
-asyncio is written by hand; the one without is made from it, so that there is only one to read.
+From `openapi/resources.json` it writes a TypedDict for each schema and a method for each operation. The
+client for asyncio is written by hand; the one without is made from it, so that there is only one to read.
 """
 
 import json
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).parent
-DOCUMENT = HERE.parent.parent / "openapi" / "core.json"
+DOCUMENT = HERE.parent.parent / "openapi" / "resources.json"
 PACKAGE = HERE / "motion_gateway_client"
 
 Schema = dict[str, Any]
@@ -80,7 +80,7 @@ def _types(document: Schema) -> str:
     event = schemas["EventList"]["properties"]["events"]["items"]
     texts.append(f"Event: TypeAlias = {type_of(event)}\n")
     return (
-        '"""What the gateway takes and gives; generated from openapi/core.json."""\n\n'
+        '"""What the gateway takes and gives; generated from openapi/resources.json."""\n\n'
         "from __future__ import annotations\n\n"
         "from typing import Any, Literal, NotRequired, TypeAlias, TypedDict\n\n" + "\n\n".join(texts)
     )
@@ -139,7 +139,7 @@ def _operations(document: Schema) -> str:
     words = set(re.findall(r"\w+", "".join(methods)))
     used = sorted(words & set(document["components"]["schemas"]))
     return (
-        '"""Every operation of the gateway as a method; generated from openapi/core.json."""\n\n'
+        '"""Every operation of the gateway as a method; generated from openapi/resources.json."""\n\n'
         "from __future__ import annotations\n\n"
         "from typing import Any, Literal, Protocol\n\n"
         f"from motion_gateway_client.generated.types import ({', '.join(used)})\n"

@@ -1,15 +1,7 @@
 /** Doing something, telling what came of it, and saying why something cannot be done. */
 
-import {
-  type AnyMove,
-  type Body,
-  type Deed,
-  GatewayError,
-  type Right,
-  type Robot,
-  patient,
-} from "./gateway.ts";
-import { leases } from "./leases.svelte.ts";
+import { type AnyMove, type Deed, GatewayError, type Right, type Target, patient } from "./gateway.ts";
+import { addressOf, leases } from "./leases.svelte.ts";
 import { plant } from "./plant.svelte.ts";
 import { named, words } from "./words/index.svelte.ts";
 
@@ -41,12 +33,12 @@ class Notices {
 
 export const notices = new Notices();
 
-/** Do it, and tell what came of it. */
-export async function perform(what: string, deed: Deed): Promise<unknown> {
+/** Do it, and tell what came of it; quietly, tell only what went wrong. */
+export async function perform(what: string, deed: Deed, quiet = false): Promise<unknown> {
   const { notices: said } = words();
   try {
     const done = await deed(patient);
-    notices.add(true, isUnderWay(done) ? said.started(what) : said.done(what));
+    if (!quiet) notices.add(true, isUnderWay(done) ? said.started(what) : said.done(what));
     return done;
   } catch (error) {
     tellFailure(what, error);
@@ -70,7 +62,7 @@ function isUnderWay(done: unknown): boolean {
 }
 
 /** Why nobody may do this now; undefined where they may. */
-export function obstacle(right: Right, target?: Body | Robot): string | undefined {
+export function obstacle(right: Right, target?: Target): string | undefined {
   const { why, rights, connection } = words();
   const { identity } = plant;
   if (!plant.fresh) return why.disconnected;
@@ -85,7 +77,7 @@ export function obstacle(right: Right, target?: Body | Robot): string | undefine
 }
 
 /** Why it cannot be set in motion now. */
-export function obstacleToMove(target: Body | Robot, toPlace = false): string | undefined {
+export function obstacleToMove(target: Target, toPlace = false): string | undefined {
   const { why } = words();
   const first = obstacle("operate", target);
   if (first) return first;
@@ -95,8 +87,8 @@ export function obstacleToMove(target: Body | Robot, toPlace = false): string | 
   return toPlace && target.power_cycled ? why.powerCycled : undefined;
 }
 
-export function nameOf(target: Body | Robot): string {
-  const id = "body_id" in target ? target.body_id : target.robot_id;
+export function nameOf(target: Target): string {
+  const id = addressOf(target);
   return target.name ? `${target.name} (${id})` : id;
 }
 

@@ -1,7 +1,7 @@
 /** What needs somebody: as far as the last readings tell. */
 
 import type { Gateway } from "../../clients/typescript/src/gateway.ts";
-import type { Body, Deed, Line, Right, Robot, Schemas } from "./gateway.ts";
+import type { Body, Deed, Line, Right, Robot, Schemas, Target } from "./gateway.ts";
 import { nameOf } from "./actions.svelte.ts";
 import { plant } from "./plant.svelte.ts";
 import { language, named, words } from "./words/index.svelte.ts";
@@ -11,7 +11,7 @@ type Kept = Schemas["Alarm"];
 export interface Remedy {
   label: string;
   right: Right;
-  target: Body | Robot | undefined;
+  target: Target | undefined;
   deed: Deed;
 }
 
@@ -23,7 +23,7 @@ export interface Alarm {
   remedies: Remedy[];
 }
 
-const PAGES: Record<string, string> = { bodies: "axis", robots: "robot" };
+const PAGES: Record<string, string> = { bodies: "axis", robots: "robot", scaras: "scara" };
 const ERRORS = /_error$/;
 
 /** All that stands now: as the gateway keeps it, or by the last readings. */
@@ -35,7 +35,7 @@ function ofKept(alarm: Kept): Alarm {
   const { happened, motor, remedy } = alarm[language.now];
   const [, kind = "", who = ""] = alarm.subject.split("/");
   const page = PAGES[kind];
-  const target = kind === "bodies" ? plant.body(who) : plant.robot(who);
+  const target = plant.target(who);
   const calls = alarm.next.filter(({ method }) => method !== "GET");
   return {
     key: alarm.id,

@@ -1,4 +1,4 @@
-/** What the frames of a line mean, by the tables of commands. */
+/** What the frames of a line mean, by the tables of commands, and who asked for them. */
 
 import type { Schemas } from "./gateway.ts";
 import { language, words } from "./words/index.svelte.ts";
@@ -7,6 +7,28 @@ type Info = Schemas["CommandInfo"] | Schemas["FicsCommandInfo"];
 
 const RORZE_FRAME = /^(>?)&([0-9A-F]{2})(?:@([0-9A-F]{2})|([0-9A-Z][0-9A-Z+*-][0-9A-Z])(.*))/;
 const FICS_FRAME = /^([0-9A-Z]{3})(?: |\\|$)/;
+
+export interface Asked {
+  caller: string | undefined;
+  request: string | undefined;
+}
+
+/** Who asked for each frame, oldest first: an answer belongs to whoever last asked the same. */
+export function askers(protocol: "rorze" | "fics", entries: readonly Schemas["TraceRecord"][]): Asked[] {
+  const last = new Map<string, Asked>();
+  return entries.map(({ kind, data, caller, request_id }) => {
+    const about = subjectOf(protocol, data);
+    const asked = { caller: caller ?? undefined, request: request_id ?? undefined };
+    if (kind === "tx") last.set(about, asked);
+    return kind === "rx" ? (last.get(about) ?? asked) : asked;
+  });
+}
+
+/** What a command and its answer have in common: a refusal names its body alone. */
+function subjectOf(protocol: "rorze" | "fics", data: string): string {
+  const found = (protocol === "rorze" ? RORZE_FRAME : FICS_FRAME).exec(data);
+  return found?.[protocol === "rorze" ? 2 : 1] ?? "";
+}
 
 export class Meanings {
   readonly #rorze = new Map<string, Info>();

@@ -13,7 +13,20 @@ export type Identity = Schemas["Identity"];
 export type Line = Schemas["LineInfo"] | Schemas["RobotLineInfo"];
 export type Robot = Schemas["RobotInfo"];
 export type Unit = Schemas["UnitInfo"];
-export type AnyMove = Schemas["Move"] | Schemas["RobotMove"];
+export type Scara = Schemas["ScaraInfo"];
+export type ScaraMove = Schemas["ScaraMove"];
+export type ScaraMoveRequest =
+  | Schemas["ScaraLineRequest"]
+  | Schemas["ScaraPathRequest"]
+  | Schemas["ScaraOffsetRequest"]
+  | Schemas["ScaraExtendRequest"]
+  | Schemas["ScaraRetractRequest"]
+  | Schemas["ScaraRotateRequest"]
+  | Schemas["ScaraFingerRequest"]
+  | Schemas["ScaraAlignRequest"];
+export type AnyMove = Schemas["Move"] | Schemas["RobotMove"] | ScaraMove;
+/** What one steps up to and moves. */
+export type Target = Body | Robot | Scara;
 export type Right = Identity["rights"][number];
 
 /** Where the gateway is, behind a proxy at a sub-path too; without a slash at its end. */

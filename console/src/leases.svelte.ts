@@ -1,6 +1,6 @@
 /** Who may move: leases, those of this page renewed while it is open. */
 
-import { type Body, type Deed, Refused, type Robot, type Schemas, gateway, sent } from "./gateway.ts";
+import { type Deed, Refused, type Schemas, type Target, gateway, sent } from "./gateway.ts";
 import { quietly } from "./reading.ts";
 
 type Lease = Schemas["Lease"];
@@ -27,7 +27,7 @@ class Leases {
   }
 
   /** The lease of something, whoever has it. */
-  of(target: Body | Robot): Lease | undefined {
+  of(target: Target): Lease | undefined {
     const address = addressOf(target);
     return this.#all.find((lease) => lease.covers.includes(address) || lease.scope === address);
   }
@@ -36,7 +36,7 @@ class Leases {
     return this.#mine.some((taken) => taken.lease === lease);
   }
 
-  take(target: Body | Robot): Deed {
+  take(target: Target): Deed {
     return async ({ http }) => {
       const { data } = await http.POST("/leases", { body: { scope: addressOf(target), ttl_s: TTL_S } });
       if (data) this.#keep([...this.#mine, data]);
@@ -70,7 +70,8 @@ class Leases {
   }
 }
 
-function addressOf(target: Body | Robot): string {
+export function addressOf(target: Target): string {
+  if ("scara_id" in target) return target.scara_id;
   return "body_id" in target ? target.body_id : target.robot_id;
 }
 

@@ -9,10 +9,12 @@ import {
   type Line,
   Refused,
   type Robot,
+  type Scara,
   type Schemas,
+  type Target,
   gateway,
 } from "./gateway.ts";
-import { leases } from "./leases.svelte.ts";
+import { addressOf, leases } from "./leases.svelte.ts";
 import { Live } from "./live.ts";
 
 /** How often what is known is read again where nothing happens. */
@@ -25,17 +27,18 @@ const KEPT_EVENTS = 1000;
 const PAGE = 1000;
 const PAGES = 10;
 const ENDS = ["succeeded", "failed", "stopped", "lost", "unknown"];
-const MOVES_ENDED = ENDS.flatMap((end) => [`body.move.${end}`, `robot.move.${end}`]).join(",");
+const MOVES_ENDED = ENDS.flatMap((end) => [`body.move.${end}`, `robot.move.${end}`, `scara.move.${end}`]).join(",");
 
 class Plant {
   lines = $state.raw<Line[]>([]);
   bodies = $state.raw<Body[]>([]);
   groups = $state.raw<Group[]>([]);
   robots = $state.raw<Robot[]>([]);
+  scaras = $state.raw<Scara[]>([]);
   /** The alarms that stand; undefined where the gateway keeps none. */
   alarms = $state.raw<Schemas["Alarm"][]>();
   identity = $state.raw<Identity>();
-  /** The newest move of each body and unit, by address. */
+  /** The newest move of each body, unit and SCARA robot, by address. */
   moves = $state.raw<Record<string, AnyMove>>({});
   /** The newest events, newest first. */
   events = $state.raw<Event[]>([]);
@@ -76,8 +79,7 @@ class Plant {
   /** The part of a query that asks for what this key may see. */
   mine(): { bodies?: string } {
     if (!this.identity?.scope) return {};
-    const all = [...this.bodies.map((it) => it.body_id), ...this.robots.map((it) => it.robot_id)];
-    return { bodies: all.join(",") };
+    return { bodies: [...this.bodies, ...this.robots, ...this.scaras].map(addressOf).join(",") };
   }
 
   body(address: string): Body | undefined {
@@ -86,6 +88,14 @@ class Plant {
 
   robot(address: string): Robot | undefined {
     return this.robots.find((robot) => robot.robot_id === address);
+  }
+
+  scara(address: string): Scara | undefined {
+    return this.scaras.find((scara) => scara.scara_id === address);
+  }
+
+  target(address: string): Target | undefined {
+    return this.body(address) ?? this.robot(address) ?? this.scara(address);
   }
 
   line(id: string): Line | undefined {
@@ -117,16 +127,18 @@ class Plant {
   async #read(): Promise<void> {
     const { http } = gateway;
     this.identity ??= (await http.GET("/system/identity")).data;
-    const [bodies, lines, groups, robots] = await Promise.all([
+    const [bodies, lines, groups, robots, scaras] = await Promise.all([
       http.GET("/bodies"),
       http.GET("/lines"),
       http.GET("/groups"),
       http.GET("/robots"),
+      http.GET("/scaras"),
     ]);
     this.bodies = bodies.data?.bodies ?? [];
     this.lines = lines.data?.lines ?? [];
     this.groups = groups.data?.groups ?? [];
     this.robots = robots.data?.robots ?? [];
+    this.scaras = scaras.data?.scaras ?? [];
     this.alarms = await optional(async () => (await http.GET("/alarms", { params: { query: { standing: true } } })).data?.alarms);
     await optional(() => leases.read());
     this.now = this.heardAt = Date.now();
@@ -160,6 +172,12 @@ class Plant {
       if (!move_id || this.moves[`${robot_id}/units/${number}`]?.id === move_id) continue;
       const path = { robot_id, unit: number, move_id };
       const { data } = await http.GET("/robots/{robot_id}/units/{unit}/moves/{move_id}", { params: { path } });
+      this.#note(data);
+    }
+    for (const { scara_id, move_id } of this.scaras) {
+      if (!move_id || this.moves[scara_id]?.id === move_id) continue;
+      const path = { scara_id, move_id };
+      const { data } = await http.GET("/scaras/{scara_id}/moves/{move_id}", { params: { path } });
       this.#note(data);
     }
   }

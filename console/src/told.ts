@@ -12,7 +12,7 @@ export function nameOfEvent(type: string): string {
 
 /** What it is about, as an address. */
 export function addressOf({ subject }: Event): string {
-  return subject.replace(/^\/(bodies|robots|groups|lines)\//, "").replace(/^\//, "");
+  return subject.replace(/^\/(bodies|robots|scaras|groups|lines)\//, "").replace(/^\//, "");
 }
 
 /** What its data says, as short as it can be. */
@@ -20,18 +20,23 @@ export function saidBy(event: Event): string {
   const data = event.data as Record<string, unknown>;
   if ("event_cursor" in data) return saidByMove(data as unknown as AnyMove);
   const told = Object.entries(data).filter(([, value]) => value !== null && value !== "");
-  return told.map(([name, value]) => `${name}: ${typeof value === "object" ? JSON.stringify(value) : value}`).join(", ");
+  return told.map(([name, value]) => `${name}: ${plain(value)}`).join(", ");
+}
+
+function plain(value: unknown): string {
+  if (Array.isArray(value)) return value.map(plain).join(" ") || words().none;
+  return typeof value === "object" ? JSON.stringify(value) : String(value);
 }
 
 function saidByMove(move: AnyMove): string {
   const { moveKinds } = words();
-  const way = [move.start_position, move.target_position].map(placed).join(" → ");
+  const way = ("scara_id" in move ? [move.start, move.target] : [move.start_position, move.target_position]).map(placed).join(" → ");
   const end = move.end_cause && move.end_cause !== "normal" ? move.end_cause : "";
   return [named(moveKinds, move.kind), way, end, move.error?.detail].filter(Boolean).join(", ");
 }
 
-function placed(place: AnyMove["start_position"]): string {
-  if (place === null) return "?";
+function placed(place: unknown): string {
+  if (place === null || place === undefined) return "?";
   return typeof place === "number" ? String(place) : JSON.stringify(place).replaceAll(/["{}]/g, "");
 }
 
@@ -39,9 +44,9 @@ export function csvOf(rows: readonly (readonly string[])[]): string {
   return rows.map((row) => row.map((cell) => `"${cell.replaceAll('"', '""')}"`).join(",")).join("\r\n");
 }
 
-/** Let the browser save a text. */
+/** Let the browser save a text; Excel knows a table as UTF-8 by its first character. */
 export function save(name: string, type: string, text: string): void {
-  const url = URL.createObjectURL(new Blob(["\ufeff", text], { type }));
+  const url = URL.createObjectURL(new Blob([type === "text/csv" ? "\ufeff" : "", text], { type }));
   const link = Object.assign(document.createElement("a"), { href: url, download: name });
   link.click();
   URL.revokeObjectURL(url);

@@ -30,7 +30,7 @@ class Credentials:
         tokens: TokenVerifier | None = None,
         clock: Callable[[], float] = time.time,
     ) -> None:
-        self._keys = keys
+        self.keys = keys
         self._tokens = tokens
         self._clock = clock
         self._known: dict[str, Grant] = {}
@@ -42,7 +42,7 @@ class Credentials:
         """
         if not shown.startswith(KEY):
             return self._tokens.verify(shown) if self._tokens else None
-        key = self._keys.verify(shown) if self._keys else None
+        key = self.keys.verify(shown) if self.keys else None
         if key is None:
             return None
         grant = self._known.get(key.prefix)
@@ -53,5 +53,5 @@ class Credentials:
     def holds(self, grant: Grant) -> bool:
         """Whether what was found good before still is."""
         if grant.key is not None:
-            return self._keys is not None and self._keys.has(grant.key)
+            return self.keys is not None and self.keys.has(grant.key)
         return grant.expires is not None and self._clock() < grant.expires

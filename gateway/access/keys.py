@@ -9,15 +9,17 @@ import secrets
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from hashlib import sha256
 from hmac import compare_digest
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from gateway.access.principal import Principal
 from gateway.access.roles import Role
+from gateway.core.records import Record
 
 log = logging.getLogger(__name__)
 
@@ -34,6 +36,26 @@ _OTHERS_MAY_WRITE: Final = 0o022
 
 class KeyFault(ValueError):
     """A key cannot be made, found or read; the message says why and what to do."""
+
+
+class KeyFileFault(KeyFault):
+    """The file of the keys cannot be read or written."""
+
+
+class KeyInfo(Record):
+    """A key, without what is secret of it."""
+
+    name: str
+    role: Role
+    scope: list[str] | None = Field(
+        description="The addresses of lines, bodies, groups and robots that it is for; null means all."
+    )
+    begins: str = Field(description="How the key begins, which is no secret.")
+    state: Literal["good", "expired", "revoked"]
+    made_at: datetime
+    expires_at: datetime | None
+    revoked_at: datetime | None
+    used_at: datetime | None = Field(description="When it was last used, as the gateway notes once a minute.")
 
 
 class Key(BaseModel):
@@ -57,16 +79,34 @@ class Key(BaseModel):
         """Whether it can be used."""
         return self.revoked is None and (self.expires is None or now < self.expires)
 
-    def state_at(self, now: float) -> str:
+    def state_at(self, now: float) -> Literal["good", "expired", "revoked"]:
         """Say whether it can be used, and if not, why."""
         if self.revoked is not None:
             return "revoked"
         return "good" if self.is_good_at(now) else "expired"
 
+    def told_at(self, now: float, used: float | None) -> KeyInfo:
+        """What is no secret of it."""
+        return KeyInfo(
+            name=self.name,
+            role=self.role,
+            scope=None if self.scope is None else list(self.scope),
+            begins=f"mg_{self.prefix}",
+            state=self.state_at(now),
+            made_at=datetime.fromtimestamp(self.created, UTC),
+            expires_at=_utc(self.expires),
+            revoked_at=_utc(self.revoked),
+            used_at=_utc(used),
+        )
+
     def principal(self) -> Principal:
         """The one who has it."""
         scope = None if self.scope is None else frozenset(self.scope)
         return Principal(self.name, self.role, scope, self.prefix)
+
+
+def _utc(at: float | None) -> datetime | None:
+    return None if at is None else datetime.fromtimestamp(at, UTC)
 
 
 class _File(BaseModel):
@@ -129,14 +169,19 @@ class KeyStore:
             self._used_since = False
             self._write(_USES, json.dumps({**self.uses(), **self._used}))
 
-    # what the command line asks
+    # what an administrator asks
 
     def all(self) -> Sequence[Key]:
         """All keys, those that cannot be used any more too, oldest first.
 
-        :raises KeyFault: the file cannot be read, or others may write it.
+        :raises KeyFileFault: the file cannot be read, or others may write it.
         """
         return self._read().keys
+
+    def told(self) -> Sequence[KeyInfo]:
+        """The same, without what is secret of them."""
+        uses, now = {**self.uses(), **self._used}, self._clock()
+        return [key.told_at(now, uses.get(key.prefix)) for key in self.all()]
 
     def uses(self) -> dict[str, float]:
         """When keys were last used, by their prefixes; the gateway writes it down once a minute."""
@@ -151,6 +196,7 @@ class KeyStore:
         """Make a key and give it; nobody can read it again.
 
         :raises KeyFault: the name or the scope is none, or a good key has this name.
+        :raises KeyFileFault: the file cannot be written.
         """
         if not _NAME.fullmatch(name) or name.lower() in _RESERVED:
             raise KeyFault(
@@ -182,6 +228,7 @@ class KeyStore:
         """Let no key of this name be used any more.
 
         :raises KeyFault: there is no good one.
+        :raises KeyFileFault: the file cannot be written.
         """
         now = self._clock()
         with self._changing() as file:
@@ -215,14 +262,14 @@ class KeyStore:
     def _read(self) -> _File:
         try:
             if self._path.stat().st_mode & _OTHERS_MAY_WRITE:
-                raise KeyFault(f"Others may write {self._path}: chmod 600 it, and look at who is in it.")
+                raise KeyFileFault(f"Others may write {self._path}: chmod 600 it, and look at who is in it.")
             return _File.model_validate_json(self._text(FILE))
         except FileNotFoundError:
             return _File()
         except OSError as error:
-            raise KeyFault(f"{self._path} cannot be read: {error.strerror}.") from error
+            raise KeyFileFault(f"{self._path} cannot be read: {error.strerror}.") from error
         except (ValidationError, UnicodeDecodeError):
-            raise KeyFault(f"{self._path} is no file of keys.") from None
+            raise KeyFileFault(f"{self._path} is no file of keys.") from None
 
     def _text(self, name: str) -> str:
         return (self._directory / name).read_text("utf-8")
@@ -241,7 +288,9 @@ class KeyStore:
             finally:
                 os.close(lock)
         except OSError as error:
-            raise KeyFault(f"The keys in {self._directory} cannot be changed: {error.strerror}.") from error
+            raise KeyFileFault(
+                f"The keys in {self._directory} cannot be changed: {error.strerror}."
+            ) from error
 
     def _write(self, name: str, text: str) -> None:
         new = self._directory / f".{name}.{secrets.token_hex(4)}"

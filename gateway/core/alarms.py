@@ -240,7 +240,8 @@ class Alarms:
             if alarm.id == alarm_id:
                 self._look_at(found := alarm)
         if found is None:
-            raise NotFound(f"There is no alarm {alarm_id}, or it is no longer kept.", "", [ALARMS])
+            detail = f"There is no alarm {alarm_id}, or it is no longer kept."
+            raise NotFound(detail, "GET /alarms lists them.", [ALARMS])
         return found
 
     # resetting

@@ -94,6 +94,21 @@ def restore_types(what: str, subject: str, data: type[BaseModel]) -> list[EventT
     return [EventType(f"{what}.restore.{news}", subject, data, when) for news, when in RESTORE_NEWS.items()]
 
 
+BACKUP_NEWS: Mapping[str, str] = {
+    "started": "a backup is being read",
+    "progress": "more of it was read; once a second at most",
+    "succeeded": "all was read: the record has the text",
+    "failed": "a controller did not tell all",
+    "cancelled": "a request or the end of the gateway has ended it",
+}
+"""What is told of a backup that is read, in the order of its life."""
+
+
+def backup_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
+    """The types of the backups of `what`; the data is the backup's record as it is then."""
+    return [EventType(f"{what}.backup.{news}", subject, data, when) for news, when in BACKUP_NEWS.items()]
+
+
 LEASE_NEWS: Mapping[str, str] = {
     "taken": "somebody has leased it: nobody else moves or sets it",
     "released": "its holder has given a lease back",

@@ -73,4 +73,4 @@ class JogOver(GatewayError):
 
 def no_such_jog(jog_id: str) -> NotFound:
     """The error where nobody remembers a session."""
-    return NotFound(f"There is no JOG session {jog_id}.")
+    return NotFound(f"There is no JOG session {jog_id}.", "Read the status: what it moved may stand still.")

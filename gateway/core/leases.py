@@ -284,7 +284,10 @@ class Leases:
     def _find(self, lease_id: str) -> _Held:
         self.look()
         if lease_id not in self._held:
-            raise NotFound(f"There is no lease {lease_id}, or it is over.")
+            raise NotFound(
+                f"There is no lease {lease_id}, or it is over.",
+                "GET /leases lists those that last; what moves goes on to its end. Take a new one.",
+            )
         return self._held[lease_id]
 
     def _told(self, held: _Held) -> Lease:

@@ -7,8 +7,8 @@ import asyncio
 import logging
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import AsyncIterator, Callable, Coroutine, Iterable
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from typing import Any, Generic, Protocol, TypeVar
 
 from gateway.core.admission import Admission
@@ -459,6 +459,15 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         else:
             self._admit(exchange)
         return future
+
+    @contextmanager
+    def undertaking(self, exchanges: Callable[[], Iterable[X]]) -> Iterator[None]:
+        """Wait for the disk once, whatever of these is sent here and now; `exchanges` is asked then."""
+        if self.intents is None:
+            yield
+            return
+        with self.intents.undertaking(exchanges):
+            yield
 
     def _admit(self, exchange: X) -> None:
         """Let it wait for its turn from now on."""

@@ -62,7 +62,8 @@ class MoveLog(Generic[M]):
         if move is None:
             raise NotFound(
                 f"There is no move {move_id}; finished moves are kept until {HISTORY} newer ones exist "
-                "or the gateway is restarted."
+                "or the gateway is restarted.",
+                "The list of moves of the same body or unit has those that are kept.",
             )
         return move
 

@@ -18,6 +18,7 @@ LOST_AFTER_S = 30.0
 START_WITHIN_S = 5.0
 """A move is written so soon after it was asked for, or never, where nobody says otherwise."""
 
+CountedIn = Literal["pulses", "encoder_counts"]
 MoveKind = Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
 
 
@@ -101,14 +102,18 @@ class Move(MoveRecord):
         description="normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the "
         "controller says; not_executed, position_mismatch or not_in_position as the gateway found.",
     )
-    start_position: int | None = Field(default=None, description="In pulses, before the move.")
-    target_position: int | None = Field(
-        default=None, description="In pulses, where it can be known beforehand."
+    counted_in: CountedIn | None = Field(
+        default=None,
+        description="What positions are counted in; null where the body's operating mode is not known.",
     )
-    position: int | None = Field(default=None, description="In pulses, as last read.")
+    start_position: int | None = Field(default=None, description="In `counted_in`, before the move.")
+    target_position: int | None = Field(
+        default=None, description="In `counted_in`, where it can be known beforehand."
+    )
+    position: int | None = Field(default=None, description="In `counted_in`, as last read.")
     homing_distance: int | None = Field(
         default=None,
-        description="Of a homing that ended well: pulses from its end back to its start (0PD).",
+        description="Of a homing that ended well: from its end back to its start, in `counted_in` (0PD).",
     )
     completion: Literal["frame", "polling"] | None = Field(
         default=None, description="Whether the end was announced by the link master or found by polling."

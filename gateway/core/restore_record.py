@@ -36,6 +36,16 @@ class RestoreError(Record):
         """An error as it stands in a record."""
         return cls(type=error.kind, detail=error.detail, remedy=error.remedy)
 
+    @classmethod
+    def amid(cls, error: GatewayError, written: int, commands: int) -> Self:
+        """An error after some commands were written: that nothing was sent is not true of the whole."""
+        told = cls.of(error)
+        if not written:
+            return told
+        detail = told.detail.replace(" Nothing was sent.", "").removesuffix("; nothing was sent.").rstrip(".")
+        before = f"{detail}. {written} of {commands} commands had been written."
+        return told.model_copy(update={"detail": before})
+
 
 class RestorePlan(Record):
     """What a restore would do; nothing was written."""

@@ -1,7 +1,6 @@
 """Restores of backups: compared, written, read back; they end verified, or with all that differs told."""
 
 import asyncio
-from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -10,6 +9,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown, StoppedFirst
 from gateway.core.move_log import new_id
 from gateway.core.restore_record import Difference, Phase, Restore, RestoreError, RestorePlan, Status
+from gateway.core.works import Works
 
 HISTORY = 20
 TOLD = 20
@@ -129,10 +129,9 @@ class Restores(Generic[C]):
 
     def __init__(self, publish: Callable[[str, Restore], None]) -> None:
         self._publish: Callable[[str, Restore], None] = lambda what, record: publish(what, _short(record))
-        self._records: OrderedDict[str, Restore] = OrderedDict()
+        self._works: Works[Restore] = Works(HISTORY)
         self._current: dict[str, tuple[_Work, C]] = {}
         """By the address of each controller."""
-        self._tasks: dict[str, asyncio.Task[None]] = {}
 
     async def plan(self, target: str, controllers: Sequence[C]) -> RestorePlan:
         """Tell what a restore would do.
@@ -177,10 +176,7 @@ class Restores(Generic[C]):
         except BaseException:
             self._forget(work)
             raise
-        self._remember(record)
-        task = asyncio.create_task(self._run(work, controllers), name=f"restore {record.id}")
-        self._tasks[record.id] = task
-        task.add_done_callback(lambda _: self._tasks.pop(record.id, None))
+        self._works.begin(record, self._run(work, controllers), "restore")
         self._publish("started", record)
         return record
 
@@ -211,19 +207,14 @@ class Restores(Generic[C]):
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        if restore_id == "current":
-            newest = (it for it in reversed(self._records.values()) if it.target == target)
-            found = next(newest, None)
-        else:
-            found = self._records.get(restore_id)
-        if found is None or found.target != target:
+        found = self._works.find(restore_id, lambda it: it.target == target)
+        if found is None:
             raise NotFound(f"{target} has no restore {restore_id}.")
         return found
 
     async def wait(self, restore: Restore, timeout_s: float) -> None:
         """Wait until a restore is over, or the time is up."""
-        if timeout_s > 0 and (task := self._tasks.get(restore.id)) is not None:
-            await asyncio.wait([task], timeout=timeout_s)
+        await self._works.wait(restore, timeout_s)
 
     async def cancel(self, target: str) -> Restore:
         """Write no more, and give the record; what the controllers hold then is still read.
@@ -233,26 +224,18 @@ class Restores(Generic[C]):
         :raises NotFound: none is under way.
         """
         work = next((it for it, _ in self._current.values() if it.record.target == target), None)
-        if work is None or work.record.id not in self._tasks:
+        if work is None or not self._works.is_under_way(work.record):
             raise NotFound(f"No backup is being restored to {target}.")
         record = work.record
         if work.unwanted:
-            self._tasks[record.id].cancel()
+            self._works.break_off(record)
         work.unwanted = True
         await self.wait(record, CANCELLED_WITHIN_S)
         return record
 
     async def close(self) -> None:
         """Break off the restores that run."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-    def _remember(self, record: Restore) -> None:
-        self._records[record.id] = record
-        while len(self._records) > HISTORY:
-            self._records.popitem(last=False)
+        await self._works.close()
 
     def _forget(self, work: _Work) -> None:
         self._current = {address: it for address, it in self._current.items() if it[0] is not work}
@@ -280,7 +263,7 @@ class Restores(Generic[C]):
     def _end(self, work: _Work, status: Status, error: GatewayError | None) -> None:
         record = work.record
         record.status, record.ended_at = status, datetime.now(UTC)
-        record.error = None if error is None else RestoreError.of(error)
+        record.error = None if error is None else RestoreError.amid(error, record.written, record.commands)
         if status == "verified":
             record.phase = "done"
         self._forget(work)

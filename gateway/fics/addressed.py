@@ -121,7 +121,7 @@ class UnitTarget(RobotTarget):
 
     async def samples(self, move_id: str) -> RobotSamples:
         """Give where it was seen during a move; errors as of `Ways.of`."""
-        return samples_of(self._moves.log.get(move_id), self._moves.ways.of(move_id))
+        return await samples_of(self._moves.ways.of(move_id))
 
     async def jog(self, command: StartJog) -> Opened:
         """Jog an axis, only as long as heartbeats come; errors as of `Jogs.start`."""

@@ -73,12 +73,12 @@ def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
         "robot.stop.unconfirmed",
         "robot.stop.unconfirmed",
         words(
-            "A stop of {address} was not confirmed within two seconds. {detail}",
+            "A stop of {address} was not confirmed in time. {detail}",
             "Axes may still move. The stop is repeated until the robot reports standstill.",
             "Use the hardware stop. Nobody knows by software whether it stands.",
         ),
         words(
-            "{address}の停止を2秒以内に確認できませんでした。",
+            "{address}の停止を時間内に確認できませんでした。",
             "軸はまだ動いている可能性があります。停止が確認されるまで停止指令を繰り返します。",
             "非常停止回路を使用してください。ソフトウェアでは停止を確認できません。",
         ),

@@ -1,11 +1,11 @@
 """Questions and actions go to the right unit; one question answers all who ask the same meanwhile."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
-from gateway.core.errors import ControllerRefused, Expired, GatewayError, InvalidRequest
+from gateway.core.errors import ControllerRefused, Expired, GatewayError, InvalidRequest, Outdated
 from gateway.core.lanes import Lane
 from gateway.fics.axes import UnitAxes, unit_of
 from gateway.fics.commander import Commander
@@ -29,6 +29,7 @@ from protocols.table import Effect, Reply
 TURN_WITHIN_S = 5.0
 """So long a read or a command waits for the robot to be free, and then for the line; a move says how long."""
 
+T = TypeVar("T")
 Question = tuple[int | None, str]
 """A unit, or none, and the text of a query."""
 
@@ -69,6 +70,8 @@ class Asking:
     _errors: SystemErrors
     settings_changed: int = 0
     """How often a setting of an axis may have changed."""
+    said: int = 0
+    """How often something was said that may have changed what was read before."""
     _waiting: dict[Question, "asyncio.Task[Told | GatewayError]"] = field(default_factory=dict)
     """Those that wait for the sequence lock; an equal one shares the answer."""
     _tasks: set["asyncio.Task[Told | GatewayError]"] = field(default_factory=set)
@@ -104,14 +107,40 @@ class Asking:
             raise answer
         return answer
 
-    async def change(self, command: FicsCommand[Any], unit: int | None = None) -> Any:
+    async def change(
+        self, command: FicsCommand[Any], unit: int | None = None, *, since: int | None = None
+    ) -> Any:
         """Send a setting, and give what the robot tells of it then, which agrees; errors as of `ask`, and
 
+        :raises Outdated: something was said `since` what `as_expected` has read; it was not sent.
         :raises NotDone: the robot tells something else.
         :raises NotReadBack: it was sent, and the robot has not told what it is now.
         """
         number = self._admit(command, unit)
-        return (await self._do(command, number, read=True)).replies[0]
+        return (await self._do(command, number, read=True, since=since)).replies[0]
+
+    async def as_expected(
+        self, read: Callable[[], Awaitable[T]], expects: Callable[[T], None] | None
+    ) -> int | None:
+        """How much was said when what can be read was as expected; None where anything will do.
+
+        :raises Outdated: it is otherwise.
+        :raises GatewayError: it was not read.
+        """
+        if expects is None:
+            return None
+        said = self.said
+        expects(await read())
+        return said
+
+    def begin_to_say(self, since: int | None) -> None:
+        """Something is about to be said that may change what was read; call it with the sequence lock held.
+
+        :raises Outdated: something else was said `since`.
+        """
+        if since not in (None, self.said):
+            raise Outdated
+        self.said += 1
 
     async def reset_errors(self) -> None:
         """Reset the errors of the system, and see whether one still stands (DRT, C-HOST manual 2-14).
@@ -164,21 +193,26 @@ class Asking:
 
     # actions
 
-    async def _do(self, command: FicsCommand[Any], number: int | None, *, read: bool) -> Answered:
+    async def _do(
+        self, command: FicsCommand[Any], number: int | None, *, read: bool, since: int | None = None
+    ) -> Answered:
         """Send a command that changes something, to a unit just confirmed, and `read` back what it is."""
         line, lane = self.line, Lane.COMMAND
         line.admission.require()
         epoch = line.stop_epoch
-        async with line.sequence_lock.held(lane, deadline_of(lane)):
-            if line.stop_epoch != epoch:
-                raise line.overtaken()
-            if number is not None:
-                with preparing(self._commander.robot_id, command):
-                    await self._selection.make(number, afresh=True)
-            outcome = await self._commander.say(command, epoch, expires_at=deadline_of(lane))
-            if read:
-                outcome = await read_back(self._commander, command, outcome, epoch)
-            self._learn(command, number, outcome)
+        with line.sending(lambda: [command]):
+            async with line.sequence_lock.held(lane, deadline_of(lane)):
+                if line.stop_epoch != epoch:
+                    raise line.overtaken()
+                if not isinstance(command, SelectUnit):
+                    self.begin_to_say(since)
+                if number is not None:
+                    with preparing(self._commander.robot_id, command):
+                        await self._selection.make(number, afresh=True)
+                outcome = await self._commander.say(command, epoch, expires_at=deadline_of(lane))
+                if read:
+                    outcome = await read_back(self._commander, command, outcome, epoch)
+                self._learn(command, number, outcome)
         if isinstance(outcome, Failure):
             await self._errors.look()
         return self._commander.answered(command, outcome)
@@ -236,9 +270,10 @@ class Asking:
         async with line.sequence_lock.held(lane, expires_at):
             begun()
             line.admission.revise()  # after a suspension no unit is trusted
-            if number is not None:
+            afresh = isinstance(query, DownloadPositions)
+            if number is not None and (afresh or not self._selection.holds(number)):
                 with preparing(self._commander.robot_id, query):
-                    await self._select(number, afresh=isinstance(query, DownloadPositions))
+                    await self._select(number, afresh=afresh)
             outcome = await self._commander.say(query, expires_at=deadline_of(lane))
             self._learn(query, number, outcome)
         return told_now(*self._commander.answered(query, outcome).replies)

@@ -8,10 +8,12 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
+from gateway.core.backups import Progress
 from gateway.core.errors import Misplaced
 from gateway.core.restore_record import Difference
 from gateway.fics import settings
 from gateway.fics.axes import DISPLAYED
+from gateway.fics.errors import RobotBusy
 from gateway.fics.read_back import same_number
 from gateway.fics.robot import Robot
 from gateway.fics.settings import SETTINGS, SMOOTH, SettingsChange
@@ -126,14 +128,43 @@ def _by_axis(unit: RobotUnit, coordinates: Sequence[float | None]) -> Values:
 # as text
 
 
-async def text_of(robot: Robot) -> str:
+@dataclass(frozen=True)
+class RobotSource:
+    """A robot that a backup is read from."""
+
+    robot: Robot
+    require_free: Callable[[], None]
+    """Raises where a backup is being restored to it."""
+
+    @property
+    def address(self) -> str:
+        """The robot's id."""
+        return self.robot.id
+
+    async def require_ready(self) -> None:
+        """Make sure that it answers and is not being restored; errors as of `text_of`."""
+        self.require_free()
+        await self.robot.read(GetVariable(number=0))
+
+    async def read(self, progress: Progress) -> str:
+        """Read what it tells of what it keeps; errors as of `text_of`."""
+        self.require_free()
+        progress.expect(None)
+        return await text_of(self.robot, progress.has_read)
+
+
+async def text_of(robot: Robot, on_read: OnRead = lambda: None) -> str:
     """Read a robot and write what it keeps.
 
+    :raises RobotBusy: it has lost its power meanwhile, so that not all was read of one state.
     :raises GatewayError: it was not read.
     """
-    contents = await read(robot, whole(robot))
+    losses = robot.power.losses
+    contents = await read(robot, whole(robot), on_read)
+    if robot.power.losses != losses:
+        raise RobotBusy(f"{robot.id} has lost its power while it was read.", "Read the backup again.")
     named = f" ({robot.name})" if robot.name else ""
-    parts = [f"{PREAMBLE}\n; /robots/{robot.id}{named}\n[{KIND} {robot.id}]\n"]
+    parts = [f"\n; /robots/{robot.id}{named}\n[{KIND} {robot.id}]\n"]
     parts.append(
         section(VARIABLES, (f"V{it:02d} {_number(value)}\n" for it, value in _of(contents.variables)))
     )

@@ -6,6 +6,7 @@ The figures that name them are lost (C-HOST manual 2-10, 2-11), so their order i
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 from gateway.fics.exchange import Answered, Outcome
 from protocols.fics.status import (
@@ -14,6 +15,8 @@ from protocols.fics.status import (
     AxisSensors,
     AxisStatus,
     AxisStatuses,
+    GetAxisSensors,
+    GetAxisStatus,
     SensorStates,
     rename_bits,
 )
@@ -21,6 +24,8 @@ from protocols.table import Reply
 
 log = logging.getLogger(__name__)
 
+BITS_TOLD_BY: Final = GetAxisStatus, GetAxisSensors
+"""The questions that are answered with bits."""
 AT_REST: Mapping[str, bool] = {"origin_done": True, "servo_ready": True, "moving": False, "alarm": False}
 """What a homed axis shows that stands still without an error."""
 

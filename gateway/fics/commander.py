@@ -8,7 +8,7 @@ from typing import Any
 from gateway.core.errors import Cancelled, Expired, GatewayError, NoReply, NotSent
 from gateway.core.lanes import Lane
 from gateway.core.session import READ_REPEATS
-from gateway.fics.bits import Bits
+from gateway.fics.bits import BITS_TOLD_BY, Bits
 from gateway.fics.errors import NotProved, RobotFailed, refused
 from gateway.fics.exchange import Answered, FicsExchange, Outcome, Proof
 from gateway.fics.line import FicsLine
@@ -92,10 +92,11 @@ class Commander:
     async def _submit(self, exchange: FicsExchange) -> Outcome:
         """Give what becomes of an exchange; it is taken back if nobody waits for that any more."""
         try:
-            return self.bits.read(await self.line.submit(exchange))
+            outcome = await self.line.submit(exchange)
         except asyncio.CancelledError:
             self.line.withdraw(exchange, _forsaken())
             raise
+        return self.bits.read(outcome) if isinstance(exchange.command, BITS_TOLD_BY) else outcome
 
     async def prepare(
         self,
@@ -206,17 +207,13 @@ class Commander:
         :raises NotSent: the robot did not tell its error, so the next command must not be sent.
         """
         if self.line.mode == HostMode.VER_2 and self.line.unheard != self._asked_after:
-            await self._must_take_error()
+            await self.see_error()
 
     async def see_error(self) -> None:
-        """In Ver.2: ask for the error before a motion, for one that stands would hide its refusal.
+        """Ask for the error before a command: in Ver.2 one that stands would hide its refusal.
 
-        :raises NotSent: the robot did not tell its error, so the motion must not be sent.
+        :raises NotSent: the robot did not tell its error, so the command must not be sent.
         """
-        if self.line.mode == HostMode.VER_2:
-            await self._must_take_error()
-
-    async def _must_take_error(self) -> None:
         try:
             await self.take_error()
         except NoReply:
@@ -267,6 +264,7 @@ class Commander:
         with suppress(GatewayError):
             error = await self.take_error()
             if error in STATE_FORBIDS:
+                self.line.note_forbidden(error)
                 return Refusal(query.wire_name(), error)
         return unanswered
 

@@ -149,6 +149,8 @@ class Line(tables.Line):
     """The robot's communication mode; in 2 most commands are silent (C-HOST manual 1-1-1)."""
     terminator: Terminator = "cr"
     """What ends a command to the robot."""
+    input_edges_per_s: float = Field(0, ge=0, le=10)
+    """How often a second the inputs are asked for, to tell their changes, while nobody watches them."""
     move_samples_per_s: float = Field(5, ge=0, le=50)
     """Positions that are read of a unit while it moves, and kept with the move; 0: only those at its ends."""
 

@@ -2,12 +2,14 @@
 
 from pydantic import Field
 
+from gateway.core.backup_record import Backup
 from gateway.core.event_types import (
     EventData,
     EventType,
     LeftMoving,
     Nothing,
     Unreadable,
+    backup_types,
     lease_types,
     move_types,
     restore_types,
@@ -70,6 +72,14 @@ class RobotPosition(EventData):
     axes: dict[str, LiveAxis]
 
 
+class RobotInputChange(EventData):
+    """An input as it is now."""
+
+    channel: int
+    number: int = Field(description="From 0, within its channel.")
+    on: bool
+
+
 class BitMismatch(EventData):
     """What a unit shows at rest that the configured order of bits does not explain."""
 
@@ -96,7 +106,7 @@ TYPES = (
             (
                 "unconfirmed",
                 RobotStopReport,
-                "it is not confirmed after two seconds, and is repeated on",
+                "it is not confirmed in time, and is repeated on",
             ),
             ("refused", StopRefusal, "the robot has refused the stop"),
         )
@@ -116,6 +126,13 @@ TYPES = (
         BitMismatch,
         "it stands still, homed, and its bits do not mean what the configuration says",
     ),
+    EventType(
+        "robot.input.changed",
+        ROBOT,
+        RobotInputChange,
+        "an input of the first channel is another than when it was last asked for: while somebody watches "
+        "`io`, and as often as `input_edges_per_s` says",
+    ),
     EventType("robot.unit.changed", ROBOT, UnitChange, "somebody else has selected another unit"),
     *(
         EventType(f"robot.jog.{news}", ROBOT, JogSession, when)
@@ -128,6 +145,7 @@ TYPES = (
             "not_stopped": "the axis did not stand still within a second: the whole robot is being stopped",
         }.items()
     ),
+    *backup_types("robot", ROBOT, Backup),
     *restore_types("robot", ROBOT, Restore),
     EventType(
         "robot.position",

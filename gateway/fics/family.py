@@ -136,7 +136,9 @@ class Fics(Family):
         :raises NotFound: there is none of this id.
         """
         if robot_id not in self._robots:
-            raise NotFound(f"There is no robot {robot_id}; {there_are(self._robots)}.")
+            raise NotFound(
+                f"There is no robot {robot_id}; {there_are(self._robots)}.", "GET /robots lists them."
+            )
         return self._robots[robot_id]
 
     def target(self, collection: str, names: Sequence[str]) -> Target:
@@ -219,7 +221,12 @@ class Fics(Family):
                 yield watch(robot)
                 table = self._tables[robot.id]
                 units = (UnitSource(robot, unit, live, table.move_samples_per_s) for unit in robot.units)
-                yield Sampler(line, live, [*units, ChannelSource(robot, live)], table.live_share).run()
+                yield Sampler(
+                    line,
+                    live,
+                    [*units, ChannelSource(robot, live, table.input_edges_per_s)],
+                    table.live_share,
+                ).run()
 
     def at_work(self, line: FicsLine) -> Iterator[str]:
         """The robot, while positions are written into it, or a backup restored."""

@@ -100,7 +100,7 @@ class Jogs:
         session = JogSession(unit=unit, axis=axis, direction=direction)
         self._unsettled[session.id] = session
         try:
-            with preparing(self._robot_id, command):
+            with preparing(self._robot_id, command), self._motions.sending(command, unit):
                 accepted = await self._motions.begin(
                     command,
                     unit,

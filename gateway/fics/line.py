@@ -3,7 +3,8 @@
 import asyncio
 import logging
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager
 from typing import Any
 
 from gateway.core.errors import Cancelled, Expired, GarbledReply, GatewayError, NoReply, NotSent, QueueFull
@@ -40,8 +41,11 @@ SILENT = (
     "communication mode"
 )
 GARBLED = "what comes back is no answer; check the baud rate and the terminator, then the cable"
-CLEARING = b"\rPOF 2\r"
-"""Ends a half command and an upload that an earlier life may have left open: a robot in one takes no stop.
+CLEARING = b"!\rPOF 2\r"
+"""Spoils a half command, and ends an upload that an earlier life may have left open: that takes no stop.
+
+With `!` no command is written correctly (E06, C-HOST manual 2-12). CR alone would let a robot execute
+what was cut off, such as a move to half of its place.
 
 Whether that was heard is seen by the question for the mode, which no robot in an upload answers.
 """
@@ -72,6 +76,7 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
             rng=rng,
         )
         super().__init__(line_id, transport, session, Ver3Reader)
+        self.note_forbidden = session.note_forbidden
         self.exchange = session.exchange
         """Build an exchange of this line, admitted now."""
         self.mode = mode
@@ -292,6 +297,10 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
         if self.state is LineState.DOWN or isinstance(error, GarbledReply | QueueFull | Expired):
             return False
         return isinstance(error, NoReply | NotSent)
+
+    def sending(self, commands: Callable[[], Iterable[FicsCommand[Any]]]) -> AbstractContextManager[None]:
+        """Wait for the disk once, whatever of these is sent here and now."""
+        return self.undertaking(lambda: [self.exchange(it, Lane.COMMAND) for it in commands()])
 
     def begin_proof(self, *commands: FicsCommand[Any]) -> Proof:
         """Begin to prove what a motion depends on.

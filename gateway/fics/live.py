@@ -57,21 +57,41 @@ class ChannelSource(Source):
 
     robot: Robot
     live: Live
+    edges_hz: float = 0.0
+    """How often a second the inputs are asked for while nobody watches them."""
     subject: str = field(init=False)
     type: ClassVar = IO
     most_hz: ClassVar = IO_HZ
+    _inputs: int | None = field(default=None, init=False)
+    """As they were last told."""
 
     def __post_init__(self) -> None:
         self.subject = f"/robots/{self.robot.id}"
 
+    @property
+    def own_hz(self) -> float:
+        """That of the changes that are told as events."""
+        return self.edges_hz
+
     async def read(self, _: Sequence[Source]) -> list[Source]:
-        """Ask, and put what was told."""
+        """Ask, put what was told, and tell what has changed; outputs are for those who watch."""
         asking = self.robot.asking
         (inputs,), at = await asking.ask(GetInputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
+        self._tell_edges(inputs.bits)
+        if not self.live.rate(self.type, self.subject):
+            return [self]
         (outputs,), _at = await asking.ask(GetOutputChannel(channel=CHANNEL), lane=Lane.BACKGROUND)
         told = Signals(inputs=_signals(inputs.bits), outputs=_signals(outputs.bits))
         self.live.put(self.type, self.subject, told, at)
         return [self]
+
+    def _tell_edges(self, bits: int) -> None:
+        """What is told first is no edge."""
+        changed = 0 if self._inputs is None else self._inputs ^ bits
+        self._inputs = bits
+        for number in (bit for bit in range(8) if changed >> bit & 1):
+            edge = {"channel": CHANNEL, "number": number, "on": bool(bits >> number & 1)}
+            self.robot.publish("robot.input.changed", edge)
 
 
 def _signals(bits: int) -> list[Signal]:

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -18,7 +19,7 @@ from gateway.fics.selection import Selection
 from gateway.fics.system_errors import SystemErrors
 from protocols.fics.link import Refusal
 from protocols.fics.row import FicsCommand
-from protocols.fics.system import HostMode
+from protocols.fics.system import HostMode, SelectUnit
 
 
 class Accepted(NamedTuple):
@@ -110,8 +111,9 @@ class Motions:
         self.require_fit(command)
         joining = self.state.command is not None
         proof = self.line.begin_proof(command, UNIT, *self.power.signs(command, unit, joining=joining))
-        await self.commander.see_error()
-        self.require_fit(command)
+        if self.line.mode == HostMode.VER_2:
+            await self.commander.see_error()
+            self.require_fit(command)
         if self.state.command is not None:
             await self.power.see_jogging(unit, proof)
         else:
@@ -124,6 +126,10 @@ class Motions:
 
     async def _select(self, number: int) -> None:
         await self.selection.make(number, afresh=True)
+
+    def sending(self, command: FicsCommand[Any], unit: int) -> AbstractContextManager[None]:
+        """Wait for the disk once, for a motion command and for all that has to go before it."""
+        return self.line.sending(lambda: [*self.power.restoring(), SelectUnit(unit=unit), command])
 
     def end(self, accepted: Accepted | None = None) -> None:
         """The motion command that was begun is over; an answer it still owes is no longer waited for."""

@@ -87,7 +87,10 @@ class MoveRun:
         OF_MOVES.set([self._move.id])
         expires_at = asyncio.get_running_loop().time() + start_within_s
         try:
-            with preparing(self._move.robot_id, self._command):
+            with (
+                preparing(self._move.robot_id, self._command),
+                self._motions.sending(self._command, self._unit.number),
+            ):
                 async with in_time(expires_at):
                     await self._wait_to_know_the_way()
                 accepted = await self._motions.begin(

@@ -9,13 +9,14 @@ from typing import Any
 from gateway.core.errors import GatewayError, RestartedFirst
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveStatus
-from gateway.core.ways import Way, Ways
-from gateway.fics.axes import Places
+from gateway.core.ways import Ways
 from gateway.fics.calls import calls_for_robot
 from gateway.fics.errors import RobotBusy
 from gateway.fics.move_record import KINDS, RobotMove, check
 from gateway.fics.move_runs import MoveRun
 from gateway.fics.robot import Robot
+from gateway.fics.samples import RobotWay
+from gateway.fics.soft_limits import name_limits
 from gateway.fics.units import RobotUnit
 from protocols.fics.commands import read
 from protocols.fics.row import FicsCommand
@@ -28,7 +29,7 @@ class RobotMoves:
         self._on_way = on_way
         """Called when the way of a move begins, or has ended."""
         self.log = MoveLog[RobotMove]()
-        self.ways = Ways[Way[Places]]()
+        self.ways = Ways[RobotWay]()
         self._tasks: dict[asyncio.Task[None], asyncio.Future[GatewayError | None]] = {}
         """With what is known when the robot has taken the command, or why it has not."""
 
@@ -71,6 +72,7 @@ class RobotMoves:
         self._keep(run, run.make(start_within_s), move)
         refusal = await asyncio.shield(run.begun)
         if refusal is not None:
+            await name_limits(axes, move.coordinates, move.target_position, refusal)
             raise refusal
         return move
 
@@ -78,7 +80,7 @@ class RobotMoves:
         """Go on with a move of an earlier life: ask the robot, and follow the move to its end."""
         if move.status is MoveStatus.QUEUED and not begun:
             move.evidence.append("The gateway has ended before the command was written.")
-            self.advance(robot, move, MoveStatus.CANCELLED, RestartedFirst())
+            self.advance(robot, robot.unit(move.unit), move, MoveStatus.CANCELLED, RestartedFirst())
             return
         if move.status is MoveStatus.QUEUED:
             move.status = MoveStatus.SENT
@@ -106,7 +108,7 @@ class RobotMoves:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def _run(self, robot: Robot, axes: RobotUnit, command: FicsCommand[Any], move: RobotMove) -> MoveRun:
-        advance = partial(self.advance, robot)
+        advance = partial(self.advance, robot, axes)
         publish = partial(robot.publish, unit=axes, correlation=move.id)
         return MoveRun(axes, command, move, robot.motions, robot.durations, advance, publish)
 
@@ -132,12 +134,17 @@ class RobotMoves:
         )
         self.log.add(move)
         robot.motion.begin_move(unit.number, move)
-        move.event_cursor = _publish("queued", robot, move)
+        move.event_cursor = _publish("queued", robot, unit, move)
         self.log.on_change(move)
         return move
 
     def advance(
-        self, robot: Robot, move: RobotMove, status: MoveStatus, error: GatewayError | None = None
+        self,
+        robot: Robot,
+        unit: RobotUnit,
+        move: RobotMove,
+        status: MoveStatus,
+        error: GatewayError | None = None,
     ) -> None:
         """The only place where a move changes its status."""
         move.status = status
@@ -146,20 +153,19 @@ class RobotMoves:
             move.error = MoveError.of(error, calls)
         if status is MoveStatus.SENT:
             move.sent_at = datetime.now(UTC)
-            self._begin_way(robot.unit(move.unit), move, move.sent_at)
+            self._begin_way(unit, move, move.sent_at)
         if status.final:
             move.ended_at = datetime.now(UTC)
-            robot.unit(move.unit).way = None
+            unit.way = None
             self._on_way()
             robot.motion.end_move(move.unit)
             self.log.end(move)
-        _publish("started" if status is MoveStatus.MOVING else status, robot, move)
+        _publish("started" if status is MoveStatus.MOVING else status, robot, unit, move)
         self.log.on_change(move)
 
     def _begin_way(self, unit: RobotUnit, move: RobotMove, sent_at: datetime) -> None:
-        start = move.start_position or dict.fromkeys(move.units)
-        unit.way = Way(sent_at, asyncio.get_running_loop().time(), start)
-        self.ways.begin(move.id, unit.way)
+        unit.way = way = RobotWay(unit, move, sent_at, asyncio.get_running_loop().time())
+        self.ways.begin(move.id, way)
         self._on_way()
 
 
@@ -169,5 +175,5 @@ def _command_of(move: RobotMove) -> FicsCommand[Any]:
     return read(move.command, arguments.strip())
 
 
-def _publish(news: str, robot: Robot, move: RobotMove) -> str:
-    return robot.publish(f"robot.move.{news}", move.model_dump(mode="json"), robot.unit(move.unit), move.id)
+def _publish(news: str, robot: Robot, unit: RobotUnit, move: RobotMove) -> str:
+    return robot.publish(f"robot.move.{news}", move.model_dump(mode="json"), unit, move.id)

@@ -1,5 +1,7 @@
 """What a robot's move would do, asked without moving: the exact frame, where it goes, how long it takes."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from math import inf, sqrt
 from typing import Any
 
@@ -39,8 +41,42 @@ class PlannedRobotMove(Record):
     note: str | None = Field(None, description="Why something is not known, or would be refused.")
 
 
-class _NotCalculable(Exception):
-    """The manual does not say enough to calculate the duration; the message says of what."""
+class NotCalculable(Exception):
+    """The manual does not say enough to calculate how an axis goes; the message says of what."""
+
+
+@dataclass(frozen=True)
+class Ride:
+    """How an axis goes from rest to rest: up a ramp, on, and down a ramp; in units and seconds."""
+
+    way: float
+    low: float
+    """The speed it starts with and ends with."""
+    peak: float
+    faster: float
+    """By how much it grows a second."""
+    slower: float
+
+    @property
+    def _up_s(self) -> float:
+        return (self.peak - self.low) / self.faster
+
+    @property
+    def duration_s(self) -> float:
+        """How long it goes."""
+        ramps_s = self._up_s + (self.peak - self.low) / self.slower
+        return ramps_s + max(self.way - (self.low + self.peak) / 2 * ramps_s, 0.0) / self.peak
+
+    def gone(self, seconds: float) -> float:
+        """How far it has gone after so long."""
+        left_s = self.duration_s - seconds
+        if seconds <= 0 or left_s <= 0:
+            return 0.0 if seconds <= 0 else self.way
+        if seconds < self._up_s:
+            return seconds * (self.low + self.faster * seconds / 2)
+        if left_s < (self.peak - self.low) / self.slower:
+            return self.way - left_s * (self.low + self.slower * left_s / 2)
+        return self._up_s * (self.low + self.peak) / 2 + (seconds - self._up_s) * self.peak
 
 
 async def plan_of(unit: RobotUnit, command: FicsCommand[Any]) -> PlannedRobotMove:
@@ -60,7 +96,7 @@ async def plan_of(unit: RobotUnit, command: FicsCommand[Any]) -> PlannedRobotMov
         await _foresee(plan, unit, command)
     except (NotHomed, PositionUnknown) as error:
         plan.note = f"It would be refused: {error.detail}"
-    except (GatewayError, _NotCalculable) as error:
+    except (GatewayError, NotCalculable) as error:
         plan.note = str(error)
     return plan
 
@@ -71,12 +107,13 @@ async def _foresee(plan: PlannedRobotMove, unit: RobotUnit, command: FicsCommand
     if isinstance(command, MoveToPosition):
         stored = await unit.stored(command.position)
         if stored is None:
-            raise _NotCalculable(f"It would be refused: position {command.position} is not set.")
+            raise NotCalculable(f"It would be refused: position {command.position} is not set.")
     plan.target_position = target = target_of(unit, command, start, stored)
     await require_known(unit, command, start, target)
     if target is None:
-        raise _NotCalculable("How far it goes is only known when it is done.")
-    plan.duration_s = round(await _duration_s(unit, plan.coordinates, _ways(plan, command)), 3)
+        raise NotCalculable("How far it goes is only known when it is done.")
+    rides = await rides_of(unit, plan.coordinates, _ways(plan, command))
+    plan.duration_s = round(max((it.duration_s for it in rides.values()), default=0.0), 3)
 
 
 def _ways(plan: PlannedRobotMove, command: FicsCommand[Any]) -> dict[str, float]:
@@ -89,25 +126,29 @@ def _ways(plan: PlannedRobotMove, command: FicsCommand[Any]) -> dict[str, float]
     return {axis: way for axis, way in ways.items() if way}
 
 
-async def _duration_s(unit: RobotUnit, coordinates: Coordinates, ways: dict[str, float]) -> float:
-    """Calculate how long a single axis takes; the manual tells of no more than that."""
+async def rides_of(unit: RobotUnit, coordinates: Coordinates, ways: Mapping[str, float]) -> dict[str, Ride]:
+    """Work out how a single axis goes its way; the manual tells of no more than that.
+
+    :raises NotCalculable: several axes go, or something is not known.
+    :raises GatewayError: a setting was not read.
+    """
     if not ways:
-        return 0.0
+        return {}
     (axis, way), *others = ways.items()
     if others:
-        raise _NotCalculable("How the robot times several axes together is not known.")
+        raise NotCalculable("How the robot times several axes together is not known.")
     if coordinates == "user" and unit.converted(axis):
-        raise _NotCalculable(f"Axis {axis} is moved by several motors, so its duration is not known.")
+        raise NotCalculable(f"Axis {axis} is moved by several motors, so its duration is not known.")
     if (await unit.read(speeds.GetSmoothAcceleration())).enabled:
-        raise _NotCalculable("S-curves are on, and how long they ramp is not known.")
+        raise NotCalculable("S-curves are on, and how long they ramp is not known.")
     names = unit.names(coordinates)
     top, percent, up_ms, down_ms = [await _setting(unit, query, names, axis) for query in ROWS[coordinates]]
     start_pps = await _setting(unit, speeds.GetSelfStartSpeeds(), unit.motor_axes, axis)
     system = unit.systems[axis]
     if start_pps and system is not AxisSystem.PULSE:
-        raise _NotCalculable(f"The start speed of axis {axis} is in pulses, not in {system}.")
+        raise NotCalculable(f"The start speed of axis {axis} is in pulses, not in {system}.")
     top *= PER_SECOND[system]
-    return _ride_s(way, min(start_pps, top), top, percent / 100, up_ms / 1000, down_ms / 1000)
+    return {axis: ride_over(way, min(start_pps, top), top, percent / 100, up_ms / 1000, down_ms / 1000)}
 
 
 async def _setting(unit: RobotUnit, query: FicsCommand[Any], names: list[str], axis: str) -> float:
@@ -116,23 +157,23 @@ async def _setting(unit: RobotUnit, query: FicsCommand[Any], names: list[str], a
     (values,) = reply.model_dump().values()
     value = dict(zip(names, values, strict=False)).get(axis)
     if value is None or value < 0:
-        raise _NotCalculable(f"The robot does not tell the {query.titles()[1].removeprefix('get the ')}.")
+        raise NotCalculable(f"The robot does not tell the {query.titles()[1].removeprefix('get the ')}.")
     return float(value)
 
 
-def _ride_s(way: float, start: float, top: float, share: float, up_s: float, down_s: float) -> float:
-    """Calculate the duration of a move over a way, at a share of the top speed, in units and seconds.
+def ride_over(way: float, start: float, top: float, share: float, up_s: float, down_s: float) -> Ride:
+    """Work out a ride over a way, at a share of the top speed, in units and seconds.
 
     An assumption: the times are those from start to top speed, so a slower move ramps for a shorter time.
+
+    :raises NotCalculable: it never comes there.
     """
     speed = top * share
     if speed <= 0:
-        raise _NotCalculable("The maximum speed is 0.")
+        raise NotCalculable("The maximum speed is 0.")
     low = min(start, speed)
     faster, slower = (top - start) / up_s if up_s else inf, (top - start) / down_s if down_s else inf
     if not faster or not slower:
-        return way / speed
+        return Ride(way, speed, speed, inf, inf)
     cost = 1 / (2 * faster) + 1 / (2 * slower)
-    peak = min(speed, sqrt(low**2 + way / cost)) if cost else speed
-    ramps_s = (peak - low) / faster + (peak - low) / slower
-    return ramps_s + max(way - (low + peak) / 2 * ramps_s, 0.0) / peak
+    return Ride(way, low, min(speed, sqrt(low**2 + way / cost)) if cost else speed, faster, slower)

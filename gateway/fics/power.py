@@ -18,7 +18,7 @@ from protocols.fics.motor_axes import GetMotorPosition, GetMotorSpeedPercent, Se
 from protocols.fics.row import FicsCommand
 from protocols.fics.speeds import GetSpeedPercent, SetSpeedPercent
 from protocols.fics.status import AxisStatuses, MotionMode
-from protocols.fics.system import CommunicationMode, HostMode
+from protocols.fics.system import CommunicationMode, HostMode, SelectUnit
 from protocols.table import Reply
 
 FULL_SPEED: Final = 100.0
@@ -218,6 +218,14 @@ class Power:
     def _speeds_of(self, unit: UnitAxes, coordinates: Coordinates) -> Speeds:
         return self._speeds.setdefault(unit.number, {}).setdefault(coordinates, {})
 
+    def restoring(self) -> list[FicsCommand[Any]]:
+        """The commands that set the speeds again, and select the units they are set of."""
+        commands: list[FicsCommand[Any]] = []
+        for number in sorted(self._due):
+            unit = unit_of(self._units, number)
+            commands += [SelectUnit(unit=number), *filter(None, (self._setting(unit, it) for it in _ROWS))]
+        return commands
+
     async def restore(self, select: Callable[[int], Awaitable[object]]) -> None:
         """Set the speeds again and see that they are, if power was lost; `select` makes sure of a unit.
 
@@ -264,14 +272,18 @@ class Power:
             self.lost(certain=False)
 
     async def _set_again(self, unit: UnitAxes, coordinates: Coordinates) -> None:
-        known = self._known(unit, coordinates)
-        if not known:
+        row = self._setting(unit, coordinates)
+        if row is None:
             return
-        setter, _ = _ROWS[coordinates]
-        row = setter(percents=[known.get(axis) for axis in unit.names(coordinates)])
         await self._commander.prepare(row, self._not_restored(unit))
-        if await self._differ(unit, coordinates, known):
+        if await self._differ(unit, coordinates, self._known(unit, coordinates)):
             raise self._not_restored(unit)
+
+    def _setting(self, unit: UnitAxes, coordinates: Coordinates) -> FicsCommand[Any] | None:
+        """The command that sets the known speeds of a unit; None where none is known."""
+        known = self._known(unit, coordinates)
+        setter, _ = _ROWS[coordinates]
+        return setter(percents=[known.get(axis) for axis in unit.names(coordinates)]) if known else None
 
     async def _differ(
         self, unit: UnitAxes, coordinates: Coordinates, known: Speeds, proof: Proof | None = None

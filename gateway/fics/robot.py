@@ -163,9 +163,11 @@ class Robot:
         """Send a query and give its reply; errors as of `Asking.ask`."""
         return (await self.asking.ask(query, unit)).replies[0]
 
-    async def change(self, command: FicsCommand[Any], unit: int | None = None) -> Any:
+    async def change(
+        self, command: FicsCommand[Any], unit: int | None = None, *, since: int | None = None
+    ) -> Any:
         """Send a setting and give what was read back; errors as of `Asking.change`."""
-        return await self.asking.change(command, unit)
+        return await self.asking.change(command, unit, since=since)
 
     async def change_mode(self, mode: int) -> None:
         """Bring the robot into another mode until the gateway ends (C-HOST manual 1-1-1, 2-37).
@@ -194,10 +196,14 @@ class Robot:
         return self.stops.stop(mode)
 
     async def upload_positions(
-        self, positions: Sequence[tuple[int, Sequence[float | None]]], unit: int | None = None
+        self,
+        positions: Sequence[tuple[int, Sequence[float | None]]],
+        unit: int | None = None,
+        *,
+        since: int | None = None,
     ) -> None:
         """Store positions of a unit, undivided, and see that it holds them; errors as of `Tables.store`."""
-        await self.tables.store(self._unit_of(UPLOAD, unit), positions)
+        await self.tables.store(self._unit_of(UPLOAD, unit), positions, since)
 
     async def positions(
         self, first: int = 1, last: int = LAST_POSITION, unit: int | None = None

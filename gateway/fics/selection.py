@@ -54,6 +54,11 @@ class Selection:
         holds = self._motion.foreign or asyncio.get_running_loop().time() < self._holds_until
         return (self.unit is not None and holds) or self._only(number)
 
+    def holds(self, number: int) -> bool:
+        """Whether a question can be put to this unit as things are."""
+        known = self.unit == number or self._only(number)
+        return known and (self._motion.command is not None or self.is_trusted(number))
+
     async def make(self, number: int, *, afresh: bool) -> None:
         """Make sure that a unit is selected; `afresh` asks the robot even where the gateway knows.
 

@@ -21,7 +21,7 @@ from gateway.fics.upload_state import UploadState
 from protocols.fics.alarms import GetErrorDetail
 from protocols.fics.link import Completion, Refusal, Terminator, encode
 from protocols.fics.positions import EndPositionUpload
-from protocols.fics.row import Block, FicsCommand, WhenAnswered
+from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand, WhenAnswered
 from protocols.fics.status import GetAxisSensors
 from protocols.fics.stops import StopAllDecelerating, StopAllImmediately
 from protocols.fics.system import GetSystemVersion, HostMode, SetCommunicationMode
@@ -37,6 +37,11 @@ VARIABLES = 100
 """Variables a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 STANDSTILL_S = 10.0
 """A decelerating stop is answered when all axes stand: it may take so long."""
+QUICK_S = 0.1
+"""In Ver.2 a question that a state of the system seems to forbid is waited for so long: silence refuses it.
+
+The fence behind it tells, and an answer that comes before the fence's counts.
+"""
 _RANKS: dict[type[FicsCommand[Any]], int] = {EndPositionUpload: -2, StopAllImmediately: -1}
 """Of the stops that wait, an immediate one goes first, and before it what lets the robot hear it."""
 
@@ -73,6 +78,8 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._variables = cycle(dice.sample(range(VARIABLES), VARIABLES))
         self._variables_forbidden = False
         """Whether the last fence has passed because it asked for no variable: state (a) forbids them."""
+        self._forbidding: frozenset[Block] = frozenset()
+        """The states of the system that have refused a question, and may go on."""
         self._answers_until: dict[str, float] = {}
         """By name, until when an answer that has no number may come to what was asked before."""
         self._now = -inf
@@ -94,14 +101,16 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def exchange(self, command: FicsCommand[Any], lane: Lane, target: int = ROBOT) -> FicsExchange:
         """Build an exchange: its frame, its stop epoch, and how often it is repeated."""
+        may_be_silent = target == ROBOT and self.may_be_silent(command)
+        quick = may_be_silent and not self._forbidding.isdisjoint(command.blocked)
         return FicsExchange(
             command,
             encode(command, self.terminator),
             lane,
             target=target,
-            epoch=self.epoch(target),
-            timeout_s=self.reply_timeout_s,
-            repeats=0 if target == ROBOT and self.may_be_silent(command) else _repeats(command),
+            epoch=self.epoch(target) if lane is Lane.COMMAND else 0,
+            timeout_s=min(QUICK_S, self.reply_timeout_s) if quick else self.reply_timeout_s,
+            repeats=0 if may_be_silent else _repeats(command),
             rank=_RANKS.get(type(command), 0) if lane is Lane.STOP else 0,
         )
 
@@ -114,6 +123,10 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
     def may_be_silent(self, query: FicsCommand[Any]) -> bool:
         """Whether silence may be the refusal of a query: before it is repeated, ERR has to be asked."""
         return self.mode == HostMode.VER_2 and query.is_query() and bool(query.blocked)
+
+    def note_forbidden(self, error: str) -> None:
+        """A question was refused by a state of the system, which ERR has told."""
+        self._forbidding = frozenset(block for block, told_as in BLOCK_ERRORS.items() if told_as == error)
 
     def _closing(self) -> bool:
         """Whether the end of an upload is on its way."""
@@ -179,7 +192,9 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         one may be on its way; but last it is taken nevertheless.
         """
         tries = self._fence.tries
-        forbidden = self.mode == HostMode.VER_2 and (self._variables_forbidden or tries > 0)
+        forbidden = self.mode == HostMode.VER_2 and (
+            self._variables_forbidden or tries > 0 or self._awaits_a_variable()
+        )
         last = tries == FENCE_TRIES - 1
         fresh = [it for it in NEVER_FORBIDDEN if self._answers_until.get(it.code, -inf) <= self._now]
         query = (fresh or NEVER_FORBIDDEN)[0] if last or (forbidden and fresh) else None
@@ -188,6 +203,10 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         )
         fence.self_identifying = True
         return fence
+
+    def _awaits_a_variable(self) -> bool:
+        """Whether a variable was asked for in vain: what has refused that refuses such a fence, too."""
+        return self._suspect is not None and isinstance(self._suspect.command, GetVariable)
 
     def _fresh_variable(self) -> int:
         """A variable that nobody has asked for lately: an answer with its number is the fence's own."""
@@ -265,8 +284,10 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         """The robot is there; and an upload that only its refusal shows has to be ended."""
         if not (exchange is self._fence_query and isinstance(outcome, Refusal)):
             self.offline.discard(ROBOT)
-        if isinstance(outcome, Answered) and Block.TERMINAL_RUNS in exchange.command.blocked:
-            self._variables_forbidden = False
+        if isinstance(outcome, Answered):
+            self._forbidding -= exchange.command.blocked
+            if Block.TERMINAL_RUNS in exchange.command.blocked:
+                self._variables_forbidden = False
         if self.upload.may_be_open or isinstance(outcome, Refusal):
             doubtful = self.upload.note_outcome(exchange.command, exchange.number, outcome)
             if doubtful and self.in_step:

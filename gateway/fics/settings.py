@@ -1,6 +1,6 @@
 """A unit's settings: all that can be read back, by the names of the axes."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Annotated, Any, Final, NamedTuple
 
 from pydantic import BaseModel, Field
@@ -138,17 +138,22 @@ async def read(unit: RobotUnit, names: Iterable[str] = (SMOOTH, *SETTINGS)) -> U
     return UnitSettings(robot_id=unit.robot_id, unit=unit.number, **found)
 
 
-async def change(unit: RobotUnit, wanted: SettingsChange) -> UnitSettings:
+async def change(
+    unit: RobotUnit, wanted: SettingsChange, expects: Callable[[UnitSettings], None] | None = None
+) -> UnitSettings:
     """Change settings of a unit and read them back.
 
     All are checked before the first is sent. They are sent one by one, each read back before the next.
+    `expects` refuses present settings that the sender does not know.
 
+    :raises Outdated: they are otherwise than expected; nothing was sent.
     :raises InvalidRequest: none is named, or one cannot be; nothing was sent.
     :raises PartlyChanged: it was broken off; the error tells which were changed before.
     :raises NotReadBack: all were changed, and the robot has not told what they are now.
     :raises GatewayError: nothing was changed.
     """
-    await _send_all(unit, await commands(unit, wanted))
+    since = await unit.as_expected(lambda: read(unit), expects)
+    await _send_all(unit, await commands(unit, wanted), since)
     try:
         return await read(unit, wanted.model_dump(exclude_none=True))
     except GatewayError as error:
@@ -167,10 +172,10 @@ async def commands(unit: RobotUnit, wanted: SettingsChange) -> list[FicsCommand[
     return await uncrossed(unit, changes)
 
 
-async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]]) -> None:
+async def _send_all(unit: RobotUnit, changes: list[FicsCommand[Any]], since: int | None) -> None:
     for done, change in enumerate(changes):
         try:
-            await unit.change(change)
+            await unit.change(change, None if done else since)
         except GatewayError as error:
             changed = ", ".join(earlier.wire_name() for earlier in changes[:done]) or "nothing"
             changed = f"Of the settings asked for, {changed} was changed"

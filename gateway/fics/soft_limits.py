@@ -1,10 +1,11 @@
-"""Changes of soft limits that a robot will take: the limits of an axis never cross (C-HOST manual 2-33)."""
+"""Soft limits: changes that a robot will take, for those of an axis never cross, and moves beyond (2-33)."""
 
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
-from gateway.core.errors import InvalidRequest
-from gateway.fics.axes import Coordinates
+from gateway.core.errors import ControllerRefused, GatewayError, InvalidRequest
+from gateway.fics.axes import Coordinates, Places
+from gateway.fics.targets import NOISE_DIGITS
 from gateway.fics.units import RobotUnit
 from protocols.fics.axis_settings import CoordinateSetting
 from protocols.fics.motor_axes import (
@@ -13,6 +14,7 @@ from protocols.fics.motor_axes import (
     SetMotorLowerSoftLimits,
     SetMotorUpperSoftLimits,
 )
+from protocols.fics.notation import Quantity
 from protocols.fics.row import FicsCommand
 from protocols.fics.soft_limits import (
     GetLowerSoftLimits,
@@ -42,6 +44,48 @@ _LIMITS: Final = (
         SetMotorUpperSoftLimits,
     ),
 )
+
+
+BEYOND: Final = "E07"
+"""What a robot answers to a target beyond a soft limit, of whichever axis (C-HOST manual 2-12)."""
+
+
+async def name_limits(
+    unit: RobotUnit, coordinates: Coordinates, target: Places | None, refusal: GatewayError
+) -> None:
+    """Name the axes, their targets and the limits, where a refused move leads beyond; only reads are sent."""
+    if not isinstance(refusal, ControllerRefused) or refusal.error_code != BEYOND or not target:
+        return
+    limits = next(it for it in _LIMITS if it.coordinates == coordinates)
+    try:
+        lower, upper = [await _read(unit, limits, row) for row in (limits.get_lower, limits.get_upper)]
+    except GatewayError:
+        return  # the refusal stands, with the manual's words
+    beyond = [
+        (axis, place, *(("upper", "+", upper[axis]) if place > upper[axis] else ("lower", "-", lower[axis])))
+        for axis, place in target.items()
+        if place is not None and not lower[axis] <= round(place, NOISE_DIGITS) <= upper[axis]
+    ]
+    if not beyond:
+        return
+
+    def shown(axis: str, place: float) -> str:
+        return f"{round(place, NOISE_DIGITS):.15g} {unit.systems[axis].unit(Quantity.POSITION)}"
+
+    code = refusal.command_code
+    told = [
+        f"the target {shown(axis, place)} of axis {axis} lies beyond its {side} soft limit "
+        f"{shown(axis, limit)}"
+        for axis, place, side, _, limit in beyond
+    ]
+    told_ja = [
+        f"{axis}軸の移動先 {shown(axis, place)} が{sign}ソフトリミット {shown(axis, limit)} を超えています。"
+        for axis, place, _, sign, limit in beyond
+    ]
+    refusal.detail = f"{unit.address} refused {code}: {', and '.join(told)}. Nothing moved because of it."
+    refusal.remedy = "Choose a target within the soft limits, or change them in the unit's settings."
+    refusal.detail_ja = f"{code}: {''.join(told_ja)}このコマンドではモータは動いていません。"
+    refusal.remedy_ja = "ソフトリミットの範囲内の移動先を指定するか、ソフトリミットの設定を変更してください。"
 
 
 async def uncrossed(unit: RobotUnit, changes: Mapping[str, FicsCommand[Any]]) -> list[FicsCommand[Any]]:

@@ -15,7 +15,7 @@ from gateway.fics.read_back import same_number
 from gateway.fics.selection import Selection
 from gateway.fics.targets import require_places
 from gateway.fics.units import RobotUnit
-from gateway.fics.uploads import UPLOAD, Run, runs_of, upload
+from gateway.fics.uploads import UPLOAD, Run, commands_of, runs_of, upload
 from protocols.fics.positions import (
     LAST_POSITION,
     ClearPositions,
@@ -56,9 +56,10 @@ class Tables:
         await require_places(unit, places, UPLOAD.wire_name())
         return list(places.values())
 
-    async def store(self, unit: RobotUnit, positions: Positions) -> None:
+    async def store(self, unit: RobotUnit, positions: Positions, since: int | None = None) -> None:
         """Store positions undivided, and see that the robot holds them (C-HOST manual 2-17 to 2-19).
 
+        :raises Outdated: something was said `since` what `Asking.as_expected` has read; nothing was sent.
         :raises InvalidRequest: a number or a coordinate is not possible; nothing was sent.
         :raises UploadBrokenOff: positions were sent before the one that failed, or before a stop.
         :raises PositionsDiffer: the robot holds others than were sent.
@@ -73,9 +74,11 @@ class Tables:
         self._motion.require_free(UPLOAD)
         epoch = line.stop_epoch
         async with self._motion.tables_change:
-            async with line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
-                await self._selection.make(unit.number, afresh=True)
-                await upload(self._commander, runs, epoch)
+            with line.sending(lambda: commands_of(runs)):
+                async with line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):
+                    self._asking.begin_to_say(since)
+                    await self._selection.make(unit.number, afresh=True)
+                    await upload(self._commander, runs, epoch)
             await self._verify(unit, runs)
 
     async def _verify(self, unit: RobotUnit, runs: Sequence[Run]) -> None:

@@ -1,7 +1,7 @@
 """A unit of a robot: where its axes stand, how they are, and what it is asked and told."""
 
-from collections.abc import Sequence
-from typing import Any, Literal
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Any, Literal, TypeVar
 
 from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
@@ -17,6 +17,7 @@ from protocols.fics.positions import DownloadPositions
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisStatus, MotionMode
 
+T = TypeVar("T")
 UnknownReason = Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"]
 """Why a robot does not tell where an axis stands (C-HOST manual 2-9), as far as the gateway can find out."""
 
@@ -37,6 +38,11 @@ class RobotUnit(UnitAxes):
         return self._motion.moves.get(self.number)
 
     @property
+    def settings_changed(self) -> int:
+        """How often a setting of the robot may have changed."""
+        return self._asking.settings_changed
+
+    @property
     def stood_still(self) -> bool:
         """Whether it did when it was last asked, and nothing was sent since that could move it."""
         return self.number in self._motion.still
@@ -49,9 +55,15 @@ class RobotUnit(UnitAxes):
         """Send a query and give its reply; errors as of `Asking.ask`."""
         return (await self._asking.ask(query, self.number, lane)).replies[0]
 
-    async def change(self, command: FicsCommand[Any]) -> Any:
+    async def change(self, command: FicsCommand[Any], since: int | None = None) -> Any:
         """Send a setting and give what was read back; errors as of `Asking.change`."""
-        return await self._asking.change(command, self.number)
+        return await self._asking.change(command, self.number, since=since)
+
+    async def as_expected(
+        self, read: Callable[[], Awaitable[T]], expects: Callable[[T], None] | None
+    ) -> int | None:
+        """How much was said when what can be read was as expected; errors as of `Asking.as_expected`."""
+        return await self._asking.as_expected(read, expects)
 
     async def position(
         self, coordinates: Coordinates = "user", lane: Lane = Lane.READ

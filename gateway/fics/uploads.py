@@ -1,7 +1,8 @@
 """Positions to be stored: a robot numbers them from a first one on, and takes no stop meanwhile."""
 
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import asynccontextmanager, suppress
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -9,6 +10,7 @@ from gateway.core.errors import OVERTAKEN, GatewayError, InvalidRequest
 from gateway.fics.commander import Commander
 from gateway.fics.errors import UploadBrokenOff
 from protocols.fics.positions import LAST_POSITION, BeginPositionUpload, EndPositionUpload, UploadPosition
+from protocols.fics.row import FicsCommand
 from protocols.wording import sentence
 
 UPLOAD = BeginPositionUpload()
@@ -51,6 +53,15 @@ async def _open(commander: Commander, first: int, epoch: int) -> AsyncIterator[N
         if commander.line.uploading:
             with suppress(GatewayError):
                 await commander.say(EndPositionUpload())
+
+
+def commands_of(runs: Iterable[Run]) -> list[FicsCommand[Any]]:
+    """All that an upload sends, in its order."""
+    return [
+        command
+        for first, positions in runs
+        for command in (BeginPositionUpload(first=first), *positions, EndPositionUpload())
+    ]
 
 
 def runs_of(positions: Sequence[tuple[int, Sequence[float | None]]]) -> list[Run]:

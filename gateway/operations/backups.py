@@ -1,28 +1,39 @@
 """Backups: all that controllers keep, read as text, compared with one, brought back."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 from gateway.core.addresses import there_are
+from gateway.core.backup_record import Backup
+from gateway.core.backups import Source
 from gateway.core.errors import InvalidRequest
 from gateway.core.restore_record import Restore, RestorePlan
 from gateway.core.restores import Controller, Restores
 from gateway.core.rights import Right
 from gateway.fics import backup as robot_backup
-from gateway.fics.backup import RobotContents
+from gateway.fics.backup import RobotContents, RobotSource
 from gateway.fics.backup_restore import NO_FLASH, RobotRestore
 from gateway.fics.family import Fics
 from gateway.operations.caller import for_caller, needs, require
 from gateway.plant import Plant
 from gateway.rorze import backup
-from gateway.rorze.backup import Contents
+from gateway.rorze.backup import BodySource, Contents
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body
 from gateway.rorze.family import Rorze
-from protocols.rorze.status import GetInformation
 
 OfBodies = Mapping[int, Contents]
 """What a backup has of each body, by its number."""
+
+
+class Reading(NamedTuple):
+    """Controllers that are to be read."""
+
+    target: str
+    """The path of what is asked for."""
+    preamble: str
+    sources: Sequence[Source]
 
 
 class Wanted(NamedTuple):
@@ -43,33 +54,95 @@ def check_bodies(text: str) -> OfBodies:
     return backup.parse(text)
 
 
-@needs(Right.VIEW)
-async def read_body(plant: Plant, body_id: str) -> str:
-    """Read all that a body keeps, as text.
+def of_body(plant: Plant, body_id: str) -> Reading:
+    """All that a body keeps.
 
-    :raises BodyBusy: it is being restored, or a program is uploaded.
-    :raises GatewayError: it was not read.
+    :raises NotFound: there is no such body.
     """
-    return backup.PREAMBLE + await _read(plant, plant.family(Rorze).body(body_id))
+    body = plant.family(Rorze).body(body_id)
+    return _of_bodies(plant, f"/bodies/{body.address}", [body])
 
 
-@needs(Right.VIEW)
-async def read_line(plant: Plant, line_id: str, chosen: Sequence[str] | None = None) -> str:
-    """Read all that the bodies of a line keep, or those that are chosen, as one text.
+def of_line(plant: Plant, line_id: str, chosen: Sequence[str] | None = None) -> Reading:
+    """All that the bodies of a line keep, or those that are chosen.
 
-    Whether all are there is asked first: each takes minutes. Errors as of `read_body` and `for_line`.
+    :raises NotFound: there is no such line or body.
+    :raises InvalidRequest: it is no line of bodies.
     """
     bodies = _bodies_of(plant, line_id) if chosen is None else _chosen(plant, line_id, chosen)
-    for body in bodies:
-        await body.ask(GetInformation())
-    return backup.PREAMBLE + "".join([await _read(plant, body) for body in bodies])
+    return _of_bodies(plant, f"/lines/{line_id}", bodies)
 
 
-async def _read(plant: Plant, body: Body) -> str:
+def _of_bodies(plant: Plant, target: str, bodies: Sequence[Body]) -> Reading:
     rorze = plant.family(Rorze)
-    rorze.restores.require_none(body.address)
-    rorze.uploads.require_none(body)
-    return await backup.text_of(body)
+
+    def require_free(body: Body) -> None:
+        rorze.restores.require_none(body.address)
+        rorze.uploads.require_none(body)
+
+    return Reading(target, backup.PREAMBLE, [BodySource(it, partial(require_free, it)) for it in bodies])
+
+
+def of_robot(plant: Plant, robot_id: str) -> Reading:
+    """All that a robot tells of what it keeps.
+
+    :raises NotFound: there is no such robot.
+    """
+    fics = plant.family(Fics)
+    robot = fics.robot(robot_id)
+    source = RobotSource(robot, partial(fics.restores.require_none, robot.id))
+    return Reading(f"/robots/{robot.id}", robot_backup.PREAMBLE, [source])
+
+
+@for_caller
+async def read(plant: Plant, reading: Reading, wait_s: float) -> Backup:
+    """Begin to read a backup, and give its record after `wait_s` at most.
+
+    :raises BodyBusy: one is being read, or restored, or a program is uploaded.
+    :raises GatewayError: a controller does not answer.
+    """
+    require(plant, Right.VIEW, reading.target)
+    begun = await plant.backups.start(*reading)
+    await plant.backups.wait(begun, wait_s)
+    return begun
+
+
+@for_caller
+async def text(plant: Plant, reading: Reading) -> str:
+    """Read a backup to its end; errors as of `read`, and where something was not read.
+
+    Who gives up waiting ends it.
+    """
+    require(plant, Right.VIEW, reading.target)
+    for source in reading.sources:
+        await source.require_ready()
+    return reading.preamble + "".join([await source.read(_Nobody()) for source in reading.sources])
+
+
+class _Nobody:
+    """Nobody is told how far a reading has come."""
+
+    def expect(self, _: int | None) -> None:
+        """Say nothing."""
+
+    def has_read(self) -> None:
+        """Say nothing."""
+
+
+async def get_backup(plant: Plant, target: str, backup_id: str, wait_s: float) -> Backup:
+    """Give a backup of a target's path, or the `current` one; errors as of `Backups.get`."""
+    require(plant, Right.VIEW, target)
+    _, target = _restores(plant, target)
+    found = plant.backups.get(target, backup_id)
+    await plant.backups.wait(found, wait_s)
+    return found
+
+
+@needs(Right.VIEW)
+async def cancel_backup(plant: Plant, target: str) -> Backup:
+    """End the reading under way; errors as of `Backups.cancel`."""
+    _, target = _restores(plant, target)
+    return await plant.backups.cancel(target)
 
 
 def for_body(plant: Plant, body_id: str, found: OfBodies, from_body: str | None) -> Wanted:
@@ -115,18 +188,6 @@ def _controllers(
             )
     wanted = [BodyRestore(body, found[source], rorze.uploads) for body, source in sources.items()]
     return rorze.restores, wanted
-
-
-@needs(Right.VIEW)
-async def read_robot(plant: Plant, robot_id: str) -> str:
-    """Read all that a robot tells of what it keeps, as text.
-
-    :raises BodyBusy: it is being restored.
-    :raises GatewayError: it was not read.
-    """
-    fics = plant.family(Fics)
-    fics.restores.require_none(fics.robot(robot_id).id)
-    return await robot_backup.text_of(fics.robot(robot_id))
 
 
 def check_robot(plant: Plant, robot_id: str, text: str) -> RobotContents:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from gateway.access import principal
 from gateway.core.addresses import numbered_address
-from gateway.core.errors import GatewayError, NotFound
+from gateway.core.errors import GatewayError
 from gateway.core.rights import Right
 from gateway.operations.caller import for_caller, needs, require
 from gateway.plant import Plant
@@ -85,15 +85,12 @@ async def start_scan(plant: Plant, line_id: str) -> Scan:
 
 
 async def get_scan(plant: Plant, line_id: str, scan_id: str, wait_s: float) -> Scan:
-    """Give a scan when it is over, or as it is when the time is up.
-
-    :raises NotFound: the line has no such scan.
-    """
+    """Give a scan when it is over, or as it is when the time is up; errors as of `Scans.get`."""
     require(plant, Right.VIEW, line_id)
-    line, scans = _line(plant, line_id), plant.family(Rorze).scans
-    if scans.get(scan_id).line_id != line.id:
-        raise NotFound(f"Line {line.id} has no scan {scan_id}.")
-    return await scans.wait(scan_id, wait_s)
+    scans = plant.family(Rorze).scans
+    found = scans.get(_line(plant, line_id), scan_id)
+    await scans.wait(found, wait_s)
+    return found
 
 
 def _line(plant: Plant, line_id: str) -> Line:

@@ -11,7 +11,7 @@ from gateway.plant import Plant
 from gateway.rorze import curves, encoders, homing, patterns, settings, speed_sets
 from gateway.rorze.bodies import Body
 from gateway.rorze.changes import Expectation
-from gateway.rorze.curves import SpeedCurve
+from gateway.rorze.curves import CurveDraft, SpeedCurve
 from gateway.rorze.encoders import Encoder, Resolution, ResolutionRequest
 from gateway.rorze.family import Rorze
 from gateway.rorze.homing import Homing
@@ -90,10 +90,11 @@ async def curve(
     unit: Unit,
     speed: Literal["high", "low"],
     points: int,
+    draft: CurveDraft | None = None,
 ) -> SpeedCurve:
     """Work out the speed curve of a move; errors as of `curves.curve_of`."""
     body = _body(plant, body_id)
-    return await curves.curve_of(body, number, to_pulses(distance, unit, body.scale), speed, points)
+    return await curves.curve_of(body, number, to_pulses(distance, unit, body.scale), speed, points, draft)
 
 
 @needs(Right.VIEW)

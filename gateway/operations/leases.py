@@ -67,4 +67,7 @@ def _path(plant: Plant, scope: str) -> str:
             return plant.target(f"/{collection}/{scope}").path
         except NotFound:
             continue
-    raise NotFound(f"There is no line, body, group or robot {scope}; nothing was leased.")
+    raise NotFound(
+        f"There is no line, body, group or robot {scope}; nothing was leased.",
+        "GET /lines, /bodies, /groups, /scaras and /robots list what there is.",
+    )

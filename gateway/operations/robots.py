@@ -1,5 +1,6 @@
 """What takes several commands to a robot: where units stand, how they are, inputs, outputs, variables."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from gateway.core.errors import InvalidRequest
@@ -15,8 +16,6 @@ from protocols.fics.notation import LAST_CHANNEL
 from protocols.fics.row import FicsCommand
 from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, SensorStates
 from protocols.fics.variables import LAST_VARIABLE, GetVariable, SetVariable, VariableValue
-
-Settable = SwitchOutput | SetVariable
 
 
 class Places(NamedTuple):
@@ -94,9 +93,26 @@ async def variables(plant: Plant, robot_id: str, first: int, count: int) -> dict
 
 
 @needs(Right.OPERATE)
-async def change(plant: Plant, robot_id: str, command: Settable) -> Any:
-    """Switch an output or set a variable, and give what is read back; errors as of `Robot.change`."""
-    return await plant.family(Fics).robot(robot_id).change(command)
+async def switch_output(plant: Plant, robot_id: str, command: SwitchOutput) -> ChannelBits:
+    """Switch an output, and give what is read back; errors as of `Robot.change`."""
+    told: ChannelBits = await plant.family(Fics).robot(robot_id).change(command)
+    return told
+
+
+@needs(Right.OPERATE)
+async def set_variable(
+    plant: Plant, robot_id: str, command: SetVariable, expects: Callable[[VariableValue], None] | None = None
+) -> VariableValue:
+    """Set a variable, and give what is read back; `expects` refuses a value that the sender does not know.
+
+    :raises Outdated: it has another value; it was not set.
+    :raises GatewayError: as of `Robot.change`.
+    """
+    robot = plant.family(Fics).robot(robot_id)
+    query = GetVariable(number=command.number)
+    since = await robot.asking.as_expected(lambda: robot.read(query), expects)
+    told: VariableValue = await robot.change(command, since=since)
+    return told
 
 
 async def _read(

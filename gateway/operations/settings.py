@@ -1,5 +1,7 @@
 """Settings of a robot's units, as a whole."""
 
+from collections.abc import Callable
+
 from gateway.core.rights import Right
 from gateway.fics import settings
 from gateway.fics.family import Fics
@@ -15,6 +17,12 @@ async def read(plant: Plant, robot_id: str, unit: int) -> UnitSettings:
 
 
 @needs(Right.SETUP)
-async def change(plant: Plant, robot_id: str, unit: int, wanted: SettingsChange) -> UnitSettings:
+async def change(
+    plant: Plant,
+    robot_id: str,
+    unit: int,
+    wanted: SettingsChange,
+    expects: Callable[[UnitSettings], None] | None = None,
+) -> UnitSettings:
     """Change settings of a unit and read them back; errors as of `settings.change`."""
-    return await settings.change(plant.family(Fics).robot(robot_id).unit(unit), wanted)
+    return await settings.change(plant.family(Fics).robot(robot_id).unit(unit), wanted, expects)

@@ -125,12 +125,12 @@ def causes(find: Callable[[str], Body | None]) -> Iterator[Cause]:
         "body.stop.unconfirmed",
         "body.stop.unconfirmed",
         words(
-            "A stop of {address} was not confirmed within two seconds. {detail}",
+            "A stop of {address} was not confirmed in time. {detail}",
             "The motor may still move. The stop is repeated until its controller reports standstill.",
             "Use the hardware stop. Nobody knows by software whether it stands.",
         ),
         words(
-            "{address}の停止を2秒以内に確認できませんでした。",
+            "{address}の停止を時間内に確認できませんでした。",
             "モータはまだ動いている可能性があります。停止が確認されるまで停止指令を繰り返します。",
             "非常停止回路を使用してください。ソフトウェアでは停止を確認できません。",
         ),

@@ -9,7 +9,9 @@ from functools import partial
 from typing import Final, TypeVar
 
 from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
-from gateway.core.errors import ControllerRefused, Misplaced
+from gateway.core.backups import Progress
+from gateway.core.errors import BodyBusy, ControllerRefused, Misplaced
+from gateway.core.lanes import Lane
 from gateway.core.restore_record import Difference
 from gateway.rorze import stored_program
 from gateway.rorze.backup_places import (
@@ -29,6 +31,7 @@ from protocols.rorze.commands import COMMANDS
 from protocols.rorze.inputs_outputs import SetErrorOutput, SetInterruptAction, SetInterruptMode
 from protocols.rorze.patterns import SetPattern, SetSpeedChange
 from protocols.rorze.position_table import SetPositionEntry
+from protocols.rorze.programs import GetLastProgramAddress
 from protocols.rorze.speeds import (
     SetFallingAccelerationShare,
     SetMaximumAcceleration,
@@ -103,7 +106,7 @@ async def read(body: Body, sections: Iterable[Section], on_read: OnRead = lambda
     found = Contents()
     for name in sections:
         if name == "program":
-            found.program = tuple(await stored_program.read_instructions(body))
+            found.program = tuple(await stored_program.read_instructions(body, on_read))
         else:
             found.places[name] = await _Reading(body, found.unread, on_read).section(name)
     return found
@@ -200,15 +203,45 @@ async def _agreed(told: T, read_again: Callable[[], Awaitable[T]]) -> T:
 # as text
 
 
-async def text_of(body: Body, sections: Iterable[Section] = SECTIONS) -> str:
+async def text_of(body: Body, on_read: OnRead = lambda: None) -> str:
     """Read a body and write what it keeps.
 
+    :raises BodyBusy: it has lost its power meanwhile, so that not all was read of one state.
     :raises GatewayError: it was not read.
     """
     version, _ = await body.ask(GetInformation())
-    contents = await read(body, sections)
+    losses = body.power.losses
+    contents = await read(body, SECTIONS, on_read)
+    if await body.mark.stands(Lane.READ) is False or body.power.losses != losses:
+        raise BodyBusy(f"{body.address} has lost its power while it was read.", "Read the backup again.")
     named = f" ({body.name})" if body.name else ""
     return f"\n; /bodies/{body.address}{named}, {version.text}\n{written(body, contents)}"
+
+
+@dataclass(frozen=True)
+class BodySource:
+    """A body that a backup is read from."""
+
+    body: Body
+    require_free: Callable[[], None]
+    """Raises where its program, or all it keeps, is being changed."""
+
+    @property
+    def address(self) -> str:
+        """Its unique address."""
+        return self.body.address
+
+    async def require_ready(self) -> None:
+        """Make sure that it answers and is not being changed; errors as of `text_of`."""
+        self.require_free()
+        await self.body.ask(GetInformation())
+
+    async def read(self, progress: Progress) -> str:
+        """Read all that it keeps; errors as of `text_of`."""
+        self.require_free()
+        end, _ = await self.body.ask(GetLastProgramAddress())
+        progress.expect(sum(map(len, PLACES_OF.values())) + end.address)
+        return await text_of(self.body, progress.has_read)
 
 
 def written(body: Body, contents: Contents) -> str:

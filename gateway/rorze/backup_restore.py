@@ -1,7 +1,7 @@
 """A body that is brought back to what a backup has of it (RC-420 manual 18)."""
 
 import asyncio
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
@@ -15,15 +15,13 @@ from gateway.rorze.bodies import Body
 from gateway.rorze.errors import SaveUncertain
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.power import is_mark
-from gateway.rorze.program_uploads import ProgramUploads, require_rest
+from gateway.rorze.program_uploads import BLOCK, WRITTEN_DOWN, ProgramUploads, blocks, require_rest
 from protocols.rorze.flash import SavePositions, SaveProgram, SaveSettings
 from protocols.rorze.programs import AddProgramInstruction, ClearProgram
 from protocols.rorze.status import GetInformation, SetUserComment
 from protocols.rorze.user_program.assembler import Assembled
 from protocols.table import Effect
 
-BLOCK = 2
-"""So many commands are sent in one turn of the body's lock: then those who wait to read have theirs."""
 ATTEMPTS = 3
 """A command whose reply is missing is sent again when it is seen not to have worked, so often in all."""
 READINGS = 3
@@ -123,12 +121,17 @@ class BodyRestore:
         if self._program_differs(self.wanted) and isinstance(self.wanted.program, Assembled):
             await self._upload(self.wanted.program, watcher)
         commands = backup.commands(self.wanted, self.held)
-        for first in range(0, len(commands), BLOCK):
-            async with self.body.line.undivided([self.body.number]) as self.series:
-                for command in commands[first : first + BLOCK]:
-                    await self._send(command, watcher)
+        for part in blocks(commands, WRITTEN_DOWN):
+            with self.body.line.sending(self.body.number, part):
+                await self._write(part, watcher)
         # A copy of a command that a terminal server repeats must not come after what proves it.
         await asyncio.sleep(self.body.line.late_reply_s)
+
+    async def _write(self, commands: Sequence[Command], watcher: Watcher) -> None:
+        for block in blocks(commands, BLOCK):
+            async with self.body.line.undivided([self.body.number]) as self.series:
+                for command in block:
+                    await self._send(command, watcher)
 
     async def _upload(self, program: Assembled, watcher: Watcher) -> None:
         upload = await self.uploads.start(self.body, program)

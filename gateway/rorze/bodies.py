@@ -4,11 +4,11 @@ import asyncio
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 from gateway.core.errors import BodyBusy, GatewayError, InvalidRequest, NoReply
 from gateway.core.lanes import Lane
-from gateway.core.move_record import Move
+from gateway.core.move_record import CountedIn, Move
 from gateway.core.waiting import happens
 from gateway.core.ways import Way
 from gateway.rorze.edges import Edges
@@ -21,6 +21,7 @@ from gateway.rorze.power import POWER_ON_POSITION, RENAMING, Power
 from gateway.rorze.readings import believed, errs
 from gateway.rorze.units import Scale
 from protocols.rorze.commands import COMMANDS
+from protocols.rorze.interpolation import Preparation, SetStartPosition
 from protocols.rorze.link import Refusal
 from protocols.rorze.modes import GetOperatingMode, OperatingMode, SetOperatingMode
 from protocols.rorze.origin import GetHomingDistance
@@ -46,9 +47,6 @@ NO_PROGRAM_S = 120.0
 """That no program runs is believed for so long: an autostart after a short loss of power may be unseen."""
 BELIEVED_S = 0.5
 """Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
-
-
-CountedIn = Literal["pulses", "encoder_counts"]
 
 
 def counted_in(mode: ModeName | None) -> CountedIn:
@@ -110,6 +108,8 @@ class Body:
     """Counts what may have changed its settings."""
     mode: ModeName | None = None
     """Its operating mode; None where it may have changed since it was read."""
+    prepared: bool | None = None
+    """Whether an interpolated move was prepared since it was told positions or moved; None: not known."""
     told: int = 0
     """Counts what it is sent that is no mere read: a look around one of these has seen two states."""
     no_program_at: float | None = None
@@ -205,6 +205,11 @@ class Body:
         if self.rest is not None:
             await self._weigh(state, lane, answer.at)
         return state
+
+    @property
+    def counted_in(self) -> CountedIn | None:
+        """What its positions are counted in; None while its operating mode is not known."""
+        return None if self.mode is None else counted_in(self.mode)
 
     async def know_mode(self) -> ModeName:
         """Its operating mode, which is asked for where it is not known (EAD).
@@ -302,6 +307,7 @@ class Body:
     def _power_news(self, kind: str, facts: dict[str, object]) -> None:
         if kind == "body.power_cycled":
             self.flash.note_power_on(certain=bool(facts["certain"]))
+            self.prepared = False
         self.no_program_at = self.mode = None
         self.look_due.set()
         self.on_news(kind, facts)
@@ -366,12 +372,21 @@ class Body:
         """Note what may have been done without a reply."""
         self.power.note_done(command)
         self.flash.note_done(command, certain=False)
+        self._note_preparation(command, certain=False)
 
     def _was_done(self, command: RorzeCommand[Any]) -> None:
         self.power.note_done(command)
         self.flash.note_done(command, certain=True)
+        self._note_preparation(command, certain=True)
         if isinstance(command, SetPosition):
             self.power.note_position_set(command)
+
+    def _note_preparation(self, command: RorzeCommand[Any], *, certain: bool) -> None:
+        """What was prepared counts from the positions told before it (HPS; RC-420 manual 13.10.7)."""
+        if isinstance(command, Preparation):
+            self.prepared = certain
+        elif isinstance(command, SetStartPosition):
+            self.prepared = False
 
     def _saw_setting(self, question: RorzeCommand[Any], reply: Reply) -> None:
         self.power.note_read(question, reply)
@@ -414,6 +429,7 @@ class Body:
     def was_set_going(self) -> None:
         """A motion command is on the wire."""
         self.moving, self.went_silent, self.stopped_at = True, False, None
+        self.prepared = False
         self.move_ended.clear()
         self.end_due.clear()
 

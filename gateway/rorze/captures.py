@@ -5,7 +5,8 @@ from typing import Annotated, Final, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from gateway.core.errors import GatewayError, InvalidRequest
+from gateway.core.errors import GatewayError, InvalidRequest, PowerCycled
+from gateway.core.lanes import Lane
 from gateway.core.records import RequestModel, example
 from gateway.rorze.bodies import Body
 from gateway.rorze.move_requests import Length
@@ -189,14 +190,15 @@ async def arm(body: Body, port: int, wanted: CaptureRequest) -> Capture:
         ),
     ]
     expires_at = asyncio.get_running_loop().time() + ARM_WITHIN_S
-    async with body.line.undivided([body.number], expires_at):
-        for done, command in enumerate(commands):
-            try:
-                await body.ask(command)
-            except GatewayError as error:
-                if done:
-                    raise ArmingBrokenOff(body.address, port, error) from error
-                raise
+    with body.line.sending(body.number, commands):
+        async with body.line.undivided([body.number], expires_at):
+            for done, command in enumerate(commands):
+                try:
+                    await body.ask(command)
+                except GatewayError as error:
+                    if done:
+                        raise ArmingBrokenOff(body.address, port, error) from error
+                    raise
     return await read(body, port)
 
 
@@ -212,16 +214,22 @@ async def disarm(body: Body, port: int) -> Capture:
 async def wait(body: Body, port: int, within_s: float) -> Capture:
     """Give a capture when an edge has come, or none will come any more; or as it is when the time is up.
 
+    :raises PowerCycled: the body was switched off and on meanwhile: what its entries hold was not captured.
     :raises GatewayError: it was not read.
     """
     loop = asyncio.get_running_loop()
-    until = loop.time() + within_s
+    until, losses = loop.time() + within_s, body.power.losses
     capture = await read(body, port)
     while not capture.is_over and loop.time() < until:
         await asyncio.sleep(min(body.poll_interval_s, max(0.0, until - loop.time())))
         mode, _ = await body.ask(GetInterruptMode(port=port))
         recorded = [await _recorded(body, it.kind, it.number) for it in capture.recorded]
         capture = capture._replace(edge=mode.edge, recorded=tuple(recorded))
+        if capture.is_over and (await body.mark.stands(Lane.READ) is False or body.power.losses != losses):
+            raise PowerCycled(
+                f"{body.address} has been switched off and on: input {port} has captured nothing.",
+                "See to its power, then arm it again.",
+            )
     return capture
 
 

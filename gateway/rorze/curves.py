@@ -1,18 +1,18 @@
 """How fast a move with a pattern would be at each moment, with the settings of now (RC-420 manual 13.3)."""
 
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from gateway.core.errors import InvalidRequest
-from gateway.core.records import Record
+from gateway.core.records import Record, RequestModel, example
 from gateway.rorze.bodies import Body
-from gateway.rorze.patterns import read_pattern
+from gateway.rorze.patterns import Changes, each_once, read_pattern
 from gateway.rorze.plans import pulses_per_count
-from gateway.rorze.speed_sets import parameters_of
+from gateway.rorze.speed_sets import SpeedSetValues, parameters_of
 from gateway.rorze.units import Scale, Scaled
 from protocols.rorze.notation import BILLION
-from protocols.rorze.profile import Profile, ProfileError, SpeedChange, plan, plan_slow
+from protocols.rorze.profile import Profile, ProfileError, SpeedChange, SpeedParameters, plan, plan_slow
 
 
 class CurvePoint(Record):
@@ -43,6 +43,48 @@ class SpeedCurve(Record):
     )
 
 
+class CurveDraft(
+    RequestModel,
+    json_schema_extra=example(
+        acceleration={
+            "start_speed_pps": 5_000,
+            "maximum_speed_pps": 50_000,
+            "acceleration_pps_s": 100_000,
+            "rising_percent": 50,
+            "falling_percent": 50,
+        },
+        changes=[{"point": 0, "begin": 60_000, "speed_pps": 20_000}],
+    ),
+):
+    """A pattern that no body has yet."""
+
+    acceleration: SpeedSetValues
+    deceleration: SpeedSetValues | None = Field(default=None, description="Left out: as the acceleration.")
+    changes: Changes = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _points_once(self) -> Self:
+        each_once(self.changes)
+        return self
+
+    def course(self) -> "_Course":
+        """As the speed curve takes it.
+
+        :raises ProfileError: its values do not go together.
+        """
+        up = self.acceleration.parameters()
+        down = up if self.deceleration is None else self.deceleration.parameters()
+        return _Course(up, down, [it.planned() for it in self.changes])
+
+
+class _Course(NamedTuple):
+    """What a speed curve is made of."""
+
+    up: SpeedParameters
+    down: SpeedParameters
+    changes: list[SpeedChange]
+
+
 class _Units(NamedTuple):
     """How pulses that are put out come to the body's unit."""
 
@@ -55,9 +97,14 @@ class _Units(NamedTuple):
 
 
 async def curve_of(
-    body: Body, number: int, distance: int, speed: Literal["high", "low"], points: int
+    body: Body,
+    number: int,
+    distance: int,
+    speed: Literal["high", "low"],
+    points: int,
+    draft: CurveDraft | None = None,
 ) -> SpeedCurve:
-    """Work out a move of so many pulses, or encoder counts, with a pattern; only reads are sent.
+    """Work out a move of so many pulses, or encoder counts, with a pattern or its draft; only reads are sent.
 
     :raises InvalidRequest: there is no such move: it would be refused, or the pattern is not set.
     :raises GatewayError: the settings were not read.
@@ -68,13 +115,14 @@ async def curve_of(
         )
     ratio = await pulses_per_count(body)
     try:
-        profile = await _profile(body, number, round(distance * ratio), speed)
+        course = await _course(body, number) if draft is None else draft.course()
+        profile = (plan_slow if speed == "low" else plan)(round(distance * ratio), *course)
     except ProfileError as error:
         raise InvalidRequest(f"A move with pattern {number} would be refused: {error}") from None
     return _curve(body, number, distance, profile, _Units(body.scale, ratio), points)
 
 
-async def _profile(body: Body, number: int, distance: int, speed: Literal["high", "low"]) -> Profile:
+async def _course(body: Body, number: int) -> _Course:
     pattern = await read_pattern(body, number)
     if pattern.acceleration_set is None or pattern.deceleration_set is None:
         raise InvalidRequest(f"Pattern {number} of {body.address} was never set.", "Set it first.")
@@ -85,8 +133,7 @@ async def _profile(body: Body, number: int, distance: int, speed: Literal["high"
         raise InvalidRequest(
             f"The speed changes of pattern {number} of {body.address} do not suit its speed sets."
         )
-    changes = [SpeedChange("F", it.begin, it.speed_pps) for it in pattern.changes]
-    return (plan_slow if speed == "low" else plan)(distance, up, down, changes)
+    return _Course(up, down, [SpeedChange("F", it.begin, it.speed_pps) for it in pattern.changes])
 
 
 def _curve(

@@ -5,8 +5,9 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, Field
 
 from gateway.core.errors import InvalidRequest
+from gateway.core.move_record import CountedIn
 from gateway.core.records import RequestModel, example
-from gateway.rorze.bodies import Body, CountedIn, counted_in
+from gateway.rorze.bodies import Body, counted_in
 from gateway.rorze.changes import Expectation, read
 from gateway.rorze.settings import (
     MODE,
@@ -34,7 +35,7 @@ class EncoderCounts(BaseModel):
     """Where the encoder is."""
 
     counted_in: CountedIn = Field(description="What positions and amounts of this body are counted in.")
-    position: int = Field(description="6PD.")
+    position: int = Field(description="Where the body says it is, in `counted_in` (6PD).")
     position_in_unit: Scaled | None
     count: int = Field(description="The encoder's count (6ED).")
     count_in_pulses: int = Field(description="The same, times the ratio (6MD).")

@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from gateway.core.backup_record import Backup
 from gateway.core.event_types import (
     LINE,
     EventData,
@@ -9,13 +10,13 @@ from gateway.core.event_types import (
     LeftMoving,
     Nothing,
     Unreadable,
+    backup_types,
     lease_types,
     move_types,
     restore_types,
 )
-from gateway.core.move_record import Move
+from gateway.core.move_record import CountedIn, Move
 from gateway.core.restore_record import Restore
-from gateway.rorze.bodies import CountedIn
 from gateway.rorze.jogs import BodyJog
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
@@ -139,7 +140,7 @@ BODIES = (
         for news, when in {
             "requested": "a stop is asked for",
             "confirmed": "the motor stands still, as its controller says",
-            "unconfirmed": "it is not confirmed after two seconds, and is repeated on",
+            "unconfirmed": "it is not confirmed in time, and is repeated on",
         }.items()
     ),
     EventType("body.motion.foreign", BODY, Nothing, "it moves, and the gateway has not started that"),
@@ -165,6 +166,7 @@ BODIES = (
             "cancelled": "a request, a stop or the end of the gateway has broken off an upload",
         }.items()
     ),
+    *backup_types("body", BODY, Backup),
     *restore_types("body", BODY, Restore),
     *(
         EventType(f"body.jog.{news}", BODY, BodyJog, when)
@@ -184,6 +186,7 @@ BODIES = (
 )
 
 LINES = (
+    *backup_types("line", LINE, Backup),
     *restore_types("line", LINE, Restore),
     *lease_types("group", GROUP),
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),

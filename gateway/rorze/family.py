@@ -100,7 +100,6 @@ class Rorze(Family):
         self._bodies: dict[str, Body] = {}
         self._events: dict[Body, config.Events] = {}
         self._groups: dict[str, Group] = {}
-        self._sweep_numbers: dict[str, range] = {}
         self._health: dict[str, Health] = {}
         self._tables: dict[str, config.Line] = {}
         self._defining = asyncio.Lock()
@@ -160,7 +159,6 @@ class Rorze(Family):
         sweep = self.sweeps[line.id] = Sweep(line, self.bodies_of(line), table.sweep_numbers)
         for own in sweep.groups:
             own.on_strangers = partial(self._on_strangers, own)
-        self._sweep_numbers[line.id] = table.sweep_numbers
         self._health[line.id] = Health(line, table.health_share)
         self._tables[line.id] = table
         for group in table.groups:
@@ -176,7 +174,7 @@ class Rorze(Family):
                 del things[address]
         for body in [it for it in self._events if it.line is line]:
             del self._events[body]
-        for of_line in (self.lines, self.sweeps, self._sweep_numbers, self._health, self._tables):
+        for of_line in (self.lines, self.sweeps, self._health, self._tables):
             del of_line[line.id]
 
     def _add_group(self, group: Group) -> None:
@@ -251,7 +249,9 @@ class Rorze(Family):
         """
         found = self._scaras.get(scara_id.lower())
         if found is None:
-            raise NotFound(f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}.")
+            raise NotFound(
+                f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}.", "GET /scaras lists them."
+            )
         return found
 
     def target(self, collection: str, names: Sequence[str]) -> Target:
@@ -317,7 +317,7 @@ class Rorze(Family):
         home = address.rpartition(".")[0]
         bodies = [self.body(f"{home}.{it}" if home and "." not in it else it) for it in members]
         group = planned_group(address, bodies, name)
-        if group.number in self._sweep_numbers[group.line.id]:
+        if group.number in self._tables[group.line.id].sweep_numbers:
             raise InvalidRequest(
                 f"{group.address} is among the numbers that the gateway keeps for itself; nothing was sent.",
                 "Take another number, or change sweep_groups in the configuration.",
@@ -389,7 +389,8 @@ class Rorze(Family):
             self.site.events.live.demand_changes()
 
     def at_work(self, line: Line) -> Iterator[str]:
-        """The bodies to which a program is uploaded, or a backup restored."""
+        """The bodies to which a program is uploaded or a backup restored, and the SCARA robots that move."""
+        yield from (it.id for it in self.scaras() if it.line is line and it.move is not None)
         for body in self.bodies_of(line):
             if self.uploads.is_under_way(body) or self.restores.is_under_way(body.address):
                 yield body.address
@@ -557,7 +558,11 @@ def _find(things: dict[str, T], lines: Iterable[str], address: str, what: str) -
     wanted = [line_id] if line_id else lines
     found = [things[key] for line in wanted if (key := f"{line}.{short}") in things]
     if not found:
-        raise NotFound(f"There is no {what} {address}; {there_are(things)}; nothing was sent.")
+        listed = "GET /bodies" if what == "body" else "GET /groups"
+        raise NotFound(
+            f"There is no {what} {address}; {there_are(things)}; nothing was sent.",
+            f"{listed} lists them; bodies have the numbers 00-77, groups 80-9E.",
+        )
     if len(found) > 1:
         names = [thing.address for thing in found]
         raise Ambiguous(

@@ -4,7 +4,8 @@ import asyncio
 import logging
 import random
 import re
-from collections.abc import Callable, Coroutine, Iterable, Mapping
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from typing import Any
 
 from gateway.core.errors import BodyOffline, GarbledReply, GatewayError, NoReply
@@ -296,6 +297,10 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         exchange.expires_at, exchange.on_written = expires_at, on_written
         return self._queue(exchange)
 
+    def sending(self, body: int, commands: Sequence[RorzeCommand[Any]]) -> AbstractContextManager[None]:
+        """Wait for the disk once, whatever of these is sent to a body or group here and now."""
+        return self.undertaking(lambda: [self._session.exchange(body, it, Lane.COMMAND) for it in commands])
+
     def probe(self, body: int, timeout_s: float) -> "asyncio.Future[Outcome]":
         """Ask a body, known or not, whether it is there, by a read that nothing else can be mistaken for."""
         exchange = self._session.self_identifying_read(body)
@@ -339,7 +344,8 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
 
     def _came_back(self, body: int) -> None:
         self.on_change("body.online", {"body": body})
-        if self._silence is not None or self._nobody_answers:
+        was_silent = self._silence is not None or self._nobody_answers
+        if was_silent and self._ready and not self._set_up_due:
             self._nobody_answers = False
             self.set_up_again("the line was silent and answers again")
 

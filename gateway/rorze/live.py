@@ -10,7 +10,7 @@ from gateway.core.event_types import IO, Signal, Signals
 from gateway.core.lanes import Lane
 from gateway.core.live import Live
 from gateway.core.sampler import IO_HZ, Source
-from gateway.rorze.bodies import Body, R, counted_in
+from gateway.rorze.bodies import Body, R
 from gateway.rorze.event_types import BodyPosition
 from gateway.rorze.sweep import Sweep, Told
 from protocols.rorze.inputs_outputs import GetInputs, GetOutputs
@@ -86,10 +86,10 @@ class PositionSource(BodySource):
 
     def put(self, pulses: int, at: float) -> None:
         """Tell where it stood."""
-        scale, mode = self.body.scale, self.body.mode
+        scale = self.body.scale
         position = BodyPosition(
             pulses=pulses,
-            counted_in=None if mode is None else counted_in(mode),
+            counted_in=self.body.counted_in,
             value=scale.value(pulses) if scale else None,
             unit=scale.unit if scale else None,
         )

@@ -27,6 +27,7 @@ from gateway.rorze.pace import follow_s
 from gateway.rorze.power import ProofTooOld
 from gateway.rorze.samples import BodyWay
 from gateway.rorze.soft_limits import name_limits
+from gateway.rorze.start_positions import require_told
 from protocols.rorze.link import MoveEnded
 from protocols.rorze.moves import AbsoluteMove, RelativeMove
 from protocols.rorze.origin import CentreStallDog, OriginSearch
@@ -94,6 +95,7 @@ class Moves:
         :raises NotAllowed: it would never end, and the configuration does not allow that.
         :raises BodyBusy: a body moves, or the group is being defined anew; nothing was sent.
         :raises PowerCycled: a body has lost its power, and would go to another place; nothing was sent.
+        :raises PreparationOutdated: an interpolated move was prepared for other positions; nothing was sent.
         :raises ControllerRefused: the body refused; nothing moved.
         :raises NotSent: the line is down, the body offline, the time was up, or the gateway ends or was held
             up; nothing was sent.
@@ -160,6 +162,7 @@ class Moves:
             command=command.code,
             frame=target.line.frame_of(target.number, command),
             created_at=now,
+            counted_in=body.counted_in,
         )
         self.log.add(move)
         body.move = move
@@ -172,6 +175,7 @@ class Moves:
     def _advance(self, body: Body, move: Move, status: MoveStatus, error: GatewayError | None = None) -> None:
         """The only place where a move changes its status."""
         move.status = status
+        move.counted_in = body.counted_in or move.counted_in
         if error is not None:
             move.error = MoveError.of(error, calls_for_body(error, body.address))
         if status is MoveStatus.SENT:
@@ -214,6 +218,9 @@ class Moves:
                 if case.body in flight.course:
                     case.expect(flight.course[case.body])
                 self.log.on_change(case.move)  # before its intent: it is what the next life judges by
+            if not flight.course:  # nobody has planned it
+                stand = {case.body: case.before.position for case in flight.cases if case.before}
+                await require_told(flight.target, flight.command, stand)
             try:
                 return await self._write(flight, expires_at)
             except ProofTooOld:  # nothing was written

@@ -57,7 +57,8 @@ class SpeedChangeRequest(RequestModel):
         return SpeedChange("T", self.end or 0, self.speed_pps)
 
 
-def _each_once(changes: list[SpeedChangeRequest] | None) -> None:
+def each_once(changes: list[SpeedChangeRequest] | None) -> None:
+    """Refuse two changes at one point."""
     points = [it.point for it in changes or ()]
     if len(set(points)) < len(points):
         raise ValueError("each point may be given once")
@@ -79,7 +80,7 @@ class PatternValues(
 
     @model_validator(mode="after")
     def _points_once(self) -> Self:
-        _each_once(self.changes)
+        each_once(self.changes)
         return self
 
 
@@ -92,7 +93,7 @@ class PatternChange(RequestModel, json_schema_extra=example(deceleration_set=13)
 
     @model_validator(mode="after")
     def _points_once(self) -> Self:
-        _each_once(self.changes)
+        each_once(self.changes)
         return self
 
 

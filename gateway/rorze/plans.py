@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 
 from gateway.core.errors import ControllerRefused
 from gateway.core.lanes import Lane
+from gateway.core.move_record import CountedIn
 from gateway.core.records import Record
 from gateway.rorze.bodies import Body, Group
 from protocols.rorze.encoder import GetEncoderRatio
@@ -45,10 +46,11 @@ class PlannedMove(Record):
 
     body_id: str
     frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
+    counted_in: CountedIn | None = Field(description="What the target's position is counted in.")
     distance: int | None = Field(
         description="Pulses it would emit; null where only the motion itself can tell."
     )
-    target_position: int | None = Field(description="In pulses, where it can be known beforehand.")
+    target_position: int | None = Field(description="In `counted_in`, where it can be known beforehand.")
     duration_s: float | None = Field(description="How long pulses would run, with the settings of now.")
     note: str | None = Field(None, description="Why something is not known, or would be refused.")
 
@@ -95,7 +97,12 @@ async def plan_of(body: Body, command: RorzeCommand[Ack]) -> PlannedMove:
     position, _ = await body.ask(GetPosition())
     target = await target_of(body, command, position.pulses)
     planned = PlannedMove(
-        body_id=body.address, frame=frame, distance=None, target_position=target, duration_s=None
+        body_id=body.address,
+        frame=frame,
+        counted_in=body.counted_in,
+        distance=None,
+        target_position=target,
+        duration_s=None,
     )
     refusal = body.power.refusal(body.address, command)
     if refusal is not None:

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 from gateway.core.errors import BodyBusy, CommandGarbled, GatewayError, InvalidRequest, NoReply
 from gateway.rorze.bodies import Body
-from gateway.rorze.readings import believed
+from gateway.rorze.readings import believed, closely
 from protocols.rorze.flash import SavePositions
 from protocols.rorze.notation import BILLION, PositionReference
 from protocols.rorze.position_table import GetNumberedPositionEntry, SetPositionEntry
@@ -61,7 +61,7 @@ async def read(body: Body, first: int, last: int) -> list[Position]:
     """
     if last < first:
         raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
-    return [await read_one(body, number) for number in range(first, last + 1)]
+    return [it async for it in closely(read_one(body, number) for number in range(first, last + 1))]
 
 
 async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) -> list[Position]:
@@ -82,7 +82,7 @@ async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) ->
     left = list(wanted)
     for _ in range(TRIES):
         await _send(body, left, len(wanted))
-        held |= {it.number: await read_one(body, it.number) for it in left}
+        held |= {it.number: it async for it in closely(read_one(body, it.number) for it in left)}
         left = [it for it in left if it.pulses not in (None, held[it.number].pulses)]
         if not left:
             break

@@ -1,7 +1,6 @@
 """Runs of user programs: followed to their ends by what the controller says (RC-420 manual 14.U)."""
 
 import asyncio
-from collections import OrderedDict
 from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Literal
@@ -12,6 +11,7 @@ from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound
 from gateway.core.move_log import new_id
 from gateway.core.origin import current
 from gateway.core.records import Record
+from gateway.core.works import Works
 from gateway.rorze.bodies import Body
 from gateway.rorze.stored_program import RUNS, instruction_at, runs
 from protocols.rorze.programs import GetProgramAddress, GetProgramStatus, RunProgram, StepProgram
@@ -80,8 +80,7 @@ class ProgramRuns:
 
     def __init__(self, publish: Callable[[str, ProgramRun], None]) -> None:
         self._publish = publish
-        self._runs: OrderedDict[str, ProgramRun] = OrderedDict()
-        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._works: Works[ProgramRun] = Works(HISTORY)
 
     async def start(self, body: Body, command: RunProgram | StepProgram) -> ProgramRun:
         """Run a program, or one instruction of it.
@@ -114,13 +113,8 @@ class ProgramRuns:
             single_step=isinstance(command, StepProgram),
             started_at=now,
         )
-        self._runs[run.id] = run
-        while len(self._runs) > HISTORY:
-            self._runs.popitem(last=False)
+        self._works.begin(run, self._follow(body, run), "program run")
         self._publish("started", run)
-        task = asyncio.create_task(self._follow(body, run), name=f"program run {run.id}")
-        self._tasks[run.id] = task
-        task.add_done_callback(lambda _: self._tasks.pop(run.id, None))
         return run
 
     async def _order(self, body: Body, command: RunProgram | StepProgram) -> None:
@@ -136,15 +130,14 @@ class ProgramRuns:
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        run = self._runs.get(run_id)
-        if run is None or run.body_id != body.address:
+        run = self._works.find(run_id, lambda it: it.body_id == body.address)
+        if run is None:
             raise NotFound(f"{body.address} has no program run {run_id}.")
         return run
 
     async def wait(self, run: ProgramRun, timeout_s: float) -> None:
         """Wait until a run is over, or the time is up."""
-        if timeout_s > 0 and (task := self._tasks.get(run.id)) is not None:
-            await asyncio.wait([task], timeout=timeout_s)
+        await self._works.wait(run, timeout_s)
 
     async def state(self, body: Body) -> ProgramState:
         """Ask a body where its program is (URD, UND); errors as of `Body.ask`."""
@@ -164,13 +157,10 @@ class ProgramRuns:
 
     async def close(self) -> None:
         """Follow no longer; programs run on."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await self._works.close()
 
     def _last(self, body: Body) -> ProgramRun | None:
-        return next((run for run in reversed(self._runs.values()) if run.body_id == body.address), None)
+        return self._works.find("current", lambda it: it.body_id == body.address)
 
     async def _follow(self, body: Body, run: ProgramRun) -> None:
         """Ask until the program has ended; one that cannot be asked is asked on."""

@@ -1,7 +1,6 @@
 """Uploads of user programs: never half done silently (RC-420 manual 14.U, 15.2.6)."""
 
 import asyncio
-from collections import OrderedDict
 from collections.abc import Awaitable, Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -24,9 +23,11 @@ from gateway.core.move_log import new_id
 from gateway.core.origin import current
 from gateway.core.records import Record
 from gateway.core.sequence_lock import Series
+from gateway.core.works import Works
 from gateway.rorze.bodies import Body
 from gateway.rorze.errors import ProgramDiffers, SaveUncertain
 from gateway.rorze.exchange import RorzeExchange
+from gateway.rorze.readings import closely
 from gateway.rorze.stored_program import instruction_at, runs
 from protocols.rorze.flash import EraseFlash, LoadProgram, SaveProgram
 from protocols.rorze.programs import STEPS, AddProgramInstruction, ClearProgram, GetLastProgramAddress
@@ -41,6 +42,8 @@ BLOCK = 2
 
 At 9600 baud, with a fence before each, that takes 0.1 s.
 """
+WRITTEN_DOWN = 16
+"""The intents of so many instructions are written down at once: a disk for each would let the line rest."""
 ATTEMPTS = 3
 """What is proved not to be stored is sent again, so often in all; what was refused may have been garbled."""
 PROGRESS_S = 1.0
@@ -128,9 +131,8 @@ class ProgramUploads:
 
     def __init__(self, publish: Callable[[str, ProgramUpload], None]) -> None:
         self._publish = publish
-        self._records: OrderedDict[str, ProgramUpload] = OrderedDict()
+        self._works: Works[ProgramUpload] = Works(HISTORY)
         self._current: dict[Body, _Work] = {}
-        self._tasks: dict[str, asyncio.Task[None]] = {}
 
     async def start(self, body: Body, program: Assembled, *, flash: bool = False) -> ProgramUpload:
         """Begin to replace a body's program.
@@ -157,10 +159,7 @@ class ProgramUploads:
         except BaseException:
             del self._current[body]
             raise
-        self._remember(record)
-        task = asyncio.create_task(self._run(work), name=f"program upload {record.id}")
-        self._tasks[record.id] = task
-        task.add_done_callback(lambda _: self._tasks.pop(record.id, None))
+        self._works.begin(record, self._run(work), "program upload")
         self._publish("started", record)
         return record
 
@@ -193,19 +192,14 @@ class ProgramUploads:
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        if upload_id == "current":
-            newest = (it for it in reversed(self._records.values()) if it.body_id == body.address)
-            found = next(newest, None)
-        else:
-            found = self._records.get(upload_id)
-        if found is None or found.body_id != body.address:
+        found = self._works.find(upload_id, lambda it: it.body_id == body.address)
+        if found is None:
             raise NotFound(f"{body.address} has no program upload {upload_id}.")
         return found
 
     async def wait(self, upload: ProgramUpload, timeout_s: float) -> None:
         """Wait until an upload is over, or the time is up."""
-        if timeout_s > 0 and (task := self._tasks.get(upload.id)) is not None:
-            await asyncio.wait([task], timeout=timeout_s)
+        await self._works.wait(upload, timeout_s)
 
     async def cancel(self, body: Body) -> ProgramUpload:
         """End the upload under way before its next instruction, and give its record.
@@ -221,15 +215,7 @@ class ProgramUploads:
 
     async def close(self) -> None:
         """Break off the uploads that run."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-    def _remember(self, record: ProgramUpload) -> None:
-        self._records[record.id] = record
-        while len(self._records) > HISTORY:
-            self._records.popitem(last=False)
+        await self._works.close()
 
     # the work
 
@@ -259,12 +245,10 @@ class ProgramUploads:
         async with work.body.line.undivided([work.body.number]) as work.series:
             await _clear(work)
         record.phase = "writing"
-        for block in _blocks(work.program.texts()):
-            async with work.body.line.undivided([work.body.number]) as work.series:
-                for address, text in block:
-                    await _add(work, address, text)
-                    record.written = address + 1
-                    self._progress(work)
+        for part in blocks(list(enumerate(work.program.texts())), WRITTEN_DOWN):
+            commands = [AddProgramInstruction(instruction=text) for _, text in part]
+            with work.body.line.sending(work.body.number, commands):
+                await self._write(work, part)
         record.phase = "verifying"
         await self._verify(work)
         if record.flash:
@@ -273,18 +257,30 @@ class ProgramUploads:
                 await _save(work)
             record.saved = True
 
+    async def _write(self, work: _Work, part: Sequence[tuple[int, str]]) -> None:
+        for block in blocks(part, BLOCK):
+            async with work.body.line.undivided([work.body.number]) as work.series:
+                for address, text in block:
+                    await _add(work, address, text)
+                    work.record.written = address + 1
+                    self._progress(work)
+
     async def _verify(self, work: _Work) -> None:
-        """See that the body holds the program and nothing behind it, once no copy of UCS or UWS is to come.
+        """See that the body holds the program and nothing behind it.
+
+        Its end is looked at when no copy of UCS or UWS is to come: these take all away, or add at the end.
 
         :raises ProgramDiffers: it does not.
         """
         length = len(work.program.instructions)
-        await asyncio.sleep(work.body.line.late_reply_s)
-        for address in range(min(length + 1, STEPS)):
-            work.require_wanted()
-            await _require_same(work, address)
-            work.record.verified = min(address + 1, length)
+        loop = asyncio.get_running_loop()
+        copies_until = loop.time() + work.body.line.late_reply_s
+        async for _ in closely(_verify_at(work, address) for address in range(length)):
+            work.record.verified += 1
             self._progress(work)
+        await asyncio.sleep(copies_until - loop.time())
+        for address in range(max(length - 1, 0), min(length + 1, STEPS)):
+            await _verify_at(work, address)
 
     def _progress(self, work: _Work) -> None:
         now = asyncio.get_running_loop().time()
@@ -307,9 +303,9 @@ async def require_rest(body: Body) -> None:
         raise BodyBusy(f"{body.address} moves; nothing was changed.", "Wait for standstill.")
 
 
-def _blocks(texts: Sequence[str]) -> Iterator[list[tuple[int, str]]]:
-    numbered = list(enumerate(texts))
-    return (numbered[first : first + BLOCK] for first in range(0, len(numbered), BLOCK))
+def blocks(items: Sequence[T], size: int) -> Iterator[Sequence[T]]:
+    """Cut into parts of a size."""
+    return (items[first : first + size] for first in range(0, len(items), size))
 
 
 async def _clear(work: _Work) -> None:
@@ -365,6 +361,11 @@ async def _save(work: _Work) -> None:
     await work.body.ask(SaveProgram())
     if await work.body.mark.stands(Lane.PROOF) is False:
         raise SaveUncertain(work.body.address, "its program", "Upload it again before it is run.")
+
+
+async def _verify_at(work: _Work, address: int) -> None:
+    work.require_wanted()
+    await _require_same(work, address)
 
 
 async def _require_same(work: _Work, address: int) -> None:

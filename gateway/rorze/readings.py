@@ -1,7 +1,8 @@
 """What is read to decide something: on a line that garbles frames it has to be read twice."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections import deque
+from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine, Iterable
 from operator import eq
 from typing import Any, TypeVar
 
@@ -11,6 +12,9 @@ from gateway.rorze.session import CLEAN_AFTER_S
 
 MOST_READINGS = 8
 """What differs so often cannot be known."""
+
+AHEAD = 2
+"""So many questions of one reader are at the line, that it has no rest; more would hold up others."""
 
 T = TypeVar("T")
 
@@ -38,3 +42,22 @@ async def believed(line: Line, read: Callable[[], Awaitable[T]], agree: Callable
     raise NotSent(
         f"Line {line.id} garbles its frames: no two readings agree; nothing was sent.", "Try again."
     )
+
+
+async def closely(questions: Iterable[Coroutine[Any, Any, T]]) -> AsyncGenerator[T, None]:
+    """Give answers in order; the next question waits at the line while the one before is answered.
+
+    :raises GatewayError: one was not answered.
+    """
+    asked: deque[asyncio.Task[T]] = deque()
+    try:
+        for question in questions:
+            asked.append(asyncio.create_task(question))
+            if len(asked) == AHEAD:
+                yield await asked.popleft()
+        while asked:
+            yield await asked.popleft()
+    finally:
+        for task in asked:
+            task.cancel()
+        await asyncio.gather(*asked, return_exceptions=True)

@@ -2,7 +2,6 @@
 
 import asyncio
 import secrets
-from collections import OrderedDict
 from datetime import UTC, datetime
 from typing import Literal
 
@@ -11,6 +10,7 @@ from pydantic import Field
 from gateway.core.errors import BodyBusy, GatewayError, LineDown, NotFound, NotSent
 from gateway.core.events import EventHub
 from gateway.core.records import Record
+from gateway.core.works import Works
 from gateway.rorze.exchange import Answered
 from gateway.rorze.line import Line
 from protocols.rorze.link import encode
@@ -49,8 +49,7 @@ class Scans:
 
     def __init__(self, events: EventHub) -> None:
         self._events = events
-        self._scans: OrderedDict[str, Scan] = OrderedDict()
-        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._works: Works[Scan] = Works(HISTORY)
 
     def start(self, line: Line) -> Scan:
         """Begin to ask all 120 body numbers, between the line's other work.
@@ -58,44 +57,34 @@ class Scans:
         :raises BodyBusy: a scan of this line is running.
         :raises LineDown: the line is down.
         """
-        for running in self._tasks:
-            if self._scans[running].line_id == line.id:
-                raise BodyBusy(f"Scan {running} of line {line.id} is still running.", "Wait for it.")
+        for running in self._works.under_way():
+            if running.line_id == line.id:
+                raise BodyBusy(f"Scan {running.id} of line {line.id} is still running.", "Wait for it.")
         if line.state == "down":
             raise LineDown(
                 f"Line {line.id} is down: {line.down_reason}. Nothing was sent.", "Check the cable."
             )
         scan = Scan(id=secrets.token_hex(6), line_id=line.id, started_at=datetime.now(UTC))
-        self._scans[scan.id] = scan
-        while len(self._scans) > HISTORY:
-            self._scans.popitem(last=False)
-        task = asyncio.create_task(self._run(scan, line), name=f"scan {scan.id}")
-        self._tasks[scan.id] = task
-        task.add_done_callback(lambda _: self._tasks.pop(scan.id, None))
+        self._works.begin(scan, self._run(scan, line), "scan")
         return scan
 
-    def get(self, scan_id: str) -> Scan:
-        """Find a scan.
+    def get(self, line: Line, scan_id: str) -> Scan:
+        """Find a scan of a line; `current` is the one under way, or the last.
 
         :raises NotFound: there is none, or it is no longer kept.
         """
-        if scan_id not in self._scans:
-            raise NotFound(f"There is no scan {scan_id}.", "Start a new one.")
-        return self._scans[scan_id]
-
-    async def wait(self, scan_id: str, timeout_s: float) -> Scan:
-        """Give the scan when it is over, or as it is when the time is up."""
-        scan = self.get(scan_id)
-        if scan_id in self._tasks and timeout_s > 0:
-            await asyncio.wait([self._tasks[scan_id]], timeout=timeout_s)
+        scan = self._works.find(scan_id, lambda it: it.line_id == line.id)
+        if scan is None:
+            raise NotFound(f"Line {line.id} has no scan {scan_id}.", "Start a new one.")
         return scan
+
+    async def wait(self, scan: Scan, timeout_s: float) -> None:
+        """Wait until a scan is over, or the time is up."""
+        await self._works.wait(scan, timeout_s)
 
     async def close(self) -> None:
         """Break off the scans that run."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await self._works.close()
 
     async def _run(self, scan: Scan, line: Line) -> None:
         try:

@@ -55,6 +55,13 @@ class SpeedSetValues(RequestModel, json_schema_extra=_EXAMPLE):
         require_together(self.model_dump())
         return self
 
+    def parameters(self) -> SpeedParameters:
+        """As moves use them.
+
+        :raises ProfileError: they do not go together.
+        """
+        return SpeedParameters(*self.model_dump().values())
+
 
 class SpeedSetChange(RequestModel, json_schema_extra=example(maximum_speed_pps=20_000)):
     """Parameters of a set to change; the others stay as they are."""

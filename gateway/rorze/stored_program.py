@@ -1,10 +1,12 @@
 """The user program that a body holds, read instruction by instruction (RC-420 manual 14.U, 15.2.6)."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from gateway.core.errors import ControllerRefused
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import Body
+from gateway.rorze.readings import closely
 from protocols.rorze.programs import (
     LAST_ADDRESS,
     STEPS,
@@ -52,21 +54,21 @@ async def read(body: Body) -> StoredProgram:
     return StoredProgram(tuple(instructions), STEPS - free.steps, await runs(body))
 
 
-async def read_instructions(body: Body) -> list[str]:
-    """Read all instructions.
+async def read_instructions(body: Body, on_read: Callable[[], None] = lambda: None) -> list[str]:
+    """Read all instructions, and tell of each.
 
     Each is asked for by its address, which the answer repeats: so none can be mistaken for another.
     """
     end, _ = await body.ask(GetLastProgramAddress())
-    found: list[str] = []
     if end.address == 0:
-        return found
+        return []
     # A full program ends at the last address, where one with an instruction less ends too.
-    for address in range(end.address + (end.address == LAST_ADDRESS)):
-        text = await instruction_at(body, address)
-        if text is None:
-            break
-        found.append(text)
+    addresses = range(end.address + (end.address == LAST_ADDRESS))
+    found: list[str] = []
+    async for text in closely(instruction_at(body, address) for address in addresses):
+        if text is not None:
+            found.append(text)
+        on_read()
     return found
 
 

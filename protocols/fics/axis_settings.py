@@ -4,6 +4,7 @@ from pydantic import Field
 
 from protocols.fics.notation import (
     AXES,
+    PLACES,
     Coordinates,
     KnownCoordinates,
     KnownNumbers,
@@ -19,7 +20,6 @@ from protocols.table import Reply, Retry
 PERCENT = f"Percent of the maximum speed, 0.1-100. {AXES}"
 SPEED = f"In mm/s, kpps or rpm as each axis is set up. {AXES}"
 TIME = f"In milliseconds, 1-9999. {AXES}"
-COORDINATE = f"In mm, pulse or degree as each axis is set up. {AXES}"
 
 
 class SpeedPercents(Reply, args="{percents}"):
@@ -71,4 +71,4 @@ class TimeSetting(AxisSetting, args="{times_ms}", ranged=True):
 class CoordinateSetting(AxisSetting, args="{coordinates}"):
     """A coordinate for each axis."""
 
-    coordinates: Coordinates = Field(description=COORDINATE)
+    coordinates: Coordinates = Field(description=PLACES)

@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from protocols.fics.notation import AXES, Coordinates, PositionNumber
+from protocols.fics.notation import PLACES, Coordinates, PositionNumber
 from protocols.fics.row import Deed
 from protocols.table import Effect, Retry
 
@@ -10,7 +10,7 @@ from protocols.table import Effect, Retry
 class AxesMove(Deed, args="{coordinates}", blocked="abc", effect=Effect.MOTION):
     """What moves of given axes have in common; mm, pulse or degree as each axis is set up."""
 
-    coordinates: Coordinates = Field(description=AXES)
+    coordinates: Coordinates = Field(description=PLACES)
 
 
 class MoveRelative(AxesMove, code="LMI", retry=Retry.NEVER, example=("LMI 10,,-30.5", "LMI")):

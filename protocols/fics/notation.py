@@ -31,6 +31,7 @@ PERCENT_WIDTH = 5
 """Characters of a speed percentage, the point included (C-HOST manual 2-15)."""
 
 AXES = "One value per axis in the order of the unit's axes; null leaves an axis as it is."
+PLACES = f"In mm, pulse or degree as each axis is set up. {AXES}"
 
 
 class Quantity(StrEnum):

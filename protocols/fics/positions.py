@@ -5,7 +5,7 @@ from typing import Self
 
 from pydantic import Field
 
-from protocols.fics.notation import AXES, Coordinates, PositionNumber, StoredCoordinates
+from protocols.fics.notation import PLACES, Coordinates, PositionNumber, StoredCoordinates
 from protocols.fics.row import Deed, Query
 from protocols.table import Effect, RangeFault, Reply, Retry
 
@@ -71,7 +71,7 @@ class UploadPosition(
 ):
     """ポジションデータ設定: upload the next position."""
 
-    coordinates: Coordinates = Field(description=f"In mm, pulse or degree as each axis is set up. {AXES}")
+    coordinates: Coordinates = Field(description=PLACES)
 
 
 class StoredPosition(Reply, args="{coordinates}"):

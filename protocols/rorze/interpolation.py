@@ -1,8 +1,8 @@
 """Synchronous interpolation of a SCARA robot's axes: codes H (RC-420 manual 14.H, 13.10)."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, ValidatorFunctionWrapHandler, WrapValidator
 
 from protocols.rorze.notation import (
     BILLION,
@@ -25,6 +25,18 @@ NOT_MOVING = frozenset({0x50})
 PREPARATION_ERRORS = frozenset({*range(0x40, 0x49), 0x4A, 0x50, 0x51, 0x52, 0x55})
 
 
+class WrittenNumber(float):
+    """A number from the wire, which keeps its decimals: 60000.000 is written as it came."""
+
+    decimals: int
+
+    def __new__(cls, text: str) -> Self:
+        """Read the number."""
+        number = super().__new__(cls, text)
+        number.decimals = len(text.partition(".")[2])
+        return number
+
+
 class EightDecimals(Wire):
     """A number with one to eight decimals and `least` to `most` digits before them."""
 
@@ -33,13 +45,20 @@ class EightDecimals(Wire):
         self.pattern = rf"\d{{{least},{most}}}\.\d{{1,8}}"
 
     def encode(self, value: Any) -> str:
-        """Write as many decimals as it has, at least two."""
+        """Write as many decimals as it came with; one that was calculated has as many as it needs, or two."""
+        if isinstance(value, WrittenNumber):
+            return f"{value:0{self._least + 1 + value.decimals}.{value.decimals}f}"
         whole, _, decimals = f"{value:.8f}".rstrip("0").partition(".")
         return f"{whole.zfill(self._least)}.{decimals:0<2}"
 
-    def decode(self, text: str) -> float:
+    def decode(self, text: str) -> WrittenNumber:
         """Read the number."""
-        return float(text)
+        return WrittenNumber(text)
+
+
+def _as_it_came(value: object, check: ValidatorFunctionWrapHandler) -> float:
+    checked: float = check(value)
+    return value if isinstance(value, WrittenNumber) else checked
 
 
 def eight_decimals(value: float) -> float:
@@ -62,7 +81,9 @@ ViaPoint = Annotated[int, Field(ge=0, lt=MOST_POINTS), Number()]
 Center = Annotated[Literal["center"], Word(center="CENTER")]
 RobotType = Literal["three_axes", "two_axes_belt_linked"]
 RobotTypeWire = Word(three_axes="0", two_axes_belt_linked="1")
-PulsesOfTurn = Annotated[float, Field(ge=1, le=9_999_999.99), AfterValidator(eight_decimals)]
+PulsesOfTurn = Annotated[
+    float, Field(ge=1, le=9_999_999.99), AfterValidator(eight_decimals), WrapValidator(_as_it_came)
+]
 
 COORDINATE = "Micrometres, between -1,000,000,000 and +1,000,000,000."
 ANGLE = "Angle between finger and X axis in thousandths of a degree."

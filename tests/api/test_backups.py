@@ -82,6 +82,41 @@ async def test_what_is_wrong_is_told_by_its_line_and_nothing_is_sent(stand: Stan
 
 
 @on_stand({"arm": ({"id": "00"}, {"id": "3F"})})
+async def test_a_backup_is_a_record_that_is_followed_to_its_end(stand: Stand) -> None:
+    async with socket(stand, "/events?types=line.backup.*") as client:
+        await client.message()
+        begun = await stand.post("/lines/arm/backups")
+        assert (begun.status_code, begun.json()["status"], begun.json()["text"]) == (202, "running", None)
+        again = await stand.post("/lines/arm/backups")
+        assert (again.status_code, "is being read" in again.json()["detail"]) == (409, True)
+        over = (await stand.get(f"{begun.headers['location']}?wait=60")).json()
+        assert (over["status"], over["controllers"]) == ("succeeded", ["arm.00", "arm.3F"])
+        assert over["text"] == (await stand.get("/lines/arm/backup")).text
+        event = await client.event()
+        while event["type"] != "line.backup.succeeded":
+            event = await client.event()
+        assert (event["data"]["text"], event["data"]["read"]) == (None, over["read"])
+    one = await stand.post("/lines/arm/backups?bodies=3F&wait=60")
+    assert (one.status_code, one.json()["controllers"]) == (200, ["arm.3F"])
+    assert (await stand.get("/lines/arm/backups/current")).json() == one.json()
+    nobody = await stand.post("/lines/arm/backups?bodies=44")
+    assert nobody.status_code == 404
+
+
+@on_stand()
+async def test_a_backup_is_cancelled(stand: Stand) -> None:
+    nothing = await stand.client.delete(f"{BODY}/backups/current")
+    assert (nothing.status_code, nothing.json()["detail"]) == (
+        404,
+        "No backup of /bodies/arm.3F is being read.",
+    )
+    await stand.post(f"{BODY}/backups")
+    cancelled = await stand.client.delete(f"{BODY}/backups/current")
+    assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+    assert (await stand.post(f"{BODY}/backups?wait=60")).json()["status"] == "succeeded"
+
+
+@on_stand({"arm": ({"id": "00"}, {"id": "3F"})})
 async def test_a_line_is_backed_up_and_restored_to_chosen_bodies(stand: Stand) -> None:
     text = (await stand.get("/lines/arm/backup")).text
     assert [line for line in text.splitlines() if line.startswith("[body")] == ["[body 00]", "[body 3F]"]
@@ -104,6 +139,8 @@ async def test_a_robot_is_backed_up_and_restored(cell: Cell) -> None:
     cell.rig.fics.units[1].positions[2] = (1.0, 2.0, 3.0)
     text = (await cell.get("/robots/r1/backup")).text
     assert "\n[unit 1 positions]\n" in text
+    record = await cell.post("/robots/r1/backups?wait=60")
+    assert (record.status_code, record.json()["text"], record.json()["expected"]) == (200, text, None)
     wanted = {"backup": text.replace("2 X=1 ", "2 X=7.5 ")}
     plan = await cell.post("/robots/r1/restores", {**wanted, "dry_run": True})
     assert plan.json()["commands"] == ["POF 1,2", "POS 7.5,2,3", "POF 2"]

@@ -5,12 +5,14 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+import pytest
+
 from api import openapi
 from gateway.event_types import EVENT_TYPES
 from protocols.fics.commands import COMMANDS as FICS_COMMANDS
 from protocols.rorze.commands import COMMANDS
 
-TEXT, CORE = openapi.documents().values()
+TEXT, RESOURCES, CORE = openapi.documents().values()
 DOCUMENT: dict[str, Any] = json.loads(TEXT)
 
 
@@ -23,11 +25,22 @@ def test_the_files_are_what_the_app_says() -> None:
         assert (openapi.FOLDER / name).read_text("utf-8") == text, "write it anew: python -m api.openapi"
 
 
-def test_the_core_has_no_route_of_a_single_command_and_only_schemas_it_refers_to() -> None:
-    core = json.loads(CORE)
-    assert {path for path in DOCUMENT["paths"] if "/commands/" not in path} == set(core["paths"])
-    named = set(re.findall(r'"#/components/schemas/([^"]+)"', CORE))
-    assert named == set(core["components"]["schemas"])
+def test_the_resources_have_no_route_of_a_single_command() -> None:
+    paths = json.loads(RESOURCES)["paths"]
+    assert {path for path in DOCUMENT["paths"] if "/commands/" not in path} == set(paths)
+
+
+def test_the_core_has_about_sixty_operations_with_all_that_a_newcomer_does_first() -> None:
+    names = {it["operationId"] for path in json.loads(CORE)["paths"].values() for it in path.values()}
+    assert 50 <= len(names) <= 75
+    assert names >= {"startMove", "getMove", "stopAll", "getPosition", "startGroupMove", "startRobotMove"}
+    assert names >= {"listBodies", "listRobots", "startScan", "listEvents", "listAlarms", "readyz"}
+
+
+@pytest.mark.parametrize("part", [RESOURCES, CORE])
+def test_a_part_has_only_schemas_that_it_refers_to(part: str) -> None:
+    named = set(re.findall(r'"#/components/schemas/([^"]+)"', part))
+    assert named == set(json.loads(part)["components"]["schemas"])
 
 
 def bodies() -> Iterator[tuple[str, dict[str, Any]]]:
@@ -57,8 +70,8 @@ def test_no_request_has_a_default_for_strict_typescript_demands_the_member_then(
     assert "Left out: high." in schemas["RelativeMoveRequest"]["properties"]["speed"]["description"]
 
 
-def test_every_section_is_described_in_both_documents() -> None:
-    for document in (DOCUMENT, json.loads(CORE)):
+def test_every_section_is_described_in_every_document() -> None:
+    for document in (DOCUMENT, json.loads(RESOURCES), json.loads(CORE)):
         used = {
             tag
             for path in document["paths"].values()

@@ -63,7 +63,8 @@ async def test_a_robots_move_has_samples_by_axis(cell: Cell) -> None:
     assert 0.15 < gaps < 0.25
 
     header, *rows = rows_of((await cell.get(f"{UNIT}/moves/{move['id']}/samples.csv")).text)
-    assert header == ["time", "time_s", "X mm", "Y mm", "Z mm"]
+    assert header[:5] == ["time", "time_s", "X mm", "Y mm", "Z mm"]
+    assert header[5:] == ["planned X mm", "planned Y mm", "planned Z mm"]
     assert len(rows) == len(places)
     assert float(rows[-1][2]) == -200
 
@@ -74,3 +75,19 @@ async def test_a_robot_is_asked_for_no_samples_where_it_is_switched_off(cell: Ce
     move = await cell.move({"kind": "absolute", "axes": mm(X=-200)})
     told = (await cell.get(f"{UNIT}/moves/{move['id']}/samples")).json()
     assert len(told["samples"]) <= 3
+
+
+@in_cell(units=2)
+async def test_an_axis_that_goes_alone_has_a_plan_beside_its_samples(cell: Cell) -> None:
+    unit = UNIT.replace("units/1", "units/2")
+    await cell.post(f"{unit}/moves?wait=60", HOME)
+    move = (await cell.post(f"{unit}/moves?wait=60", {"kind": "absolute", "axes": mm(X=-200)})).json()
+    told = (await cell.get(f"{unit}/moves/{move['id']}/samples")).json()
+    assert told["note"] is None
+    for sample in told["samples"]:
+        assert abs(sample["planned"]["X"] - sample["axes"]["X"]) < 20
+    assert told["samples"][-1]["planned"] == {"X": -200}
+    both = (await cell.post(f"{unit}/moves?wait=60", {"kind": "absolute", "axes": mm(X=0, Y=5)})).json()
+    told = (await cell.get(f"{unit}/moves/{both['id']}/samples")).json()
+    assert (told["planned_s"], told["samples"][0]["planned"]) == (None, None)
+    assert told["note"] == "How the robot times several axes together is not known."

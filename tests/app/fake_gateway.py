@@ -38,7 +38,7 @@ class FakeGateway:
         self.asked.append(Asked(method, path, json, headers))
         waiting = self.answers.get(path, [self.otherwise])
         status, answer = waiting.pop(0) if len(waiting) > 1 else waiting[0]
-        if isinstance(answer, Exception):
+        if isinstance(answer, BaseException):
             raise answer
         if isinstance(answer, str):
             return httpx.Response(status, text=answer)

@@ -30,6 +30,7 @@ def record(status: str, differences: list[Any] | None = None, **more: Any) -> di
         "read": 9,
         "written": 1,
         "commands": 1,
+        "flash": False,
         "saved": False,
         "error": None,
         "differences": differences,
@@ -44,19 +45,56 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
+def reading(path: str, status: str, **more: Any) -> dict[str, Any]:
+    return {
+        "id": "8",
+        "target": path,
+        "status": status,
+        "controller": "arm.3F",
+        "read": 40,
+        "expected": 2400,
+        "text": None,
+        "error": None,
+        **more,
+    }
+
+
+def backups(path: str) -> dict[str, list[Answer]]:
+    over = reading(path, "succeeded", text=TEXT)
+    running = reading(path, "running")
+    return {f"{path}/backups": [(202, running)], f"{path}/backups/8": [(200, running), (200, over)]}
+
+
 def test_a_backup_is_printed_or_written_to_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    gateway = FakeGateway({"/bodies/3F/backup": [(200, TEXT)]})
+    gateway = FakeGateway(backups("/bodies/3F"))
     assert gateway.run(monkeypatch, "backup", "3f").stdout == TEXT
+    assert gateway.paths == ["/bodies/3F/backups", "/bodies/3F/backups/8", "/bodies/3F/backups/8"]
     said = gateway.run(monkeypatch, "backup", "3F", str(tmp_path / "new"))
     assert (said.exit_code, said.stdout, (tmp_path / "new").read_text()) == (0, "", TEXT)
     assert gateway.run(monkeypatch, "backup", "3F", str(tmp_path)).exit_code == 2
 
 
+def test_a_backup_that_is_not_read_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    error = {"detail": "Body 3F does not answer; nothing was sent.", "remedy": "Check its power and cable."}
+    failed = reading("/bodies/3F", "failed", error=error)
+    said = FakeGateway({"/bodies/3F/backups": [(200, failed)]}).run(monkeypatch, "backup", "3F")
+    assert (said.exit_code, said.stdout) == (1, "")
+    assert "does not answer; nothing was sent. Check its power" in said.stderr
+
+
+def test_who_interrupts_a_backup_ends_it_at_the_gateway(monkeypatch: pytest.MonkeyPatch) -> None:
+    gateway = FakeGateway(backups("/bodies/3F"))
+    gateway.answers["/bodies/3F/backups/8"] = [(200, KeyboardInterrupt())]
+    gateway.answers["/bodies/3F/backups/current"] = [(200, reading("/bodies/3F", "cancelled"))]
+    assert gateway.run(monkeypatch, "backup", "3F").exit_code != 0
+    assert (gateway.asked[-1].method, gateway.paths[-1]) == ("DELETE", "/bodies/3F/backups/current")
+
+
 def test_lines_and_robots_have_backups_and_groups_and_units_have_none(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    answers = plant() | {"/lines": [(200, LINES)], "/lines/arm": [(200, {"bodies": ["arm.3F", "arm.02"]})]}
-    gateway = FakeGateway({**answers, "/lines/arm/backup": [(200, TEXT)], "/robots/r1/backup": [(200, TEXT)]})
+    answers = plant() | {"/lines": [(200, LINES)]}
+    gateway = FakeGateway({**answers, **backups("/lines/arm"), **backups("/robots/r1")})
     for word in ("arm", "r1"):
         assert gateway.run(monkeypatch, "backup", word).stdout == TEXT
     assert gateway.run(monkeypatch, "backup", "arm", "--body", "3F").stdout == TEXT
@@ -106,6 +144,11 @@ def test_a_restore_is_followed_to_its_end(file: Path, monkeypatch: pytest.Monkey
             record("cancelled", [], error={"detail": "A stop came first.", "remedy": "Again."}),
             1,
             "A stop came first.",
+        ),
+        (
+            record("failed", [], flash=True, error={"detail": "It does not answer.", "remedy": "Look."}),
+            1,
+            "nothing differs from the backup, but the end of the writing of flash memory was not seen.",
         ),
         (
             record("failed", None, error={"detail": "No reply.", "remedy": "Look."}),

@@ -233,6 +233,21 @@ def test_what_is_no_command_is_not_sent(
             {"kind": "extend", "distance": {"value": 10, "unit": "mm"}},
         ),
         (("wafer", "path", "3"), "/scaras/wafer/moves", {"kind": "path", "path": 3}),
+        (
+            ("wafer", "path", "255,300,120", "255,450"),
+            "/scaras/wafer/moves",
+            {
+                "kind": "path",
+                "points": [
+                    {
+                        "x": {"value": 255, "unit": "mm"},
+                        "y": {"value": 300, "unit": "mm"},
+                        "radius": {"value": 120, "unit": "mm"},
+                    },
+                    {"x": {"value": 255, "unit": "mm"}, "y": {"value": 450, "unit": "mm"}},
+                ],
+            },
+        ),
     ],
 )
 def test_moves_in_few_words(

@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from app import cli
+from tests.app.fake_gateway import FakeGateway, plant
 
 BLINK = "*BLINK ; a label\n SET OD0\n END\n"
 DONE = {"status": "succeeded", "error": None, "stored": "RAM holds the program.", "phase": "done"}
@@ -142,3 +143,15 @@ def test_without_a_gateway_nothing_is_sent(source: Path, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(httpx, "request", nobody)
     assert invoke("upload", "3F", str(source)).exit_code == 3
+
+
+def test_a_body_is_named_as_the_configuration_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    gateway = FakeGateway(plant(b3F="lift"))
+    gateway.answers["/bodies/a.3F/program"] = [(200, {"source": "END\n"})]
+    assert gateway.run(monkeypatch, "program", "download", "lift").stdout == "END\n"
+
+
+def test_a_robot_has_no_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = FakeGateway(plant()).run(monkeypatch, "program", "download", "r1")
+    assert said.exit_code == 2
+    assert "is no body" in said.stderr

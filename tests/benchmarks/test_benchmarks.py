@@ -17,6 +17,17 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
     ("benchmark", "names"),
     [
         ("line-use", [f"line use at {baud} baud: of {whose}" for baud, whose in YARDSTICKS.items()]),
+        (
+            "bulk",
+            [
+                f"{work}: line use"
+                for work in (
+                    "upload of 2000 instructions",
+                    "download of 2048 positions",
+                    "backup of a body",
+                )
+            ],
+        ),
         ("http-read", ["HTTP read, 1 client: p50", "HTTP read, 16 clients"]),
         (
             "http-cost",

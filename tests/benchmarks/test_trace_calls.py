@@ -5,8 +5,8 @@ import pytest
 from benchmarks.trace_calls import CallTrace, first_move
 from tests.api.robots.cell import Cell, in_cell
 
-ABOVE_THE_LINE = 430
-IN_ALL = 1150
+ABOVE_THE_LINE = 380
+IN_ALL = 1055
 
 
 @pytest.mark.parametrize("mode", [2, 3])

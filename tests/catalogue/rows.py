@@ -26,11 +26,14 @@ PROOF = "gateway/rorze/test_move_proof"
 READINGS = "gateway/rorze/test_readings"
 REPEATS = "api/common/test_repeats"
 RING = "gateway/core/test_event_ring"
+SCARA_MOVES = "gateway/rorze/scaras/test_moves"
 SCHEDULER = "gateway/core/test_scheduler"
 SERIAL = "transports/test_serial_port"
 SERVER_KILLS = "e2e/test_kills_of_the_server"
 SERVO = "api/bodies/test_servo"
 STOPS = "gateway/rorze/test_stops"
+START_POSITIONS = "gateway/rorze/test_start_positions"
+STARVATION = "api/test_starvation"
 STORIES = "catalogue/test_stories"
 SUSPENSION = "gateway/rorze/test_suspension"
 TRANSPORTS = "transports/test_contract"
@@ -288,6 +291,12 @@ ROWS: Final = {
         "its group is stopped with it",
         (STOPS, "an_axis_of_an_interpolated_move_takes_its_group_with_it"),
     ),
+    "C14": _row(
+        "the preparation of an interpolated move is out of date",
+        "the positions that were told are read again; where an axis stands elsewhere nothing is started",
+        (START_POSITIONS, "what_has_changed_since_the_preparation_keeps_the_move_from_starting"),
+        (SCARA_MOVES, "an_axis_that_has_moved_since_is_not_started"),
+    ),
     "C15": _row(
         "flash memory is to be written while another body moves",
         "it is refused before anything is sent",
@@ -386,6 +395,12 @@ ROWS: Final = {
         (RING, "the_newest_are_kept_and_no_others"),
         (INTENTS, "no_more_wait_for_the_disk_than_may_wait_for_a_body"),
     ),
+    "G12": _row(
+        "the processor is taken by other programs",
+        "a stop goes out in few turns of the event loop, whatever waits; a lag is told from 0.25 s on",
+        (STARVATION, "a_stop_goes_out_in_few_turns_whatever_waits"),
+        (STARVATION, "a_lag_is_told_and_what_moves_is_followed_and_stopped"),
+    ),
     "J01": _row(
         "the disk is full",
         "what has an effect is refused until there is room; stops go",
@@ -435,12 +450,6 @@ ROWS: Final = {
     ),
 }
 """S: the serial line. C: a controller. G: the process and its computer. J: the disk and the journal."""
-
-NOT_PROVED: Final = {
-    "C14": "the preparation of an interpolated move is out of date: no test here",
-    "G12": "the processor is taken by other programs: no test, for it would measure the machine that tests",
-}
-"""What the catalogue has besides."""
 
 SIZES: Final = {"S": 30, "C": 20, "G": 12, "J": 8}
 """How many faults each part has."""

@@ -2,7 +2,6 @@
 
 import asyncio
 import re
-import time
 from pathlib import Path
 
 import pytest
@@ -107,14 +106,15 @@ def test_g05_a_stop_that_a_crash_has_interrupted_has_stopped_the_motor(tmp_path:
 
 
 def test_j08_only_keys_that_are_old_and_answered_are_forgotten(tmp_path: Path) -> None:
-    disk, now = SqliteDisk(tmp_path), time.time()
-    used = {"old": now - 2 * DAY_S, "old and under way": now - 2 * DAY_S, "new": now - DAY_S / 2}
-    disk.commit([writes.key_used("s", key, "digest", at) for key, at in used.items()], durable=True)
+    disk = SqliteDisk(tmp_path)
+    for days, keys in ((0.0, ("old", "old and under way")), (1.5, ("new",)), (2.0, ())):
+        clock = writes.meta(writes.RAN_S, str(days * DAY_S))
+        disk.commit([clock, *(writes.key_used("s", key, "digest", 0.0) for key in keys)], durable=True)
     disk.commit([writes.key_answered("s", key, 202, None, "{}") for key in ("old", "new")], durable=True)
     disk.close()
     files.prune(tmp_path, Retention())
-    keys = {row["key"] for row in files.export(tmp_path) if row["table"] == "keys"}
-    assert keys == {"new", "old and under way"}
+    kept = {row["key"] for row in files.export(tmp_path) if row["table"] == "keys"}
+    assert kept == {"new", "old and under way"}
 
 
 async def _position(plant: TestedPlant) -> int:

@@ -234,3 +234,46 @@ async def test_a_jog_whose_end_is_not_answered_stops_the_robot(monkeypatch: pyte
         async with AsyncGateway(http=http) as client, client.jog("r1", unit=2, axis="X", direction="-"):
             raise ValueError("the block's own")
     assert robot.sent == ["/robots/r1/jogs", *["/robots/r1/jogs/j1/stop"] * 2, "/robots/r1/stop"]
+
+
+class Leased:
+    """Stands for a gateway that gives a lease and renews it a few times, and then says that it is lost."""
+
+    def __init__(self, *, renewals: int) -> None:
+        self.sent: list[tuple[str, str | None]] = []
+        self._renewals = renewals
+        self.enough = threading.Event()
+        self.transport = httpx.MockTransport(self._answer)
+
+    def _answer(self, request: httpx.Request) -> httpx.Response:
+        self.sent.append((f"{request.method} {request.url.path}", request.headers.get("Lease-Token")))
+        if request.url.path.endswith("/renew"):
+            self._renewals -= 1
+            if self._renewals < 0:
+                self.enough.set()
+                return httpx.Response(409, json={**PROBLEM, "detail": "Somebody took it over."})
+        return httpx.Response(200, json={"lease": "lease-1", "token": 7})
+
+
+def test_a_lease_goes_with_what_is_sent_in_its_block_and_ends_with_it() -> None:
+    gateway = Leased(renewals=1000)
+    client = Gateway(http=httpx.Client(base_url="http://gateway", transport=gateway.transport))
+    with client.lease("3F", ttl_s=30) as taken:
+        assert taken["token"] == 7
+        client.start_move("3F", HOME)
+    client.start_move("3F", HOME)
+    assert gateway.sent == [
+        ("POST /leases", None),
+        ("POST /bodies/3F/moves", "7"),
+        ("DELETE /leases/lease-1", "7"),
+        ("POST /bodies/3F/moves", None),
+    ]
+
+
+def test_a_lease_that_was_taken_over_is_raised_at_the_end_of_its_block() -> None:
+    gateway = Leased(renewals=2)
+    client = Gateway(http=httpx.Client(base_url="http://gateway", transport=gateway.transport))
+    with pytest.raises(Refused, match="Somebody took it over"), client.lease("3F", ttl_s=0.1):
+        assert gateway.enough.wait(5)
+    renewals = [("POST /leases/lease-1/renew", "7")] * 3
+    assert gateway.sent == [("POST /leases", None), *renewals, ("DELETE /leases/lease-1", "7")]

@@ -149,6 +149,22 @@ def test_a_jog_moves_for_as_long_as_the_block_runs(gateway: Gateway) -> None:
     assert session["unit"] == 2
 
 
+def test_a_body_jogs_for_as_long_as_the_block_runs(gateway: Gateway) -> None:
+    with gateway.jog_body("3F", direction="cw") as session:
+        until(lambda: gateway.get_status("3F")["moving"], "it jogs")
+    assert not gateway.get_status("3F")["moving"]
+    assert gateway.get_move("3F", session["id"])["kind"] == "jog"
+
+
+def test_nobody_else_moves_what_is_leased(gateway: Gateway, demo: str) -> None:
+    with gateway.lease("3F", ttl_s=30) as lease, Gateway(demo, timeout=PATIENCE_S) as other:
+        with pytest.raises(Refused) as caught:
+            other.start_move("3F", by(5))
+        assert (caught.value.kind, caught.value.moved) == ("lease", "no")
+        gateway.wait_for_move(gateway.start_move("3F", by(5)))
+    assert lease["lease"] not in [it["lease"] for it in gateway.list_leases()["leases"]]
+
+
 def seconds_between(first: UnitStatus, second: UnitStatus) -> float:
     times = [datetime.fromisoformat(status["read_at"]) for status in (first, second)]
     return (times[1] - times[0]).total_seconds()

@@ -14,6 +14,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from tests.console.console import CONSOLE
 from tests.e2e.processes import (
+    BODIES,
     MOTION_GATEWAY,
     Gateway,
     Program,
@@ -46,9 +47,9 @@ class Plant:
 
 
 @contextmanager
-def plant_in(folder: Path) -> Iterator[Plant]:
-    """Run a plant, and end it with the block."""
-    with simulated_line(folder) as line:
+def plant_in(folder: Path, bodies: str = BODIES) -> Iterator[Plant]:
+    """Run a plant, and end it with the block; on its line answer `bodies`."""
+    with simulated_line(folder, bodies) as line:
         robot = SimulatedRobot(folder)
         config = write_config(line, "gateway", groups=group_of("00", "01"))
         cell = f'[[lines]]\nid = "cell"\nprotocol = "fics"\naddress = "serial://{robot.place}?baud=115200"\n'
@@ -61,6 +62,21 @@ def plant_in(folder: Path) -> Iterator[Plant]:
         finally:
             gateway.end()
             robot.program.end()
+
+
+@contextmanager
+def demo_in(folder: Path) -> Iterator[str]:
+    """Run the demo, and end it with the block; give where it is."""
+    url = f"http://127.0.0.1:{free_port()}"
+    program = Program(
+        folder / "demo.log", "serve", "--demo", "--port", url.rpartition(":")[2], "--data", str(folder)
+    )
+    try:
+        program.said("running on http")
+        until(lambda: httpx.get(f"{url}/readyz").is_success, "the demo is ready")
+        yield url
+    finally:
+        program.end()
 
 
 @dataclass

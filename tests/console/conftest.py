@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from tests.console.browser import CHROMIUM, Console, Guarded, Plant, guarded_in, plant_in
+from tests.console.browser import CHROMIUM, Console, Guarded, Plant, demo_in, guarded_in, plant_in
 from tests.e2e.conftest import no_program_outlives_its_tests, programs_words
 
 __all__ = ["no_program_outlives_its_tests", "programs_words"]
@@ -49,6 +49,13 @@ def guarded(shared_guarded: Guarded) -> Guarded:
     return shared_guarded
 
 
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The demo, which has a SCARA robot."""
+    with demo_in(tmp_path_factory.mktemp("demo")) as url:
+        yield url
+
+
 @pytest.fixture
 def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
     """Open consoles; none may have said anything that nobody wanted to hear."""
@@ -56,12 +63,19 @@ def open_console(browser: Browser) -> Iterator[Callable[..., Console]]:
     faults: list[str] = []
 
     def open_(
-        url: str, path: str = "", language: str = "en", colours: str = "light", key: str = ""
+        url: str,
+        path: str = "",
+        language: str = "en",
+        colours: str = "light",
+        key: str = "",
+        *,
+        tablet: bool = False,
     ) -> Console:
         context = browser.new_context(
             locale={"en": "en-GB", "ja": "ja-JP"}[language],
             color_scheme="dark" if colours == "dark" else "light",
-            viewport={"width": 1280, "height": 900},
+            viewport={"width": 820, "height": 1180} if tablet else {"width": 1280, "height": 900},
+            has_touch=tablet,
             permissions=["clipboard-read", "clipboard-write"],
         )
         page = context.new_page()

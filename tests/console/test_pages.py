@@ -1,5 +1,6 @@
 """The console as an operator uses it, in a real browser."""
 
+import json
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -239,6 +240,23 @@ def test_the_wire_shows_what_a_frame_means_and_who_asked(plant: Plant, open_cons
     expect(row).to_contain_text("http 127.0.0.1")
 
 
+def test_the_wire_of_one_body_and_one_request_is_told_apart(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/wire/line1")
+    rows = console.page.locator("tbody tr")
+    expect(rows.filter(has_text="the gateway: looks after it").first).to_be_visible()
+    console.page.get_by_role("combobox", name="Body", exact=True).select_option("line1.01")
+    asked = {"X-Request-Id": "job-17"}
+    plant.gateway.http.get("/bodies/01/position", headers=asked).raise_for_status()
+    console.page.get_by_label("without the gateway's own").check()
+    console.button("job-17").first.click()
+    expect(console.page.get_by_label("Request")).to_have_value("job-17")
+    expect(rows.filter(has_text="looks after it")).to_have_count(0)
+    expect(rows.first).to_contain_text("received")
+    for told in rows.all_inner_texts():
+        assert "01 · " in told
+        assert "http 127.0.0.1" in told
+
+
 def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/events")
     plant.line.tell("POST", "/bodies/00/brown-outs", for_s=0.05)
@@ -257,7 +275,6 @@ def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> 
 
 def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/events")
-    console.button("Read what happened before").click()
     console.shows("This is all that the gateway still has.")
     console.page.get_by_label("Type").fill("line.up")
     expect(console.page.locator("tbody tr").first).to_contain_text("line: up")
@@ -406,3 +423,85 @@ def test_it_can_be_looked_up_who_did_what(plant: Plant, open_console: Open) -> N
     deeds.get_by_label("About").fill("line1.01")
     deeds.get_by_role("button", name="Look it up", exact=True).click()
     expect(deeds.locator("tbody tr").first).to_contain_text("&011+M50")
+
+
+def test_who_answers_a_scan_can_be_added(tmp_path: Path, open_console: Open) -> None:
+    with plant_in(tmp_path, "00,01,02,3F") as plant:
+        add_a_body(plant, open_console)
+
+
+def add_a_body(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url)
+    console.button("Scan").click()
+    expect(console.page.get_by_text("4 found")).to_be_visible(timeout=60_000)
+    assert console.faults() == []
+    console.page.get_by_label("Name of line1.02").fill("gripper")
+    console.button("Add to the configuration").click()
+    expect(console.page.get_by_role("link", name="gripper")).to_contain_text("stands still")
+    assert plant.gateway.get("/bodies/line1.02")["name"] == "gripper"
+
+
+def test_a_key_is_made_shown_once_and_revoked(guarded: Guarded, open_console: Open) -> None:
+    console = open_console(guarded.url, key=guarded.key("keeper", "admin"))
+    console.go("#/system")
+    keys = console.page.get_by_role("region", name="Keys").first
+    own = keys.get_by_role("row", name="keeper")
+    expect(own.get_by_role("button", name="Revoke keeper", exact=True)).to_have_attribute(
+        "aria-disabled", "true"
+    )
+    keys.get_by_label("Name").fill("mes")
+    keys.get_by_label("Scope").fill("line1.3F, line1.01")
+    keys.get_by_label("Good for (days)").fill("30")
+    console.button("Make the key").click()
+    console.shows("The key of mes. It is shown this once")
+    assert console.faults() == []
+    key = keys.locator("[role=status] .mono").inner_text()
+    identity = httpx.get(f"{guarded.url}/system/identity", headers={"Authorization": f"Bearer {key}"}).json()
+    assert (identity["role"], identity["scope"]) == ("operator", ["line1.01", "line1.3F"])
+    console.button("Revoke mes").click()
+    expect(keys.get_by_role("row", name="mes")).to_contain_text("revoked")
+    answer = httpx.get(f"{guarded.url}/system/identity", headers={"Authorization": f"Bearer {key}"})
+    assert answer.status_code == 401
+
+
+def test_what_somebody_needs_who_helps_is_gathered(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/system")
+    console.shows("Everybody is let in here")
+    with console.page.expect_download(timeout=60_000) as download:
+        console.button("Gather and download").click()
+    told = json.loads(Path(download.value.path()).read_text("utf-8"))
+    assert {it["body_id"] for it in told["bodies"]["bodies"]} == {"line1.00", "line1.01", "line1.3F"}
+    assert told["trace of line1"]["entries"]
+
+
+def test_a_pattern_with_changes_of_speed_is_drawn_while_it_is_typed(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/motion/line1.00")
+    console.shows("s in all")
+    console.page.get_by_label("Maximum speed").fill("7000")
+    console.shows("7000 pulse/s at most")
+    expect(console.button("Try it")).to_have_attribute("aria-disabled", "true")
+    assert plant.gateway.get("/bodies/00/speed-sets/30")["maximum_speed_pps"] != 7_000
+    values = {"start_speed_pps": 1000, "maximum_speed_pps": 9000, "acceleration_pps_s": 100_000}
+    values |= {"rising_percent": 50, "falling_percent": 50}
+    plant.gateway.http.put("/bodies/00/speed-sets/4", json=values).raise_for_status()
+    console.page.get_by_role("combobox", name="Pattern", exact=True).select_option("5")
+    console.shows("This pattern was never set")
+    console.page.get_by_label("Speed set of the acceleration").select_option("4")
+    console.page.get_by_label("Speed set of the deceleration").select_option("4")
+    console.shows("9000 pulse/s at most")
+    change_on_the_way(console, 0, 2500, 4000)
+    console.shows("The last speed change ends at 4000 pps")
+    change_on_the_way(console, 1, 5000, 9000)
+    expect(console.page.get_by_role("alert").filter(has_text="would be refused")).to_have_count(0)
+    assert console.faults() == []
+    console.button("Save pattern 5").click()
+    console.shows("Save pattern 5: done.")
+    stored = plant.gateway.get("/bodies/00/patterns/5")["changes"]
+    assert [(it["begin"], it["speed_pps"]) for it in stored] == [(2500, 4000), (5000, 9000)]
+
+
+def change_on_the_way(console: Console, point: int, place: int, speed: int) -> None:
+    console.button("Add a change").click()
+    change = console.page.get_by_role("group", name=f"Change {point}")
+    change.get_by_label("pulse", exact=True).fill(str(place))
+    change.get_by_label("pulse/s", exact=True).fill(str(speed))

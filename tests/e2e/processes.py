@@ -22,8 +22,10 @@ T = TypeVar("T")
 
 MOTION_GATEWAY = Path(sys.executable).with_name("motion-gateway")
 """The command as `make` installs it."""
-PATIENCE_S = 20.0
+PATIENCE_S = 90.0
 """What has not happened by then on a busy machine never will."""
+START_PATIENCE_S = 100.0
+"""A program's start takes seconds of the processor, which others may want, too."""
 LOOK_AGAIN_S = 0.02
 BODIES = "00,01,3F"
 
@@ -64,7 +66,7 @@ class Program:
             assert found or self.runs(), f"It ended without {pattern!r}:\n{self.words()}"
             return found
 
-        return until(search, f"{self.log.stem} says {pattern!r}")
+        return until(search, f"{self.log.stem} says {pattern!r}", START_PATIENCE_S)
 
     def signal(self, number: signal.Signals) -> None:
         """Send it a signal."""
@@ -94,15 +96,15 @@ class Program:
             RUNNING.remove(self)
 
 
-def until(look: Callable[[], T | None], what: str) -> T:
+def until(look: Callable[[], T | None], what: str, within_s: float = PATIENCE_S) -> T:
     """Look again and again until there is something to see."""
-    give_up_at = time.monotonic() + PATIENCE_S
+    give_up_at = time.monotonic() + within_s
     while time.monotonic() < give_up_at:
         seen = look()
         if seen:
             return seen
         time.sleep(LOOK_AGAIN_S)
-    raise AssertionError(f"In vain for {PATIENCE_S:.0f} s: {what}")
+    raise AssertionError(f"In vain for {within_s:.0f} s: {what}")
 
 
 @dataclass
@@ -192,6 +194,11 @@ class SimulatedRobot:
         self.program = Program(folder / "robot.log", "simulate", "fics", *options)
         self.program.said("Fics with 1 unit")
         self._begin = 0
+
+    @property
+    def address(self) -> str:
+        """Where a gateway finds it."""
+        return f"serial://{self.place}?baud=115200"
 
     def begin_anew(self) -> None:
         """From now on tell only what happens later."""
@@ -318,6 +325,16 @@ def simulated_line(folder: Path, bodies: str = BODIES, *options: str) -> Iterato
         yield line
     finally:
         line.end()
+
+
+@contextmanager
+def simulated_robot(folder: Path) -> Iterator[SimulatedRobot]:
+    """Run a simulated robot, and end it with the block."""
+    robot = SimulatedRobot(folder)
+    try:
+        yield robot
+    finally:
+        robot.program.end()
 
 
 @contextmanager

@@ -56,7 +56,7 @@ def test_it_moves_a_motor_waits_for_the_end_and_reads_where_it_stands(package: s
     models = import_module(f"{package}.models")
     start_move = import_module(f"{package}.api.moves.start_move")
     get_move = import_module(f"{package}.api.moves.get_move")
-    read_position = import_module(f"{package}.api.bodies.read_position")
+    get_position = import_module(f"{package}.api.bodies.get_position")
     request = models.RelativeMoveRequest(
         kind="relative",
         direction=models.RelativeMoveRequestDirection.CCW,
@@ -68,7 +68,7 @@ def test_it_moves_a_motor_waits_for_the_end_and_reads_where_it_stands(package: s
     ended = get_move.sync("3F", started.id, client=client, wait=10)
     assert ended.status is models.MoveStatus.SUCCEEDED
     assert ended.position == started.start_position - 700
-    assert read_position.sync("3F", client=client).pulses == ended.position
+    assert get_position.sync("3F", client=client).pulses == ended.position
 
 
 def test_it_calls_commands_of_the_table_and_gets_typed_answers(package: str, client: Any) -> None:
@@ -85,8 +85,8 @@ def test_it_calls_commands_of_the_table_and_gets_typed_answers(package: str, cli
 
 def test_it_gets_a_typed_problem_for_a_body_that_is_not_there(package: str, client: Any) -> None:
     models = import_module(f"{package}.models")
-    read_position = import_module(f"{package}.api.bodies.read_position")
-    answer = read_position.sync_detailed("55", client=client)
+    get_position = import_module(f"{package}.api.bodies.get_position")
+    answer = get_position.sync_detailed("55", client=client)
     assert answer.status_code == 404
     assert isinstance(answer.parsed, models.Problem)
     assert answer.parsed.moved is models.ProblemMoved.NO

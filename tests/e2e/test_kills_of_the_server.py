@@ -10,7 +10,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
@@ -24,14 +24,27 @@ from websockets.exceptions import ConnectionClosed, InvalidMessage
 from websockets.sync.client import connect
 
 from gateway.core.journal import files
-from tests.e2e.processes import BODIES, PATIENCE_S, SimulatedLine, simulated_line, until, write_config
+from tests.e2e.processes import (
+    BODIES,
+    PATIENCE_S,
+    SimulatedLine,
+    SimulatedRobot,
+    simulated_line,
+    simulated_robot,
+    until,
+    write_config,
+)
+from tests.fics_plants import SCARA
 
 KILLS = 60
-LOAD_S = (0.05, 1.6)
-"""From the first answer to the kill."""
+ANSWERS = 100
+"""Before as many answers, or fewer, a server is killed."""
+LONGEST_S = 5.0
+"""No server lives longer."""
 SHORTEST = 2_000
 """Pulses of a move that takes a moment at the speeds of a new controller."""
-ENTRIES = 16
+STROKE_MM = 40.0
+ENTRIES, VARIABLES = 16, 100
 ENDED_S = 60.0
 
 
@@ -78,57 +91,95 @@ def _address(log: Path) -> str:
     return address.split()[0] if running and "\n" in address else ""
 
 
+Content = dict[str, object]
+
+
 @dataclass
 class Mover:
     """Wants one move after the other, each with a key: without an answer it asks again in the next life."""
 
-    body: str
+    moves: str
+    """The path of its moves."""
+    content: Callable[[int], Content]
     numbers: Iterator[int]
-    asked: tuple[str, dict[str, object]] | None = None
+    asked: tuple[str, Content] | None = None
     answered: list[str] = field(default_factory=list)
     """The ids of its moves."""
 
     def work(self, http: httpx.Client) -> None:
-        key, content = self.asked = self.asked or self._next()
-        answer = http.post(f"/bodies/{self.body}/moves", json=content, headers={"Idempotency-Key": key})
+        number = next(self.numbers)
+        key, content = self.asked = self.asked or (f"{self.moves}-{number}", self.content(number))
+        answer = http.post(self.moves, json=content, headers={"Idempotency-Key": key})
         if answer.is_success:
             move_id = answer.json()["id"]
             self.answered = [*dict.fromkeys([*self.answered, move_id])]  # one that was repeated is the same
-            http.get(f"/bodies/{self.body}/moves/{move_id}", params={"wait": 5})
+            http.get(f"{self.moves}/{move_id}", params={"wait": 5})
         elif answer.json().get("moved") == "no":  # the key is not used up
             time.sleep(0.05)
             return
         self.asked = None
 
-    def _next(self) -> tuple[str, dict[str, object]]:
-        number = next(self.numbers)
-        distance = {"value": SHORTEST + number, "unit": "pulse"}
-        content: dict[str, object] = {
-            "kind": "relative",
-            "direction": "cw" if number % 2 else "ccw",
-            "distance": distance,
-        }
-        return f"move-{self.body}-{number}", content
+
+def by_pulses(number: int) -> Content:
+    """A move of a body like no other of it."""
+    distance = {"value": SHORTEST + number, "unit": "pulse"}
+    return {"kind": "relative", "direction": "cw" if number % 2 else "ccw", "distance": distance}
+
+
+def to_place(number: int) -> Content:
+    """A move of a robot to a place of its own, far from the one before."""
+    z = -number / 1000 - (number % 2) * STROKE_MM / 2
+    return {"kind": "absolute", "axes": {"Z": {"value": round(z, 3), "unit": "mm"}}}
 
 
 @dataclass
 class Setter:
-    """Writes one entry of the position table after the other."""
+    """Writes one entry of a table after the other."""
 
-    body: str
+    path: str
+    content: Callable[[int], Content]
+    frame: Callable[[int], str]
+    """What is sent for each."""
     numbers: Iterator[int]
     answered: list[int] = field(default_factory=list)
 
     def work(self, http: httpx.Client) -> None:
         number = next(self.numbers)
-        content = {"entry": {"position": number % ENTRIES}, "pulses": number}
-        if http.post(f"/bodies/{self.body}/commands/set-position-entry", json=content).is_success:
+        if http.post(self.path, json=self.content(number)).is_success:
             self.answered.append(number)
         time.sleep(0.01)
 
-    def written(self) -> list[tuple[str, str]]:
+    def written(self) -> list[str]:
         """The commands that were answered."""
-        return [(self.body, f"3PSP[{number % ENTRIES}],{number}") for number in self.answered]
+        return [self.frame(number) for number in self.answered]
+
+
+def entry(number: int) -> Content:
+    """An entry of a body's position table."""
+    return {"entry": {"position": number % ENTRIES}, "pulses": number}
+
+
+def variable(number: int) -> Content:
+    """A variable of a robot."""
+    return {"number": number % VARIABLES, "value": number}
+
+
+def movers() -> list[Mover]:
+    """One for each body, and one for the robot."""
+    bodies = [Mover(f"/bodies/{body}/moves", by_pulses, count(1)) for body in BODIES.split(",")]
+    return [*bodies, Mover("/robots/r1/units/1/moves", to_place, count(1))]
+
+
+def setters() -> list[Setter]:
+    """One for each body, and one for the robot."""
+
+    def of_body(body: str) -> Setter:
+        path = f"/bodies/{body}/commands/set-position-entry"
+        return Setter(path, entry, lambda it: f"&{body}3PSP[{it % ENTRIES}],{it}", count(1))
+
+    path = "/robots/r1/commands/set-variable"
+    robot = Setter(path, variable, lambda it: f"VAR V{it % VARIABLES:02}={it}", count(1))
+    return [*map(of_body, BODIES.split(",")), robot]
 
 
 @dataclass
@@ -181,8 +232,14 @@ def _until_killed(read: Callable[[httpx.Client], object], address: str) -> None:
 
 
 @contextmanager
-def parent_of_servers(line: SimulatedLine, data: Path) -> Iterator[Parent]:
-    parent = Parent(write_config(line, "gateway"), data)
+def parent_of_servers(line: SimulatedLine, robot: SimulatedRobot, data: Path) -> Iterator[Parent]:
+    config = write_config(line, "gateway")
+    with config.open("a", encoding="utf-8") as text:
+        text.write(
+            f'[[lines]]\nid = "cell"\nprotocol = "fics"\naddress = "{robot.address}"\n'
+            f'robot = {{id = "r1", units = [{SCARA}]}}\n'
+        )
+    parent = Parent(config, data)
     try:
         yield parent
     finally:
@@ -192,32 +249,39 @@ def parent_of_servers(line: SimulatedLine, data: Path) -> Iterator[Parent]:
 @pytest.mark.timeout(900)
 def test_a_server_that_is_killed_60_times_does_nothing_twice_and_forgets_nothing(tmp_path: Path) -> None:
     data, dice = tmp_path / "data", Random(1)
-    bodies = BODIES.split(",")
-    movers = [Mover(body, count(1)) for body in bodies]
-    setters = [Setter(body, count(1)) for body in bodies]
-    with simulated_line(tmp_path) as line, parent_of_servers(line, data) as parent:
+    moving, setting = movers(), setters()
+    with (
+        simulated_line(tmp_path) as line,
+        simulated_robot(tmp_path) as robot,
+        parent_of_servers(line, robot, data) as parent,
+    ):
         begin, followers = "", list[Follower]()
         for _ in range(KILLS):
             address = parent.start()
             with httpx.Client(base_url=address, timeout=PATIENCE_S) as http:
-                begin = begin or _get(http, "/events")["cursor"]
-                followers = followers or [Follower(begin), Follower(begin)]
-                _look_for_all(http, movers)
-            _live_and_die(parent, address, movers, setters, followers, dice)
+                if not begin:
+                    _home(http)
+                    begin = _get(http, "/events")["cursor"]
+                    followers = [Follower(begin), Follower(begin)]
+                _look_for_all(http, moving)
+            _live_and_die(parent, address, moving, setting, followers, dice)
         with httpx.Client(base_url=parent.start(), timeout=PATIENCE_S + ENDED_S) as http:
             until(lambda: http.get("/readyz").is_success, "the server is ready")
-            moves = _look_for_all(http, movers, wait_s=ENDED_S)
+            moves = _look_for_all(http, moving, wait_s=ENDED_S)
             for follower in followers:
                 follower.page(http)
             everything = Follower(begin)
             everything.page(http)
-        done = [(it.body, it.facts["text"]) for code in ("1+M", "1-M", "3PS") for it in line.executed(code)]
+        done = [
+            f"&{it.body}{it.facts['text']}" for code in ("1+M", "1-M", "3PS") for it in line.executed(code)
+        ]
+        done += robot.heard("LMA") + [text for text in robot.heard("VAR") if "=" in text]
 
     assert [what for what, times in Counter(done).items() if times > 1] == []
     assert len(done) > 10 * KILLS
     _check_intents(data, done)
     _check_moves(moves)
-    assert [it for setter in setters for it in setter.written() if it not in set(done)] == []
+    assert [it for setter in setting for it in setter.written() if it not in set(done)] == []
     for follower in followers:
         _check_order(follower.told)
         told = {event["id"] for event in follower.told}
@@ -225,19 +289,26 @@ def test_a_server_that_is_killed_60_times_does_nothing_twice_and_forgets_nothing
     assert files.verify(data) == []
 
 
+def _home(http: httpx.Client) -> None:
+    """A robot moves to no place before it was homed."""
+    until(lambda: http.get("/readyz").is_success, "the server is ready")
+    move = http.post("/robots/r1/units/1/moves", json={"kind": "home"}, params={"wait": ENDED_S}).json()
+    assert move["status"] == "succeeded", move
+
+
 def _look_for_all(http: httpx.Client, movers: list[Mover], wait_s: float = 0.0) -> list[Any]:
     """Read every move that was answered, in whichever life."""
     return [
-        _get(http, f"/bodies/{mover.body}/moves/{move_id}?wait={wait_s}")
+        _get(http, f"{mover.moves}/{move_id}?wait={wait_s}")
         for mover in movers
         for move_id in (mover.answered if wait_s else mover.answered[-10:])
     ]
 
 
-def _check_intents(data: Path, done: list[tuple[str, str]]) -> None:
-    with sqlite3.connect(data / "journal.db") as journal:
+def _check_intents(data: Path, done: list[str]) -> None:
+    with closing(sqlite3.connect(data / "journal.db")) as journal:
         frames = {frame for (frame,) in journal.execute("SELECT frame FROM intents")}
-    assert [text for body, text in done if f"&{body}{text}\r" not in frames] == []
+    assert [text for text in done if f"{text}\r" not in frames] == []
 
 
 def _check_moves(moves: list[Any]) -> None:
@@ -248,7 +319,9 @@ def _check_moves(moves: list[Any]) -> None:
         assert move["ended_at"]
         assert move["status"] == "succeeded" or (move["evidence"] and move["error"]), move
     adopted = [it for it in moves if any("restarted" in sentence for sentence in it["evidence"])]
-    assert len(adopted) > KILLS
+    families = Counter("robot" if it["body_id"].startswith("r1") else "body" for it in adopted)
+    assert families["body"] > KILLS // 2
+    assert families["robot"] > KILLS // 6
     assert sum(it["status"] == "succeeded" for it in adopted) > len(adopted) / 2
 
 
@@ -260,6 +333,11 @@ def _check_order(told: list[Any]) -> None:
         number = int(event["sequence"])
         assert number == last + 1 or (number <= last and event["type"] == "gateway.crashed"), event
         last = number
+
+
+def _answers(movers: list[Mover], setters: list[Setter]) -> int:
+    """How many were told that what they wanted is begun or done."""
+    return sum(len(it.answered) for it in movers) + sum(len(it.answered) for it in setters)
 
 
 def _live_and_die(
@@ -278,7 +356,10 @@ def _live_and_die(
         tasks = [threads.submit(_until_killed, read, address) for read in (stream, socket)]
         works = [it.work for it in movers] + [it.work for it in setters]
         tasks += [threads.submit(_again_and_again, work, address) for work in works]
-        time.sleep(dice.uniform(*LOAD_S))
+        until_kill = _answers(movers, setters) + dice.randrange(ANSWERS)
+        give_up_at = time.monotonic() + LONGEST_S
+        while _answers(movers, setters) < until_kill and time.monotonic() < give_up_at:
+            time.sleep(0.005)
         parent.kill()
     for task in tasks:
         task.result()

@@ -1,7 +1,7 @@
 """What differs between the families: their plants, the wishes of clients, and what was done in truth."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from random import Random
 from typing import ClassVar, NamedTuple
 
@@ -62,6 +62,10 @@ class Family(ABC):
         """What a frame does."""
 
     @abstractmethod
+    def texts(self, written: str, /) -> Collection[str]:
+        """The commands that bytes carry, as the machine tells them."""
+
+    @abstractmethod
     def carries(self, frame: str, command: AnyCommand) -> bool:
         """Whether a frame is that of a command."""
 
@@ -72,6 +76,10 @@ class Family(ABC):
     @abstractmethod
     def has_done(self, fact: Fact, command: AnyCommand) -> bool:
         """Whether something with the effect of a command was done."""
+
+    @abstractmethod
+    def was_taken(self, fact: Fact, /) -> bool:
+        """Whether a controller has taken something for a command that it executes."""
 
     @abstractmethod
     def moving(self, subject: str, /) -> bool:
@@ -131,6 +139,9 @@ class Rorze(Family):
         row = RORZE_COMMANDS.get(frame[3:6])
         return Effect.READ if row is None else row.effect
 
+    def texts(self, written: str) -> Collection[str]:
+        return [frame[3:] for frame in written.split("\r")]
+
     def carries(self, frame: str, command: AnyCommand) -> bool:
         return frame[3:].rstrip("\r") == f"{command.code}{command.written()}"
 
@@ -140,8 +151,10 @@ class Rorze(Family):
         return frozenset({path.replace("/bodies/", "/bodies/line1.")})
 
     def has_done(self, fact: Fact, command: AnyCommand) -> bool:
-        done = fact.kind == "command" and fact.facts["text"] == f"{command.code}{command.written()}"
-        return done and not str(fact.facts["reply"]).startswith("@")
+        return self.was_taken(fact) and fact.facts["text"] == f"{command.code}{command.written()}"
+
+    def was_taken(self, fact: Fact) -> bool:
+        return fact.kind == "command" and not str(fact.facts["reply"]).startswith("@")
 
     def moving(self, subject: str) -> bool:
         return self.machine.axes[int(subject[-2:], 16)].motor.moving  # type: ignore[union-attr]
@@ -202,6 +215,9 @@ class Fics(Family):
         except WireFault:
             return Effect.READ
 
+    def texts(self, written: str) -> Collection[str]:
+        return written.split("\r")
+
     def carries(self, frame: str, command: AnyCommand) -> bool:
         return isinstance(command, FicsCommand) and frame.rstrip("\r") == command.text()
 
@@ -214,6 +230,13 @@ class Fics(Family):
         answers = " ".join(map(str, fact.facts.get("answers", ())))  # type: ignore[call-overload]
         text = command.text() if isinstance(command, FicsCommand) else ""
         return fact.kind == "command" and fact.facts.get("text") == text and " E" not in answers
+
+    def was_taken(self, fact: Fact) -> bool:
+        """In Ver.2 it does not tell what it has refused: so it is what it could have executed."""
+        try:
+            return fact.kind == "command" and bool(read(*str(fact.facts["text"]).partition(" ")[::2]))
+        except WireFault:
+            return False
 
     def moving(self, _subject: str) -> bool:
         return self.machine.robot.job is not None  # type: ignore[union-attr]

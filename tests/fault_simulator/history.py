@@ -1,10 +1,12 @@
 """What clients wanted and were told, held against what the simulators know to be true.
 
-The invariants have numbers: I1 at most once on the wire; I2 nothing with an effect without a durable intent;
-I3 nothing after a stop that was asked for before it; I4 replies are credited to what they answer; I5 what is
-told as not done was not done; I6 what is told as done was done once; I8 no frame begins in another; I9 events
-are numbered without a hole, and no move ends before it began; I10 a confirmed stop stands still; I12 nothing
-that was sent is told to be repeatable; I13 queues are bounded; I14 after the faults every line is well again.
+The invariants have numbers: I1 at most once on the wire; I2 nothing with an effect without a durable
+intent; I3 nothing after a stop that was asked for before it; I4 replies are credited to what they answer;
+I5 what is told as not done was not done; I6 what is told as done was done once; I7 nothing is executed that
+was not written so, as a whole; I8 no frame begins in another; I9 events are numbered without a hole, and no
+move ends before it began; I10 a confirmed stop stands still; I11 no deadline follows the wall clock:
+without its jumps the same seed sends the same; I12 nothing that was sent is told to be repeatable; I13
+queues are bounded; I14 after the faults every line is well again.
 """
 
 from collections import defaultdict
@@ -95,7 +97,7 @@ class History:
     ) -> None:
         """Look at a reply that is being credited to a frame: I4.
 
-        `numbers` are those of the frames whose bytes arrived together with that which is answered.
+        `numbers` are those of the frames whose bytes, or answers, arrived together with it.
         """
         if answered is None:
             self.violate("I4", f"{what} answers nothing, credited to {frame!r}")
@@ -128,8 +130,9 @@ class History:
     # afterwards
 
     def judge(self) -> list[str]:
-        """Look at everything once more: I1, I5, I6, I8, I12."""
+        """Look at everything once more: I1, I5, I6, I7, I8, I12."""
         self.violations += [f"I8: {it}" for it in self.cable.overlaps]
+        self._judge_executed()
         for written in self.cable.history:
             self._by_request[written.request_id].append(written)
         facts = defaultdict(list)
@@ -143,6 +146,17 @@ class History:
                     continue  # no checksum tells a damaged command from another one
                 self._judge_deed(deed, min(done, 1) if deed.path.startswith("/groups/") else done)
         return self.violations
+
+    def _judge_executed(self) -> None:
+        """Nothing that was cut off, or ran into another frame, has become a command."""
+        truth = self.cable.machine.truth
+        damaged = {fact.request for fact in truth if _is_damaged(fact)}
+        for fact in truth:
+            written = self.cable.frame.get(fact.request or 0)
+            if written is None or fact.request in damaged or not self.family.was_taken(fact):
+                continue
+            if fact.facts["text"] not in self.family.texts(written.text):
+                self.violate("I7", f"{fact.facts['text']!r} was executed at {written}")
 
     def _judge_deed(self, deed: Deed, done: int) -> None:
         written = self._written(deed)

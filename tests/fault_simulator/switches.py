@@ -1,6 +1,7 @@
 """The off switches of the safety rules, for tests alone: with any of them, something has to fail."""
 
 import asyncio
+import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -28,6 +29,7 @@ from gateway.operations.keys import Keys
 from gateway.rorze.bodies import Body
 from gateway.rorze.exchange import RorzeExchange
 from gateway.rorze.guards import Guards
+from gateway.rorze.mark import Mark
 from gateway.rorze.moves import Moves
 from gateway.rorze.session import RorzeSession
 from gateway.rorze.stops import _BodyStop
@@ -37,7 +39,7 @@ from tests.api.common import test_repeats
 from tests.gateway import test_plant
 from tests.gateway.core.journal import test_intents, test_journal
 from tests.gateway.operations import test_moves
-from tests.gateway.rorze import test_stops, test_suspension
+from tests.gateway.rorze import test_body_power, test_stops, test_suspension
 from tests.simulation import test_faulty_robot
 from tests.world import World
 
@@ -51,6 +53,8 @@ class Switch(NamedTuple):
     off: Callable[[Patch], None]
     seeds: Sequence[int] = range(60)
     """Where the fault simulator has to see it; robots are the odd pairs (2, 3, 6, 7, ...)."""
+    by_replay: bool = False
+    """It shows in what the same seed sends without jumps of the wall clock."""
 
 
 ROBOTS = [seed for seed in range(120) if seed % 4 > 1]
@@ -223,6 +227,23 @@ def requests_have_no_age(patch: Patch) -> None:
     patch.setattr(Admission, "require", _nothing)
 
 
+def the_mark_always_stands(patch: Patch) -> None:
+    patch.setattr(Mark, "stands", _true)
+
+
+def half_commands_are_ended(patch: Patch) -> None:
+    patch.setattr("gateway.rorze.line.POISON", b"\r")
+    patch.setattr("gateway.fics.line.CLEARING", b"\rPOF 2\r")
+
+
+def deadlines_follow_the_wall_clock(patch: Patch) -> None:
+    def refuses(self: Gate[Any], exchange: Any, now: float) -> Any:
+        return asked(self, exchange, time.time() - began)
+
+    asked, began = Gate.refuses, 1.79e9
+    patch.setattr(Gate, "refuses", refuses)
+
+
 def keys_are_not_looked_up(patch: Patch) -> None:
     async def known(*_: Any) -> None:
         return
@@ -250,12 +271,19 @@ SWITCHES = (
     Switch("an intent is durable, not only written", commits_are_not_synced),
     Switch("a crash begins a new epoch of events", a_crash_looks_clean),
     Switch("the numbers of events go on over restarts", numbers_begin_anew),
-    Switch("the intents tell what was sent, not the records alone", records_alone_tell_what_was_sent),
+    Switch(
+        "the intents tell what was sent, not the records alone",
+        records_alone_tell_what_was_sent,
+        range(30, 90),
+    ),
     Switch("nothing is sent again after a restart", a_restart_sends_again, BODIES),
     Switch("moves outlive the gateway", moves_are_forgotten),
     Switch("silence is no refusal", no_reply_means_not_sent),
     Switch("a reply is not the end of a move", a_reply_is_the_end_of_a_move, BODIES),
     Switch("no frame begins in another", frames_begin_in_each_other),
+    Switch("what was left half sent to a body is spoilt, not ended", half_commands_are_ended, BODIES),
+    Switch("what was left half sent to a robot is spoilt, not ended", half_commands_are_ended, ROBOTS),
+    Switch("no deadline follows the wall clock", deadlines_follow_the_wall_clock, by_replay=True),
 )
 
 
@@ -312,6 +340,11 @@ STORIES = (
         lambda *_: (
             test_suspension.test_a_request_that_was_read_after_it_is_refused_for_nobody_knows_its_age()
         ),
+    ),
+    Told(
+        "a body that has lost its power is not sent to a place",
+        the_mark_always_stands,
+        lambda *_: test_body_power.test_the_mark_tells_on_boards_that_keep_their_position_too(True),
     ),
     Told(
         "a request is carried out once for each key",

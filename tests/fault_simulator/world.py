@@ -20,6 +20,8 @@ from transports.base import Receiver, Transport, TransportLost
 
 MEANT_FOR_RECOVERY_S = (0.1, 4.0)
 """From a kill to the next start."""
+CUT = 0.8
+"""So often a frame is cut off that is being written when the gateway is killed or the cable pulled."""
 
 
 class Written(NamedTuple):
@@ -35,8 +37,9 @@ class Written(NamedTuple):
 class Cable(SimulatedCable):
     """A cable whose far end keeps its order, and knows which request each frame was written for."""
 
-    def __init__(self, machine: "Rc400Line | SimulatedFics", baud: int) -> None:
+    def __init__(self, machine: "Rc400Line | SimulatedFics", baud: int, dice: Random) -> None:
         super().__init__(machine, baud)
+        self._dice = dice
         self.machine: Rc400Line | SimulatedFics = machine
         self.history: list[Written] = []
         self.frame: dict[int, Written] = {}
@@ -47,9 +50,13 @@ class Cable(SimulatedCable):
         """The same, of what the machine has not handed over yet, and loses with its power."""
         self.answering: int | None = None
         """Which frame is answered by what is being delivered."""
+        self.unended: frozenset[int] = frozenset()
+        """Those answered by what was delivered since the last CR, for a CR may be garbled."""
         self.tx_free_at = 0.0
         self.overlaps: list[str] = []
         self._on_the_way: deque[Written] = deque()
+        self._cut: dict[Written, int] = {}
+        """So many bytes arrive of a frame that was cut off."""
 
     def note(self, written: Written, length: int) -> None:
         """A frame begins; before the end of the last one it would be garbled by it."""
@@ -63,13 +70,24 @@ class Cable(SimulatedCable):
         """Let the machine say what it has to say, after it was touched."""
         self._turn()
 
+    def cut(self) -> None:
+        """What is being written is cut off somewhere, most times: the far end has a part of a frame."""
+        if self._on_the_way and self._dice.random() < CUT:
+            written = self._on_the_way[-1]
+            self._cut[written] = self._dice.randrange(len(written.text))
+
+    def unplug(self) -> None:
+        """Pull the cable."""
+        super().unplug()
+        self.cut()
+
     def plug_in(self) -> None:
         """Put the cable back."""
         self.plugged_in = True
 
     def _arrive(self, data: bytes) -> None:
         written, before = self._on_the_way.popleft(), self.machine.requests
-        super()._arrive(data)
+        super()._arrive(data[: self._cut.pop(written, len(data))])
         for number in range(before + 1, self.machine.requests + 1):
             self.frame[number] = written
 
@@ -78,6 +96,8 @@ class Cable(SimulatedCable):
             self.answering, length = self.pieces.popleft() if self.pieces else (None, len(data))
             piece, data = data[:length], data[length:]
             super()._deliver(piece)
+            answered = frozenset() if self.answering is None else frozenset({self.answering})
+            self.unended = frozenset() if piece.endswith(b"\r") else self.unended | answered
         self.answering = None
 
 
@@ -124,6 +144,7 @@ class Life:
     number: int
     disk: ModelDisk
     judge_write: Callable[[Written], None]
+    on_killed: Callable[[], object]
     killed: asyncio.Event = field(default_factory=asyncio.Event)
     dies_at: dict[str, int] = field(default_factory=dict)
     """The moments at which it is killed: so many of this kind have passed."""
@@ -133,12 +154,14 @@ class Life:
 
     def begin(self, config: Config, cable: Cable, dice: Random, commit_s: Callable[[], float]) -> None:
         """Build the plant on what the lives before have left."""
-        self.journal = VirtualJournal(self.disk, takes_s=self._seen("commit", commit_s))
+        past = begin(self.disk)
+        takes_s = self._seen("commit", commit_s)
+        self.journal = VirtualJournal(self.disk, ran_s=past.ran_s, takes_s=takes_s)
         self.plant = TestedPlant(
             config,
             open_transport=lambda _: Port(cable, self),
             rng=dice,
-            journal=Opened(self.journal, begin(self.disk)),
+            journal=Opened(self.journal, past),
         )
         self.plant.events.listeners.append(lambda event: self.moment(event.type))
 
@@ -158,4 +181,5 @@ class Life:
     def kill(self) -> None:
         """From here on it writes nothing, neither to the cable nor to the disk."""
         self.killed.set()
+        self.on_killed()
         self.journal.kill()

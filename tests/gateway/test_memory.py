@@ -12,10 +12,11 @@ from gateway.core.move_record import Move, MoveStatus
 from gateway.fics.move_record import RobotMove
 from gateway.rorze.jogs import BodyJogRequest
 from protocols.fics.homing import HomeRobot
-from protocols.fics.moves import MoveAbsolute
+from protocols.fics.moves import MoveAbsolute, MoveRelative
 from protocols.fics.row import FicsCommand
 from protocols.rorze.moves import MoveClockwise, MoveTo
 from protocols.rorze.speeds import SetMaximumSpeed, SetStartSpeed
+from tests.fics_plants import Cable
 from tests.plants import in_virtual_time
 from tests.tested_plant import TestedPlant
 from tests.world import DISK_S, World
@@ -276,8 +277,31 @@ def test_a_move_of_a_robot_goes_on_in_its_own_record(mode: int, tmp_path: Path) 
     story()
 
 
-async def _begun(plant: TestedPlant, command: FicsCommand[Any]) -> RobotMove:
-    return await plant.robot_moves.start(plant.robot("r1"), 1, command)
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_move_that_was_being_prepared_knows_what_may_have_been_said(mode: int, tmp_path: Path) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        world = World.of_robot(tmp_path / "data", mode, units=2)
+        async with world.gateway() as plant:
+            await asyncio.sleep(1.0)
+            asking = asyncio.create_task(_begun(plant, MoveRelative(coordinates=[20.0]), unit=2))
+            assert isinstance(world.wire, Cable)
+            await world.wire.written_from("UNT 2")
+            world.crash()
+            asking.cancel()
+            assert world.wire.frames()[-1] == "UNT 2"
+        async with world.gateway() as plant:
+            [move] = plant.robot_moves.of(plant.robot("r1").unit(2))
+            end = await plant.robot_moves.wait(move.id, 600.0)
+            assert end.status is not MoveStatus.CANCELLED, "the journal does not tell that it was not sent"
+            assert "To prepare it, UNT 2 may have been sent." in end.evidence
+            assert all(row["ended_at"] for row in world.rows("intents"))
+
+    story()
+
+
+async def _begun(plant: TestedPlant, command: FicsCommand[Any], unit: int = 1) -> RobotMove:
+    return await plant.robot_moves.start(plant.robot("r1"), unit, command)
 
 
 async def _made(plant: TestedPlant, command: FicsCommand[Any]) -> RobotMove:

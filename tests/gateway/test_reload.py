@@ -225,3 +225,46 @@ async def test_a_file_that_cannot_be_written_leaves_the_plant_as_it_is(
         monkeypatch.undo()
         with pytest.raises(NotFound):
             it.plant.body("40")
+
+
+WAFER = """
+[[scaras]]
+id = "wafer"
+line = "arm"
+group = "90"
+members = ["00", "3F"]
+arm_um = 156_000
+finger_um = 208_000
+pulses_per_turn = [98_765.0, 99_000.0]
+"""
+
+
+@in_virtual_time
+async def test_scara_robots_come_change_and_go_with_their_line_alone(tmp_path: Path) -> None:
+    async with hall(tmp_path, ARM, LEG) as it:
+        arm, leg = it.plant.line("arm"), it.plant.line("leg")
+        it.write(ARM, LEG, WAFER)
+        found = await reload(it.plant, ME, dry_run=False)
+        assert found.lines == [LineChange(line_id="arm", change="changed", keys=["scaras.wafer"])]
+        assert found.needs_restart == []
+        assert it.plant.rorze.scara("wafer").tolerance_pulses == 2
+        assert (it.plant.line("arm") is arm, it.plant.line("leg") is leg) == (False, True)
+        it.write(ARM, LEG, WAFER + "tolerance_pulses = 5\n")
+        found = await reload(it.plant, ME, dry_run=False)
+        assert found.lines[0].keys == ["scaras.wafer"]
+        assert it.plant.rorze.scara("wafer").tolerance_pulses == 5
+        assert (await reload(it.plant, ME, dry_run=False)).lines == []
+        it.write(ARM, LEG)
+        await reload(it.plant, ME, dry_run=False)
+        with pytest.raises(NotFound):
+            it.plant.rorze.scara("wafer")
+
+
+@in_virtual_time
+async def test_a_scara_robot_whose_body_moves_is_not_changed(tmp_path: Path) -> None:
+    async with hall(tmp_path, ARM, WAFER) as it:
+        await do(it.plant, ME, "/bodies/3F", MoveClockwise(distance=50_000))
+        it.write(ARM, WAFER + "tolerance_pulses = 5\n")
+        with pytest.raises(BodyBusy, match=r"arm\.3F moves or is at work; nothing was changed"):
+            await reload(it.plant, ME, dry_run=False)
+        assert it.plant.rorze.scara("wafer").tolerance_pulses == 2

@@ -267,10 +267,11 @@ async def test_who_hurries_before_and_after_disturbs_nobody() -> None:
 async def test_a_scan_is_broken_off_and_says_so() -> None:
     async with rig() as it:
         scan = it.plant.scans.start(it.plant.line("line1"))
-        waiting = asyncio.create_task(it.plant.scans.wait(scan.id, 60.0))
+        waiting = asyncio.create_task(it.plant.scans.wait(scan, 60.0))
         await asyncio.sleep(0.5)
         await it.plant.wind_down()
-        assert (await waiting).status == "failed"
+        await waiting
+        assert scan.status == "failed"
         assert "shutting down" in str(scan.error)
 
 

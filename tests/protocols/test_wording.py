@@ -3,7 +3,7 @@
 from typing import Any, Literal, get_args
 
 import pytest
-from pydantic import TypeAdapter, ValidationError
+from pydantic import AwareDatetime, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ErrorType
 
@@ -52,6 +52,7 @@ def test_an_error_of_our_own_keeps_its_words() -> None:
         (int, {"a": 1}, "must be a whole number"),
         (Literal["cw", "ccw"], "up", "must be 'cw' or 'ccw', not 'up'"),
         (Literal["high", "low"], "hgih", "must be 'high' or 'low', not 'hgih'; did you mean 'high'?"),
+        (AwareDatetime, "yesterday", "must be a time such as 2026-01-31T12:00:00Z, not 'yesterday'"),
     ],
 )
 def test_what_is_expected_stands_beside_what_was_given(shape: Any, given: object, said: str) -> None:
@@ -89,3 +90,7 @@ def test_a_name_nobody_knows_is_told_with_the_one_that_was_meant() -> None:
     assert unknown("speeed", ["speed", "pattern"]) == "did you mean speed?"
     assert unknown("colour", ["speed", "pattern"]) == "known are speed, pattern"
     assert unknown("colour", []) == "nothing is known here"
+
+
+def test_a_time_without_its_zone_is_told_so() -> None:
+    assert expectation(fault("timezone_aware")).endswith("with its zone")

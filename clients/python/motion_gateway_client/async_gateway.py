@@ -3,7 +3,7 @@
 import asyncio
 import os
 from collections.abc import AsyncIterator, Iterable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from time import monotonic
 from types import TracebackType
 from typing import Any, Final, Literal, Self, TypeVar, cast
@@ -14,11 +14,13 @@ from motion_gateway_client.async_heart import AsyncHeart
 from motion_gateway_client.errors import GatewayError, MoveNotOver, MoveNotSucceeded, NoAnswer, Refused
 from motion_gateway_client.generated.async_operations import AsyncOperations
 from motion_gateway_client.generated.types import (
+    BodyJog,
     Event,
     JogSession,
     Move,
     RobotMove,
     StopResult,
+    Taken,
 )
 from motion_gateway_client.paths import given, path_of
 from motion_gateway_client.server_sent import EventReader
@@ -35,6 +37,7 @@ STOP_TRIES: Final = 3
 PAUSES_S: Final = (0.1, 0.2, 0.5, 1.0, 2.0)
 """Before each further try to reach a stream again; the last one from then on."""
 UNDER_WAY: Final = frozenset({"queued", "sent", "moving"})
+LEASE_S: Final = 10.0
 BEATS: Final = 4
 """Heartbeats in the time in which one has to come."""
 
@@ -59,6 +62,8 @@ class AsyncGateway(AsyncOperations):
         url = url or os.environ.get("MOTION_GATEWAY_URL") or URL
         key = key or os.environ.get("MOTION_GATEWAY_KEY")
         self._timeout_s = timeout
+        self._tokens: list[str] = []
+        """Of the leases that last."""
         self._http = http or httpx.AsyncClient(base_url=url, timeout=timeout, limits=LIMITS)
         if key:
             self._http.headers["Authorization"] = f"Bearer {key}"
@@ -92,7 +97,9 @@ class AsyncGateway(AsyncOperations):
         :raises NoAnswer: there is none; `moved` is `no` only where nothing can have been sent.
         """
         query = given(query or {})
-        headers = {"Idempotency-Key": idempotency_key} if idempotency_key else None
+        headers = given(
+            {"Idempotency-Key": idempotency_key or None, "Lease-Token": ", ".join(self._tokens) or None}
+        )
         timeout = self._timeout_s + float(query.get("wait", 0))
         try:
             answer = await self._http.request(
@@ -164,36 +171,81 @@ class AsyncGateway(AsyncOperations):
         :raises Refused: the axis was not started, or was stopped before the block had ended.
         """
         session = await self.start_jog(robot_id, {"unit": unit, "axis": axis, "direction": direction})
+        async with self._jogging(robot_id, session):
+            yield session
+
+    @asynccontextmanager
+    async def jog_body(
+        self, body_id: str, *, direction: Literal["cw", "ccw"], speed: Literal["low", "high"] = "low"
+    ) -> AsyncIterator[BodyJog]:
+        """Jog a body while the block runs; errors and ends as of `jog`."""
+        session = await self.start_body_jog(body_id, {"direction": direction, "speed": speed})
+        async with self._jogging(body_id, session):
+            yield session
+
+    @asynccontextmanager
+    async def _jogging(self, address: str, session: JogSession | BodyJog) -> AsyncIterator[None]:
+        path = f"{path_of(address)}/jogs/{session['id']}"
+        try:
+            async with self._kept(f"{path}/heartbeat", session["heartbeat_within_ms"] / 1000):
+                yield
+        finally:
+            await self._end(address, f"{path}/stop")
+
+    @asynccontextmanager
+    async def _kept(self, path: str, within_s: float) -> AsyncIterator[None]:
+        """Post to a path often enough while the block runs.
+
+        :raises Refused: that was refused before the block had ended.
+        """
         refusals: list[Refused] = []
 
         async def beat() -> bool:
             try:
-                await self.keep_jogging(robot_id, session["id"])
+                await self.call("POST", path)
             except Refused as refusal:
                 refusals.append(refusal)
             except NoAnswer:
                 return True
             return not refusals
 
-        try:
-            async with AsyncHeart(session["heartbeat_within_ms"] / 1000 / BEATS, beat):
-                yield session
-        finally:
-            await self._end(robot_id, session)
+        async with AsyncHeart(within_s / BEATS, beat):
+            yield
         if refusals:
             raise refusals[0]
 
-    async def _end(self, robot_id: str, session: JogSession) -> None:
-        path = f"{path_of(robot_id)}/jogs/{session['id']}/stop"
+    async def _end(self, address: str, path: str) -> None:
         for pause_s in PAUSES_S:
-            try:
-                ended: JogSession = await self.call("POST", path)
-            except NoAnswer:
-                ended = session
-            if ended["state"] not in ("jogging", "stopping"):
-                return
+            with suppress(NoAnswer):
+                ended: JogSession | BodyJog = await self.call("POST", path)
+                if ended["state"] not in ("jogging", "stopping"):
+                    return
             await asyncio.sleep(pause_s)
-        await self.stop(robot_id)
+        await self.stop(address)
+
+    # leases
+
+    @asynccontextmanager
+    async def lease(
+        self, scope: str, *, ttl_s: float = LEASE_S, take_over: bool = False
+    ) -> AsyncIterator[Taken]:
+        """Let nobody else move a line, a body, a group or a robot while the block runs.
+
+        The lease is renewed meanwhile, and goes with everything that this client sends. It ends with the
+        block, or `ttl_s` after the program or its connection has died.
+
+        :raises Refused: somebody else has it, or has taken it over before the block had ended.
+        """
+        taken = await self.take_lease({"scope": scope, "ttl_s": ttl_s, "take_over": take_over})
+        token, path = str(taken["token"]), f"/leases/{taken['lease']}"
+        self._tokens.append(token)
+        try:
+            async with self._kept(f"{path}/renew", ttl_s):
+                yield taken
+        finally:
+            with suppress(GatewayError):  # it ends anyway, or has ended
+                await self.call("DELETE", path)
+            self._tokens.remove(token)
 
     # events
 

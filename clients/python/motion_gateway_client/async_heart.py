@@ -14,7 +14,7 @@ class AsyncHeart:
 
     async def __aenter__(self) -> Self:
         """Begin to beat."""
-        self._task = asyncio.create_task(self._run(), name="jog heartbeat")
+        self._task = asyncio.create_task(self._run(), name="heartbeat")
         return self
 
     async def __aexit__(

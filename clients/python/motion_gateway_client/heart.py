@@ -12,7 +12,7 @@ class Heart:
     def __init__(self, every_s: float, beat: Callable[[], bool]) -> None:
         self._every_s, self._beat = every_s, beat
         self._enough = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="jog heartbeat", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)
 
     def __enter__(self) -> Self:
         """Begin to beat."""

@@ -19,6 +19,7 @@ import type {
   RobotMoveRequest,
   StopMode,
   StopResult,
+  Taken,
 } from "./types.ts";
 
 const URL_OF_THE_DEMO = "http://127.0.0.1:8420";
@@ -30,6 +31,7 @@ const SILENT_S = 40;
 const STOP_TRIES = 3;
 /** Before each further try to reach a stream again; the last one from then on. */
 const PAUSES_S = [0.1, 0.2, 0.5, 1, 2] as const;
+const LEASE_S = 10;
 /** Heartbeats in the time in which one has to come. */
 const BEATS = 4;
 const FIRST_GROUP = 0x80;
@@ -49,6 +51,13 @@ export interface StartOptions {
   /** Seconds to wait for the end. */
   wait?: number;
   idempotencyKey?: string;
+}
+
+export interface LeaseOptions {
+  /** Seconds that it lasts after the program or its connection has died. */
+  ttl?: number;
+  /** End the leases of others that are in the way; for admins. */
+  takeOver?: boolean;
 }
 
 export interface EventOptions {
@@ -74,6 +83,8 @@ export class Gateway {
   readonly http: Client<paths>;
   readonly #url: string;
   readonly #headers: Record<string, string>;
+  /** Of the leases that last. */
+  readonly #tokens = new Set<number>();
   readonly #timeout: number;
   readonly #fetch: typeof globalThis.fetch;
 
@@ -175,22 +186,28 @@ export class Gateway {
     const path = `${pathOf(address)}/jogs`;
     const session = (await this.#post(path, jog)) as JogSession | BodyJog;
     const here = `${path}/${session.id}`;
-    let refusal: unknown;
-    const beat = (): void => {
-      this.#post(`${here}/heartbeat`).catch((error: unknown) => {
-        if (!(error instanceof NoAnswer)) refusal ??= error;
-      });
+    const end = (): Promise<void> => this.#endJog(here, address);
+    return this.#kept(`${here}/heartbeat`, session.heartbeat_within_ms, () => during(session), end);
+  }
+
+  /**
+   * Let nobody else move a line, a body, a group or a robot while `during` runs.
+   *
+   * The lease is renewed meanwhile, and goes with everything that this client sends.
+   */
+  async lease<T>(
+    scope: string,
+    during: (lease: Taken) => Promise<T>,
+    { ttl = LEASE_S, takeOver = false }: LeaseOptions = {},
+  ): Promise<T> {
+    const taken = (await this.#post("/leases", { scope, ttl_s: ttl, take_over: takeOver })) as Taken;
+    const path = `/leases/${taken.lease}`;
+    const end = async (): Promise<void> => {
+      await this.call({ method: "DELETE", path }).catch(() => undefined); // it ends anyway, or has ended
+      this.#tokens.delete(taken.token);
     };
-    const beating = setInterval(beat, session.heartbeat_within_ms / BEATS);
-    let result: T;
-    try {
-      result = await during(session);
-    } finally {
-      clearInterval(beating);
-      await this.#endJog(here, address);
-    }
-    if (refusal) throw refusal;
-    return result;
+    this.#tokens.add(taken.token);
+    return this.#kept(`${path}/renew`, ttl * 1000, () => during(taken), end);
   }
 
   /**
@@ -269,6 +286,26 @@ export class Gateway {
     }
   }
 
+  /** Post to a path often enough while something runs; throws after it what was refused. */
+  async #kept<T>(path: string, withinMs: number, run: () => Promise<T>, end: () => Promise<void>): Promise<T> {
+    let refusal: unknown;
+    const beat = (): void => {
+      this.#post(path).catch((error: unknown) => {
+        if (!(error instanceof NoAnswer)) refusal ??= error;
+      });
+    };
+    const beating = setInterval(beat, withinMs / BEATS);
+    let result: T;
+    try {
+      result = await run();
+    } finally {
+      clearInterval(beating);
+      await end();
+    }
+    if (refusal) throw refusal;
+    return result;
+  }
+
   async #endJog(path: string, address: string): Promise<void> {
     for (const seconds of PAUSES_S) {
       try {
@@ -290,7 +327,9 @@ export class Gateway {
   async #ask(request: Request): Promise<Response> {
     const wait = Number(new URL(request.url).searchParams.get("wait") ?? 0);
     const patience = AbortSignal.timeout((this.#timeout + wait) * 1000);
-    return this.#answered(new Request(request, { signal: AbortSignal.any([request.signal, patience]) }));
+    const asked = new Request(request, { signal: AbortSignal.any([request.signal, patience]) });
+    if (this.#tokens.size) asked.headers.set("Lease-Token", [...this.#tokens].join(", "));
+    return this.#answered(asked);
   }
 
   async #answered(request: Request): Promise<Response> {

@@ -27,3 +27,4 @@ export type RobotMoveRequest =
   | Schemas["RobotStepRequest"];
 export type StopMode = NonNullable<Schemas["StopRequest"]["mode"]>;
 export type StopResult = Schemas["StopResult"];
+export type Taken = Schemas["Taken"];

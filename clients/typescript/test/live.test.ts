@@ -124,6 +124,16 @@ test("a jog moves for as long as its function runs", async () => {
   assert.equal((await status())?.moving, false);
 });
 
+test("nobody else moves what is leased", async () => {
+  const lease = await gateway.lease("00", async (taken) => {
+    await assert.rejects(new Gateway({ timeout: 20 }).startMove("00", by(10)), { kind: "lease" });
+    await gateway.waitForMove(await gateway.startMove("00", by(10)), { timeout: 20 });
+    return taken.lease;
+  });
+  const { data } = await gateway.http.GET("/leases");
+  assert.ok(data && !data.leases.some((it) => it.lease === lease));
+});
+
 test("addresses lead to what they name", () => {
   const paths = ["3F", "arm.80", "r1", "a1", "r1/units/2"].map(pathOf);
   assert.deepEqual(paths, ["/bodies/3F", "/groups/arm.80", "/robots/r1", "/robots/a1", "/robots/r1/units/2"]);

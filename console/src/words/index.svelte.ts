@@ -29,6 +29,11 @@ export function words(): Words {
   return ALL[language.now];
 }
 
+/** The languages that are not spoken now, and what they call themselves. */
+export function others(): [Language, string][] {
+  return (Object.keys(ALL) as Language[]).filter((it) => it !== language.now).map((it) => [it, ALL[it].language]);
+}
+
 /** The name of something in words of ours, or as it is where it is new. */
 export function named(names: Record<string, string>, name: string): string {
   return names[name] ?? name;

@@ -4,6 +4,7 @@ import json
 import secrets
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from gateway.core.journal import writes
@@ -52,8 +53,12 @@ class Beginning(NamedTuple):
     open_intents: Sequence[OpenIntent]
     begun: frozenset[str] = frozenset()
     """The moves that are not over, of which a command may have been written."""
+    prepared: Mapping[str, Sequence[str]] = MappingProxyType({})
+    """By move that is not over, the frames that may have been written to prepare it, without CR."""
     alarms: Sequence[str] = ()
     """The newest records of alarms, as JSON, those that stand among them, in their order."""
+    ran_s: float = 0.0
+    """For how long gateways have run on this journal."""
 
 
 def begin(
@@ -81,7 +86,9 @@ def begin(
         events=_events(disk, int(last), most_events),
         open_intents=_open_intents(disk),
         begun=frozenset(_begun(disk)),
+        prepared=_prepared(disk),
         alarms=_alarms(disk, most_alarms),
+        ran_s=float(known.get(writes.RAN_S, 0.0)),
     )
     facts = {
         "epoch": found.epoch,
@@ -127,6 +134,17 @@ def _open_intents(disk: Disk) -> list[OpenIntent]:
         OpenIntent(intent_id, target, command, written_at is not None, (moves or "").split())
         for intent_id, target, command, written_at, moves in disk.rows(sql)
     ]
+
+
+def _prepared(disk: Disk) -> dict[str, list[str]]:
+    sql = (
+        "SELECT moves.id, frame FROM moves JOIN intents ON move_id = moves.id "
+        "WHERE final = 0 AND effect != 'motion' AND coalesce(outcome, '') != 'not_sent' ORDER BY intents.id"
+    )
+    found: dict[str, list[str]] = {}
+    for move_id, frame in disk.rows(sql):
+        found.setdefault(move_id, []).append(frame.strip())
+    return found
 
 
 def _begun(disk: Disk) -> Iterator[str]:

@@ -1,7 +1,6 @@
 """Journals as files: looked over, written out, copied, made smaller. A gateway may be writing them."""
 
 import sqlite3
-import time
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any, Final
 from gateway.core.journal.disk import FILE
 from gateway.core.journal.retention import Retention, forget
 from gateway.core.journal.schema import VERSION
+from gateway.core.journal.writes import RAN_S
 
 TABLES: Final = ("meta", "intents", "moves", "events", "keys", "alarms")
 
@@ -68,7 +68,8 @@ def prune(directory: Path, kept: Retention) -> int:
 
 def _forget_once(connection: sqlite3.Connection, kept: Retention) -> int:
     connection.execute("BEGIN IMMEDIATE")
-    rows = sum(connection.execute(it.sql, it.values).rowcount for it in forget(time.time(), kept))
+    (ran_s,) = connection.execute("SELECT max(value) FROM meta WHERE name = ?", (RAN_S,)).fetchone()
+    rows = sum(connection.execute(it.sql, it.values).rowcount for it in forget(float(ran_s or 0.0), kept))
     connection.execute("COMMIT")
     return rows
 

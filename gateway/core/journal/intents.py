@@ -3,7 +3,9 @@
 import asyncio
 import secrets
 import time
-from collections.abc import Callable, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import partial
 from typing import Any, Final, Generic, Protocol
@@ -19,6 +21,8 @@ from protocols.table import Effect
 
 ITS_OWN: Final = frozenset({FENCE, POLL, PROBE, SET_UP})
 """What the gateway says of its own accord is not written down."""
+NOT_SENT: Final = "not_sent"
+"""The outcome of what was not handed to the port."""
 OF_MOVES: ContextVar[Sequence[str]] = ContextVar("of_moves", default=())
 """The moves that are made by what is asked here and now."""
 
@@ -36,6 +40,50 @@ class Book(Protocol):
         """Write, and return when that is durable; raises JournalUnavailable."""
 
 
+class _Undertaking(Generic[X]):
+    """What an operation is going to send, and the intents of it that nothing was written for yet."""
+
+    def __init__(self, line: "Intents[X]", commands: Callable[[], Iterable[X]]) -> None:
+        self.line = line
+        self._commands: Callable[[], Iterable[X]] | None = commands
+        self._unused: defaultdict[bytes, list[str]] = defaultdict(list)
+        """By frame, the intents that are durable."""
+        self._durable: set[str] = set()
+        self.is_open = True
+
+    def still_to_come(self, first: X) -> list[X]:
+        """What is to be written down with its first command, once."""
+        commands, self._commands = self._commands, None
+        found = [] if commands is None else list(commands())
+        place = next((place for place, it in enumerate(found) if it.frame == first.frame), -1)
+        return found[place + 1 :]
+
+    def note_durable(self, intent_id: str) -> None:
+        """An intent of it cannot be lost any more."""
+        self._durable.add(intent_id)
+
+    def is_durable(self, intent_id: str) -> bool:
+        """Whether the same intent can be used again, as nothing was written for it."""
+        return self.is_open and intent_id in self._durable
+
+    def keep(self, frame: bytes, intent_id: str) -> None:
+        """Nothing was written for it yet."""
+        self._unused[frame].append(intent_id)
+
+    def take(self, frame: bytes) -> str | None:
+        """An intent to write this frame, if one is durable."""
+        unused = self._unused.get(frame)
+        return unused.pop(0) if unused else None
+
+    def end(self) -> list[str]:
+        """Nothing more comes; gives the intents that nothing was written for."""
+        self.is_open = False
+        return [it for unused in self._unused.values() for it in unused]
+
+
+_UNDERTAKING: ContextVar[_Undertaking[Any] | None] = ContextVar("undertaking", default=None)
+
+
 class Intents(Generic[X]):
     """The intents of one line."""
 
@@ -43,6 +91,28 @@ class Intents(Generic[X]):
         self._book = book
         self._address_of = address_of
         self._held: dict[X, asyncio.Task[None]] = {}
+
+    @contextmanager
+    def undertaking(self, commands: Callable[[], Iterable[X]]) -> Iterator[None]:
+        """Write the intents of all that an operation is going to send with that of its first: it waits once.
+
+        `commands` is asked then. What the operation does without is noted as not sent.
+        """
+        if self._present() is not None:
+            yield  # a part of a larger one
+            return
+        whole = _Undertaking(self, commands)
+        before = _UNDERTAKING.set(whole)
+        try:
+            yield
+        finally:
+            _UNDERTAKING.reset(before)
+            self._drop(whole.end())
+
+    def _present(self) -> _Undertaking[X] | None:
+        """The undertaking of this line that is carried out here and now."""
+        whole = _UNDERTAKING.get()
+        return whole if whole is not None and whole.line is self and whole.is_open else None
 
     def must_come_first(self, exchange: X) -> bool:
         """Whether it has to be durable before the exchange may wait for its turn."""
@@ -55,11 +125,21 @@ class Intents(Generic[X]):
         :raises QueueFull: too many wait for their target already.
         """
         self._book.require()
+        whole = self._present()
+        known = None if whole is None else whole.take(exchange.frame)
+        if known is not None:
+            exchange.intent = known
+            self._follow(exchange, whole)
+            _admit(exchange, admit)
+            return
         require_room(sum(it.target == exchange.target for it in self._held), "target")
-        exchange.intent = _new_id()
-        self._follow(exchange)
-        writing = self._write(exchange, exchange.intent, admit)
-        self._held[exchange] = asyncio.create_task(writing, name=f"intent {exchange.intent}")
+        exchange.intent = own = _new_id()
+        to_come = [] if whole is None else whole.still_to_come(exchange)
+        intents = {own: exchange} | {f"{own}{place:04x}": it for place, it in enumerate(to_come, 1)}
+        self._follow(exchange, whole)
+        self._held[exchange] = asyncio.create_task(
+            self._write(exchange, intents, whole, admit), name=f"intent {own}"
+        )
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Admit no more what is not wanted any more."""
@@ -77,30 +157,56 @@ class Intents(Generic[X]):
             self._follow(exchange)
             self._book.note(self._entry(exchange, exchange.intent), writes.written(exchange.intent, now))
 
-    async def _write(self, exchange: X, intent_id: str, admit: Callable[[X], None]) -> None:
+    async def _write(
+        self,
+        exchange: X,
+        intents: Mapping[str, X],
+        whole: _Undertaking[X] | None,
+        admit: Callable[[X], None],
+    ) -> None:
+        _, *others = intents
         try:
-            await self._book.write(self._entry(exchange, intent_id))
+            await self._book.write(*(self._entry(it, intent_id) for intent_id, it in intents.items()))
         except JournalUnavailable as error:
+            self._drop(others)
             if self._held.pop(exchange, None) is not None:
                 exchange.settle(error)
             return
-        if self._held.pop(exchange, None) is None:
-            return
-        try:
-            admit(exchange)
-        except GatewayError as error:
-            exchange.settle(error)
+        if whole is not None and whole.is_open:
+            for intent_id, it in intents.items():
+                whole.note_durable(intent_id)
+                if it is not exchange:
+                    whole.keep(it.frame, intent_id)
+        else:
+            self._drop(others)
+        if self._held.pop(exchange, None) is not None:
+            _admit(exchange, admit)
 
-    def _follow(self, exchange: X) -> None:
-        """Wait for its outcome as everybody does, but never lose patience."""
+    def _follow(self, exchange: X, whole: _Undertaking[X] | None = None) -> None:
+        """Wait for its outcome before everybody else, and never lose patience."""
         outcome: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
-        outcome.add_done_callback(partial(self._note_outcome, exchange.intent or ""))
-        exchange.wait_for(outcome)
+        outcome.add_done_callback(partial(self._note_outcome, exchange.intent or "", exchange.frame, whole))
+        exchange.waiters = {outcome: exchange.expires_at} | exchange.waiters
 
-    def _note_outcome(self, intent_id: str, settled: "asyncio.Future[Any]") -> None:
+    def _note_outcome(
+        self,
+        intent_id: str,
+        frame: bytes,
+        whole: _Undertaking[X] | None,
+        settled: "asyncio.Future[Any]",
+    ) -> None:
         outcome = settled.result()
+        name = _name_of(outcome)
+        if name == NOT_SENT and whole is not None and whole.is_durable(intent_id):
+            whole.keep(frame, intent_id)  # it may be tried again
+            return
         detail = outcome.detail if isinstance(outcome, GatewayError) else None
-        self._book.note(writes.ended(intent_id, time.time(), _name_of(outcome), detail))
+        self._book.note(writes.ended(intent_id, time.time(), name, detail))
+
+    def _drop(self, intent_ids: Iterable[str]) -> None:
+        """Nothing will be written for these."""
+        for intent_id in intent_ids:
+            self._book.note(writes.ended(intent_id, time.time(), NOT_SENT))
 
     def _entry(self, exchange: X, intent_id: str) -> Write:
         return writes.intent(
@@ -121,10 +227,17 @@ def _has_effect(exchange: Any) -> bool:
     return exchange.command.effect is not Effect.READ and exchange.origin not in ITS_OWN
 
 
+def _admit(exchange: X, admit: Callable[[X], None]) -> None:
+    try:
+        admit(exchange)
+    except GatewayError as error:
+        exchange.settle(error)
+
+
 def _name_of(outcome: object) -> str:
     if isinstance(outcome, NoReply):
         return "unknown"
-    return "not_sent" if isinstance(outcome, GatewayError) else type(outcome).__name__.lower()
+    return NOT_SENT if isinstance(outcome, GatewayError) else type(outcome).__name__.lower()
 
 
 def _new_id() -> str:

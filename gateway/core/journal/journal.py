@@ -69,6 +69,8 @@ class Journal:
     on_trouble: Callable[[str | None], None] = lambda _why: None
     """Called with the reason when it cannot be written any more, and with None when it can again."""
     retention: Retention = field(default_factory=Retention)
+    ran_s: float = 0.0
+    """For how long gateways have run on this journal."""
     trouble: str | None = None
     """Why it cannot be written."""
     lag_s: float = 0.0
@@ -82,6 +84,8 @@ class Journal:
     """The file is not trusted again in this process."""
     _owed: list[Write] = field(default_factory=list)
     """What nobody waited for and a full disk has not taken, in its order."""
+    _counted_at: float = field(default_factory=lambda: time.monotonic())
+    """Until when that is counted."""
     _forgot: bool = False
     """Some of that was too much: the next life has to begin as after a crash."""
 
@@ -229,8 +233,9 @@ class Journal:
 
     def _look(self) -> None:
         """Sync, forget what is old, try again after trouble, and see that the file is there."""
-        now = time.time()
-        error = self._try([writes.meta("seen_at", str(now)), *forget(now, self.retention)], durable=True)
+        facts = {"seen_at": str(time.time()), writes.RAN_S: str(self._count())}
+        known = [writes.meta(name, value) for name, value in facts.items()]
+        error = self._try([*known, *forget(self.ran_s, self.retention)], durable=True)
         if error is None:
             try:
                 self.disk.check()
@@ -239,6 +244,13 @@ class Journal:
                 self._failed, error = True, gone
         self._unsynced_since = None
         self._loop.call_soon_threadsafe(self._settle, [], error)
+
+    def _count(self) -> float:
+        """For how long gateways have run by now."""
+        now = time.monotonic()
+        self.ran_s += now - self._counted_at
+        self._counted_at = now
+        return self.ran_s
 
     # back on the event loop
 

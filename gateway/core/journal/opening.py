@@ -73,7 +73,7 @@ def open_journal(directory: Path) -> Opened:
             "the journal was broken: it is now %s, and a new one was begun; what was under way is not known",
             disk.set_aside,
         )
-    return Opened(Journal(disk), past, disk.set_aside)
+    return Opened(Journal(disk, ran_s=past.ran_s), past, disk.set_aside)
 
 
 def _begin(disk: Disk) -> Beginning:

@@ -1,4 +1,7 @@
-"""What is forgotten, and when: by age and by number, a little at a time."""
+"""What is forgotten, and when: by age and by number, a little at a time.
+
+Ages are counted in the time in which gateways have run: the wall clock may jump by years, and jump back.
+"""
 
 from dataclasses import dataclass
 
@@ -14,16 +17,16 @@ class Retention:
     """How much is kept. What is not over yet is always kept."""
 
     days: float = 30.0
-    """Moves, intents and alarms that are over."""
+    """Moves, intents and alarms that are over; days in which gateways ran."""
     events: int = 100_000
     moves: int = 100_000
     keys_days: float = 1.0
     """Idempotency keys that were answered."""
 
 
-def forget(now: float, kept: Retention) -> list[Write]:
-    """The statements that forget what is too old at a moment of the wall clock, or too much."""
-    over = now - kept.days * DAY_S
+def forget(ran_s: float, kept: Retention) -> list[Write]:
+    """The statements that forget what is too old when gateways have run for so long, or too much."""
+    over = ran_s - kept.days * DAY_S
     return [
         Write(
             "DELETE FROM events WHERE number IN (SELECT number FROM events WHERE number <= "
@@ -31,23 +34,23 @@ def forget(now: float, kept: Retention) -> list[Write]:
             (kept.events, SLICE),
         ),
         Write(
-            "DELETE FROM moves WHERE id IN (SELECT id FROM moves WHERE final = 1 AND (at < ? OR id <= "
+            "DELETE FROM moves WHERE id IN (SELECT id FROM moves WHERE final = 1 AND (ran_s <= ? OR id <= "
             "(SELECT id FROM moves ORDER BY id DESC LIMIT 1 OFFSET ?)) LIMIT ?)",
             (over, kept.moves, SLICE),
         ),
         Write(
             "DELETE FROM intents WHERE id IN "
-            "(SELECT id FROM intents WHERE ended_at IS NOT NULL AND at < ? LIMIT ?)",
+            "(SELECT id FROM intents WHERE ended_at IS NOT NULL AND ran_s <= ? LIMIT ?)",
             (over, SLICE),
         ),
         Write(
             "DELETE FROM keys WHERE (scope, key) IN "
-            "(SELECT scope, key FROM keys WHERE status IS NOT NULL AND at < ? LIMIT ?)",
-            (now - kept.keys_days * DAY_S, SLICE),
+            "(SELECT scope, key FROM keys WHERE status IS NOT NULL AND ran_s <= ? LIMIT ?)",
+            (ran_s - kept.keys_days * DAY_S, SLICE),
         ),
         Write(
             "DELETE FROM alarms WHERE id IN "
-            "(SELECT id FROM alarms WHERE reset_at IS NOT NULL AND at < ? LIMIT ?)",
+            "(SELECT id FROM alarms WHERE reset_at IS NOT NULL AND ran_s <= ? LIMIT ?)",
             (over, SLICE),
         ),
     ]

@@ -77,6 +77,17 @@ MIGRATIONS: Final = (
     """
     CREATE INDEX intents_by_move ON intents (move_id) WHERE move_id IS NOT NULL;
     """,
+    """
+    -- For how long gateways had run on this journal: the wall clock may jump.
+    ALTER TABLE intents ADD COLUMN ran_s REAL NOT NULL DEFAULT 0;
+    ALTER TABLE moves ADD COLUMN ran_s REAL NOT NULL DEFAULT 0;
+    ALTER TABLE keys ADD COLUMN ran_s REAL NOT NULL DEFAULT 0;
+    ALTER TABLE alarms ADD COLUMN ran_s REAL NOT NULL DEFAULT 0;
+    CREATE INDEX intents_by_age ON intents (ran_s);
+    CREATE INDEX keys_by_age ON keys (ran_s);
+    DROP INDEX intents_by_time;
+    DROP INDEX keys_by_time;
+    """,
 )
 """One script for each version, applied in order; a script that was published never changes."""
 

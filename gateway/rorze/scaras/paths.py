@@ -67,10 +67,12 @@ async def write(scara: Scara, path: int, points: Sequence[PathPoint]) -> Mapping
             f"Path {path} is the one that the gateway writes its lines to; nothing was sent.",
             "Take another number, or change own_path in the configuration.",
         )
-    async with scara.line.undivided([scara.group.number]):
-        for command in commands_for(path, points):
-            await scara.ask(command)
-        stored = await read(scara, path)
+    commands = commands_for(path, points)
+    with scara.line.sending(scara.group.number, commands):
+        async with scara.line.undivided([scara.group.number]):
+            for command in commands:
+                await scara.ask(command)
+            stored = await read(scara, path)
     if stored != dict(enumerate(points)):
         raise PathsDiffer(
             f"The controllers of {scara.id} hold another path {path} than was sent.", "Write it again."

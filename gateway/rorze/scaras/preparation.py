@@ -136,15 +136,16 @@ async def prepare(plan: Plan, note: Callable[[str], None]) -> None:
     :raises GeometryDiffers, PathsDiffer: a controller holds something else.
     :raises GatewayError: one has refused it, or did not answer.
     """
-    scara = plan.scara
+    scara, places = plan.scara, plan.positions()
     _require_power(scara)
-    for position in plan.positions():
-        await _tell(scara, position, note)
-    await geometry.require_agreement(scara, plan.here.pulses)
-    for command in plan.manoeuvre.preparation:
-        await _tell(scara, command, note)
-        if isinstance(command, SetPathPoint):
-            await paths.require_stored(scara, command)
+    with scara.line.sending(scara.group.number, [*places, *plan.manoeuvre.preparation]):
+        for place in places:
+            await _tell(scara, place, note)
+        await geometry.require_agreement(scara, plan.here.pulses)
+        for command in plan.manoeuvre.preparation:
+            await _tell(scara, command, note)
+            if isinstance(command, SetPathPoint):
+                await paths.require_stored(scara, command)
 
 
 async def _tell(scara: Scara, command: RorzeCommand[Any], note: Callable[[str], None]) -> None:

@@ -12,6 +12,7 @@ from gateway.rorze.scaras.paths import commands_for
 from gateway.rorze.scaras.record import ScaraMoveKind
 from protocols.rorze import ways
 from protocols.rorze.interpolation import (
+    MOST_POINTS,
     MoveToExtensionStart,
     Path,
     PathPoint,
@@ -62,6 +63,37 @@ class Angle(_Amount, json_schema_extra=example(value=90, unit="deg")):
     unit: Literal["deg", "mdeg"]
 
 
+class ViaPoint(
+    RequestModel, json_schema_extra=example(x={"value": 255, "unit": "mm"}, y={"value": 300, "unit": "mm"})
+):
+    """A point that a path leads through, or the centre (RC-420 manual 13.10.5, 13.10.6)."""
+
+    x: Distance | None = None
+    y: Distance | None = None
+    radius: Distance | None = Field(
+        None, description="Of the arc that rounds the corner; left out, 0. The last point has none."
+    )
+    place: Literal["center"] | None = Field(
+        None, description="`center`: the third joint is over the origin of coordinates."
+    )
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        given = (self.x is None, self.y is None, self.place is None)
+        if given not in ((False, False, True), (True, True, False)):
+            raise ValueError("give x and y, or place")
+        if self.radius is not None and (self.place is not None or self.radius.thousandths < 0):
+            raise ValueError("radius belongs to x and y, and is not negative")
+        return self
+
+    def point(self) -> PathPoint:
+        """As the controllers hold it."""
+        if self.x is None or self.y is None:
+            return PathPoint(place=self.place)
+        radius = 0 if self.radius is None else self.radius.thousandths
+        return PathPoint(x=self.x.thousandths, y=self.y.thousandths, radius=radius)
+
+
 class Here(NamedTuple):
     """What a move begins with."""
 
@@ -110,7 +142,9 @@ class _ScaraMoveRequest(RequestModel):
 
     def _to(self, here: Here, end: Place) -> Manoeuvre:
         """A straight line of the finger's end, by the path that the gateway keeps for that."""
-        points = [PathPoint(x=round(end.x), y=round(end.y), radius=0)]
+        return self._through(here, [PathPoint(x=round(end.x), y=round(end.y), radius=0)])
+
+    def _through(self, here: Here, points: Sequence[PathPoint]) -> Manoeuvre:
         prepared = PreparePath(path=here.own_path, pattern=self.pattern)
         return _along(ways.along(dict(enumerate(points))), *commands_for(here.own_path, points), prepared)
 
@@ -131,18 +165,33 @@ class ScaraLineRequest(
 
 
 class ScaraPathRequest(_ScaraMoveRequest, json_schema_extra=example(kind="path", path=3)):
-    """Move the finger's end along a stored path (RC-420 manual 13.10.5)."""
+    """Move the finger's end along a stored path, or through points (RC-420 manual 13.10.5)."""
 
     kind: Literal["path"]
-    path: Path = Field(description="Interpolation path 0-63.")
+    path: Path | None = Field(None, description="Interpolation path 0-63.")
+    points: list[ViaPoint] | None = Field(
+        None,
+        min_length=1,
+        max_length=MOST_POINTS,
+        description="In the place of `path`: through these, to the last. They are put into the path that the "
+        "gateway keeps for its lines.",
+    )
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if (self.path is None) == (self.points is None):
+            raise ValueError("give path or points")
+        return self
 
     @property
-    def stored_path(self) -> int:
-        """The path itself."""
+    def stored_path(self) -> int | None:
+        """The path itself, if it is stored."""
         return self.path
 
     def manoeuvre(self, here: Here) -> Manoeuvre:
-        """HMS."""
+        """HMS; HDS before it for points of its own."""
+        if self.path is None:
+            return self._through(here, [it.point() for it in self.points or ()])
         return _along(ways.along(here.points), PreparePath(path=self.path, pattern=self.pattern))
 
 

@@ -172,6 +172,32 @@ async def test_a_curve_goes_through_its_changes_of_speed(stand: Stand) -> None:
 
 
 @on_stand()
+async def test_a_curve_of_a_draft_is_that_of_the_pattern_once_it_is_set(stand: Stand) -> None:
+    draft = {"acceleration": UP, "deceleration": DOWN, "changes": SLOW_AT_THE_SENSOR}
+    wanted = f"{PATTERN}/curve?distance=150000"
+    drawn = (await stand.post(wanted, draft)).json()
+    assert set_by(stand.frames()) == []
+    await teach(stand, SLOW_AT_THE_SENSOR)
+    assert (await stand.get(wanted)).json() == drawn
+
+
+@on_stand()
+async def test_a_draft_that_would_be_refused_says_why(stand: Stand) -> None:
+    twice = [{"point": 0, "begin": it, "speed_pps": 20_000} for it in (40_000, 60_000)]
+    for draft, said in (
+        ({"acceleration": {**UP, "maximum_speed_pps": 4_000}}, "above maximum_speed_pps"),
+        ({"acceleration": UP, "changes": twice}, "each point may be given once"),
+        (
+            {"acceleration": UP, "changes": [{"point": 0, "begin": 10, "speed_pps": 20_000}]},
+            "would be refused",
+        ),
+    ):
+        answer = await stand.post(f"{PATTERN}/curve?distance=100000", draft)
+        assert answer.status_code == 422
+        assert said in answer.text
+
+
+@on_stand()
 async def test_a_slow_curve_has_no_ramps(stand: Stand) -> None:
     curve = (await stand.get("/bodies/01/patterns/30/curve?distance=100&speed=low&points=2")).json()
     assert curve["total_time_s"] == pytest.approx(2.0)

@@ -105,11 +105,12 @@ def test_every_route_with_a_body_is_tried() -> None:
         ("/events?bodies=3E", "bodies: there is no 3E; there are 00, 01, 3F, arm.00, arm.01, arm.3F."),
     ],
 )
-def test_who_asks_for_what_is_not_there_is_told_what_is(path: str, said: str) -> None:
+def test_who_asks_for_what_is_not_there_is_told_what_is_and_where_it_is_listed(path: str, said: str) -> None:
     @on_stand()
     async def story(stand: Stand) -> None:
         answer = await stand.get(path)
         assert answer.json()["detail"] == said
+        assert answer.json()["remedy"].startswith("GET /")
 
     story()
 
@@ -122,9 +123,14 @@ def test_who_asks_for_what_is_not_there_is_told_what_is(path: str, said: str) ->
         ("/robots/r1/units/1/commands/get-axis-stats", "; did you mean get-axis-status?"),
         ("/bodies/3F/commands/sing", ""),
         ("/nobodies/3F/commands/get-position", ""),
+        ("/bodys/3F/moves", "; did you mean bodies?"),
+        ("/bodies/3F/move", "; did you mean moves?"),
+        ("/robots/r1/units/1/move", "; did you mean moves?"),
+        ("/bodies/3F/moves/1/2/3", ""),
+        ("/sing", ""),
     ],
 )
-def test_a_misspelt_command_is_answered_by_the_one_that_was_meant(path: str, meant: str) -> None:
+def test_a_misspelt_path_or_command_is_answered_by_the_one_that_was_meant(path: str, meant: str) -> None:
     @on_stand()
     async def story(stand: Stand) -> None:
         before = stand.frames()
@@ -136,3 +142,15 @@ def test_a_misspelt_command_is_answered_by_the_one_that_was_meant(path: str, mea
         assert stand.frames() == before
 
     story()
+
+
+@on_stand()
+async def test_a_body_that_comes_in_several_types_is_told_its_members(stand: Stand) -> None:
+    answer = await stand.client.put("/bodies/3F/program", json={"sorce": "END"})
+    assert answer.json()["detail"] == "sorce: is not known here; did you mean source?; nothing was sent."
+
+
+@on_stand()
+async def test_what_is_hardly_like_a_name_was_not_meant_by_it(stand: Stand) -> None:
+    answer = await stand.post("/stop", {"bodies": ["3F"]})
+    assert answer.json()["detail"] == "bodies: is not known here; known are mode; nothing was sent."

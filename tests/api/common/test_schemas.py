@@ -3,7 +3,7 @@
 from copy import deepcopy
 from typing import Any
 
-from api.common.schemas import complete, core_of
+from api.common.schemas import complete, core_of, resources_of
 
 STOP = {"properties": {"mode": {"type": "string", "default": "decelerate"}, "note": {"default": ""}}}
 REFERENCE = {"$ref": "#/components/schemas/Stop"}
@@ -19,6 +19,7 @@ DOCUMENT: dict[str, Any] = {
                 "responses": {"200": {"schema": {"$ref": "#/components/schemas/Stopped"}}},
             }
         },
+        "/lines": {"get": {"tags": ["lines"]}, "post": {"tags": ["backups"]}},
         "/bodies/{body_id}/commands/home": {
             "post": {
                 "tags": ["commands"],
@@ -54,8 +55,15 @@ def test_defaults_of_requests_become_words_and_those_of_answers_stay() -> None:
     assert schemas["Stopped"] == DOCUMENT["components"]["schemas"]["Stopped"]
 
 
-def test_the_core_leaves_out_commands_and_what_only_they_refer_to() -> None:
+def test_the_resources_leave_out_commands_and_what_only_they_refer_to() -> None:
+    resources = resources_of(DOCUMENT)
+    assert set(resources["paths"]) == {"/stop", "/lines"}
+    assert [section["name"] for section in resources["tags"]] == ["stops", "lines", "backups"]
+    assert set(resources["components"]["schemas"]) == {"Stop", "Stopped"}
+
+
+def test_the_core_leaves_out_the_sections_that_are_not_needed_first() -> None:
     core = core_of(DOCUMENT)
-    assert set(core["paths"]) == {"/stop"}
-    assert [section["name"] for section in core["tags"]] == ["stops"]
-    assert set(core["components"]["schemas"]) == {"Stop", "Stopped"}
+    assert set(core["paths"]) == {"/stop", "/lines"}
+    assert set(core["paths"]["/lines"]) == {"get"}
+    assert [section["name"] for section in core["tags"]] == ["stops", "lines"]

@@ -18,8 +18,10 @@ from tests.api.stand import Stand, on_stand
 LONG = b'{"a":"' + b"x" * 5000 + b'"}'
 EVERY_DOCUMENT = (
     "/openapi.json",
+    "/openapi/resources.json",
     "/openapi/core.json",
     "/docs",
+    "/docs/resources",
     "/docs/all",
     "/redoc",
     "/static-offline-docs/swagger-ui-bundle.js",
@@ -128,7 +130,7 @@ def test_a_document_is_made_beside_the_event_loop() -> None:
 
 @on_stand()
 async def test_pages_run_their_own_scripts_and_no_others(stand: Stand) -> None:
-    for path in ("/docs", "/docs/all", "/redoc"):
+    for path in ("/docs", "/docs/resources", "/docs/all", "/redoc"):
         page = await stand.get(path)
         policy = dict(part.split(" ", 1) for part in page.headers["content-security-policy"].split("; "))
         assert policy["default-src"] == policy["frame-ancestors"] == "'none'"

@@ -1,18 +1,27 @@
-"""The page of the documentation: folded, searched, with deep links, and all that it is given is text."""
+"""The pages of the documentation: folded, searched, with deep links, and all that they are given is text."""
 
-from api.front.swagger import swagger_page
+from api.front.swagger import Page, swagger_page
+
+FEW = Page("/docs", "A few", "/openapi/core.json")
+ALL = Page("/docs/all", "All", "/openapi.json")
 
 
-def text(title: str = "gateway", url: str = "/openapi/core.json", assets: str = "/static") -> str:
-    return bytes(swagger_page(title, url, assets).body).decode()
+def text(title: str = "gateway", shown: Page = FEW, root_path: str = "", assets: str = "/static") -> str:
+    return bytes(swagger_page(title, shown, [shown, ALL], root_path, assets).body).decode()
 
 
 def test_it_opens_folded_with_a_search_and_deep_links() -> None:
     page = text()
     assert 'url: "/openapi/core.json"' in page
-    for option in ('docExpansion: "none"', "filter: true", "deepLinking: true", "fn: {opsFilter}"):
+    for option in ('docExpansion: "none"', "filter: true", "deepLinking: true", "opsFilter"):
         assert option in page
     assert 'src="/static/swagger-ui-bundle.js"' in page
+
+
+def test_it_leads_to_the_other_pages_behind_a_proxy_too() -> None:
+    page = text(root_path="/motion")
+    assert '<a href="/motion/docs" aria-current="page">A few</a><a href="/motion/docs/all">All</a>' in page
+    assert 'url: "/motion/openapi/core.json"' in page
 
 
 def test_no_key_is_left_in_the_browser() -> None:
@@ -20,7 +29,8 @@ def test_no_key_is_left_in_the_browser() -> None:
 
 
 def test_what_it_is_given_stays_text() -> None:
-    page = text(title="<b>", url='/"+alert(1)+"</script><b>', assets='/"><b>')
+    hostile = Page('/"><b>', "<b>", '/"+alert(1)+"</script><b>')
+    page = text(title="<b>", shown=hostile, assets='/"><b>')
     assert "<b>" not in page
     assert page.count("</script>") == 2
     assert r'url: "/\"+alert(1)+\"\u003c/script>\u003cb>"' in page

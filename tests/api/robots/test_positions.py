@@ -194,3 +194,32 @@ async def test_axes_are_taken_in_lower_case_and_each_once(cell: Cell) -> None:
     twice = await cell.put(f"{UNIT}/positions", {"positions": [{"number": 3, "axes": mm(x=1, X=2)}]})
     refused(twice, 422, "positions.0.axes")
     assert "must name axis X once only" in twice.json()["detail"]
+
+
+@pytest.mark.parametrize("read", ["positions", "positions.csv"])
+def test_a_stale_etag_stores_nothing(read: str) -> None:
+    @in_cell()
+    async def story(cell: Cell) -> None:
+        put, known, place = (
+            cell.client.put,
+            "?first=1&last=5",
+            {"positions": [{"number": 1, "axes": mm(X=1)}]},
+        )
+        seen = {"If-Match": (await cell.get(f"{UNIT}/{read}{known}")).headers["etag"]}
+        assert (await put(f"{UNIT}/positions{known}", json=place, headers=seen)).status_code == 200
+        stale = await put(f"{UNIT}/positions{known}", json=place, headers=seen)
+        assert (stale.status_code, stale.json()["moved"]) == (412, "no")
+        as_csv = {**seen, "content-type": "text/csv"}
+        assert (await put(f"{UNIT}/positions.csv{known}", content=TABLE, headers=as_csv)).status_code == 412
+        assert cell.rig.heard("POF 1") == ["POF 1,1"]
+
+    story()
+
+
+@in_cell()
+async def test_only_the_positions_that_were_read_have_to_be_as_they_were(cell: Cell) -> None:
+    known = f"{UNIT}/positions?first=100&last=105"
+    seen = {"If-Match": (await cell.get(known)).headers["etag"]}
+    place = {"positions": [{"number": 1, "axes": mm(X=1)}]}
+    for _ in range(2):
+        assert (await cell.client.put(known, json=place, headers=seen)).status_code == 200

@@ -3,6 +3,7 @@
 import asyncio
 from typing import Any
 
+import httpx2
 import pytest
 
 from gateway.fics.settings import SETTINGS, SMOOTH, SettingsChange, UnitSettings
@@ -214,3 +215,28 @@ async def test_soft_limits_that_would_cross_are_refused_with_their_field(cell: C
     refused(answer, 422)
     assert "upper_soft_limit: axis X of r1/units/1 would have soft limits" in answer.json()["detail"]
     assert not [text for text in cell.commands() if text.startswith("SLP ")]
+
+
+async def patch(cell: Cell, change: object, tag: str) -> httpx2.Response:
+    return await cell.client.patch(f"{UNIT}/settings", json=change, headers={"If-Match": tag})
+
+
+@in_cell()
+async def test_a_stale_etag_sets_nothing(cell: Cell) -> None:
+    seen = (await cell.get(f"{UNIT}/settings")).headers["etag"]
+    assert seen == (await cell.get(f"{UNIT}/settings")).headers["etag"]
+    assert (await patch(cell, {"speed_percent": {"X": 50}}, seen)).status_code == 200
+    before = cell.commands()
+    stale = await patch(cell, {"acceleration_time_ms": {"X": 100}}, seen)
+    assert (stale.status_code, stale.json()["moved"]) == (412, "no")
+    assert [text for text in cell.commands()[len(before) :] if " " in text] == []
+
+
+@in_cell()
+async def test_of_two_who_have_read_the_same_settings_one_changes_them(cell: Cell) -> None:
+    seen = (await cell.get(f"{UNIT}/settings")).headers["etag"]
+    answers = await asyncio.gather(
+        patch(cell, {"speed_percent": {"X": 50}}, seen), patch(cell, {"speed_percent": {"X": 60}}, seen)
+    )
+    assert sorted(answer.status_code for answer in answers) == [200, 412]
+    assert len([text for text in cell.commands() if text.startswith("VAO ")]) == 1

@@ -93,3 +93,13 @@ async def test_an_output_whose_line_drops_before_it_is_read_back_was_switched_al
     assert answer.json()["type"].endswith(":not-read-back")
     assert "could not be read back: Line cell was lost" in answer.json()["detail"]
     assert cell.rig.fics.outputs[0] & 1
+
+
+@in_cell()
+async def test_a_stale_etag_sets_no_variable(cell: Cell) -> None:
+    path = "/robots/r1/variables"
+    seen = {"If-Match": (await cell.get(f"{path}?first=5")).headers["etag"]}
+    assert (await cell.client.put(f"{path}/5", json={"value": 1.5}, headers=seen)).json()["value"] == 1.5
+    stale = await cell.client.put(f"{path}/5", json={"value": 2.5}, headers=seen)
+    assert (stale.status_code, stale.json()["moved"]) == (412, "no")
+    assert [text for text in cell.commands() if text.startswith("VAR V05=")] == ["VAR V05=1.5"]

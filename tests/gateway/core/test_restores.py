@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound, StoppedFirst
+from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound, NotSent, StoppedFirst
 from gateway.core.restore_record import Difference, Restore
 from gateway.core.restores import BACK_WITHIN_S, TOLD, Comparison, Restores, Watcher
 from tests.plants import in_virtual_time
@@ -130,6 +130,16 @@ async def test_flash_memory_that_nobody_knows_of_is_no_success() -> None:
     machine.on_save = raising(NoReply("No reply."))
     record = await over(of, machine, flash=True)
     assert (record.status, record.differences, record.saved) == ("failed", [], False)
+
+
+@in_virtual_time
+async def test_an_error_amid_a_restore_tells_what_had_been_written() -> None:
+    of, _ = restores()
+    machine = Machine()
+    machine.on_save = raising(NotSent("It does not answer; nothing was sent."))
+    record = await over(of, machine, flash=True)
+    assert record.error is not None
+    assert record.error.detail == "It does not answer. 1 of 1 commands had been written."
 
 
 @in_virtual_time

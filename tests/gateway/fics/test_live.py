@@ -1,9 +1,10 @@
 """Live values of robots: of the unit it acts on, and behind all that others want."""
 
 import asyncio
+import json
 
 from protocols.fics.homing import HomeRobot
-from tests.fics_plants import fics_rig
+from tests.fics_plants import FicsRig, fics_rig
 from tests.plants import in_virtual_time
 from tests.watching import watching
 
@@ -52,3 +53,36 @@ async def test_a_command_waits_for_one_question_at_most() -> None:
             await rig.robot.unit(1).status()
             assert asyncio.get_running_loop().time() - began < 0.25
             await asyncio.sleep(0.017)
+
+
+def input_edges(rig: FicsRig) -> list[tuple[int, bool]]:
+    hub = rig.plant.events
+    events = [hub.event(number) for number in range(hub.first, hub.last + 1)]
+    told = [json.loads(it.json)["data"] for it in events if it.type == "robot.input.changed"]
+    assert {it["channel"] for it in told} <= {1}
+    return [(it["number"], it["on"]) for it in told]
+
+
+@in_virtual_time
+async def test_changes_of_inputs_are_events_as_often_as_the_configuration_asks() -> None:
+    async with fics_rig(options="input_edges_per_s = 5") as rig:
+        await asyncio.sleep(2)
+        assert input_edges(rig) == []
+        rig.fics.inputs[0] = 0b1000_0000
+        await asyncio.sleep(0.5)
+        assert input_edges(rig) == [(7, True)]
+        outputs = len(rig.heard("IDO"))
+        asked = len(rig.heard("IDI"))
+        await asyncio.sleep(10)
+        assert 45 <= len(rig.heard("IDI")) - asked <= 51
+        assert len(rig.heard("IDO")) == outputs
+
+
+@in_virtual_time
+async def test_who_watches_inputs_gets_their_changes_as_events_too() -> None:
+    async with fics_rig() as rig:
+        async with watching(rig.plant.events, types=["io"], sample=10):
+            await asyncio.sleep(2)
+            rig.fics.inputs[0] ^= 1 << 3
+            await asyncio.sleep(2)
+        assert input_edges(rig) == [(3, True)]

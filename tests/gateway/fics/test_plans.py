@@ -1,11 +1,14 @@
 """What a move would do, by the robot's own settings: the same as it then does, or an honest nothing."""
 
 import asyncio
+from itertools import pairwise
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from gateway.fics.plans import PlannedRobotMove, plan_of
+from gateway.fics.plans import PlannedRobotMove, plan_of, ride_over
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis
 from protocols.fics.macros import RunMacro
@@ -155,3 +158,22 @@ def test_while_the_robot_moves_or_is_away_the_frame_is_still_exact() -> None:
             assert "down" in (away.note or "")
 
     run_virtual(story())
+
+
+@given(
+    way=st.floats(0.1, 1000),
+    start=st.floats(0, 50),
+    more=st.floats(0, 200),
+    share=st.floats(0.01, 1),
+    times_s=st.tuples(st.floats(0, 5), st.floats(0, 5)),
+)
+def test_a_ride_goes_on_to_its_end_without_a_leap(
+    way: float, start: float, more: float, share: float, times_s: tuple[float, float]
+) -> None:
+    top = start + more + 1
+    ride = ride_over(way, start, top, share, *times_s)
+    moments = [ride.duration_s * tick / 50 for tick in range(-1, 52)]
+    places = [ride.gone(moment) for moment in moments]
+    assert (places[0], places[-1]) == (0.0, way)
+    for before, after in pairwise(places):
+        assert -1e-6 <= after - before <= top * ride.duration_s / 50 + 1e-6

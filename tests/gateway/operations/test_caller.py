@@ -29,7 +29,9 @@ FAR = MoveClockwise(distance=50_000)
 ASKS_ITSELF = {
     "alarms.reset",  # on what the alarm is about
     "backups.plan",  # on what the restore is for
+    "backups.read",  # on what is read
     "backups.start",
+    "backups.text",
     "bodies.define_group",  # on all members
     "bodies.look_at_all",  # shows what the scope covers
     "commands.do",  # as the effect of its row says

@@ -23,7 +23,7 @@ SMALL = "[robot r1]\n[unit 1 settings]\nspeed_percent X=50 Y=25.5\n[unit 1 posit
 
 
 async def read(it: FicsRig) -> str:
-    return await backups.read_robot(it.plant, ME, "r1")
+    return await backups.text(it.plant, ME, backups.of_robot(it.plant, "r1"))
 
 
 async def wanted(it: FicsRig, text: str) -> backups.Wanted:
@@ -49,7 +49,7 @@ def test_a_robot_is_brought_back_to_its_backup(mode: int) -> None:
     async def story() -> None:
         async with fics_rig(units=2, mode=mode) as it:
             teach(it)
-            await robots.change(it.plant, ME, "r1", SetVariable(number=5, value=-3.5))
+            await robots.set_variable(it.plant, ME, "r1", SetVariable(number=5, value=-3.5))
             await commands.ask(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[40.0]))
             text = await read(it)
             for line in (
@@ -63,7 +63,7 @@ def test_a_robot_is_brought_back_to_its_backup(mode: int) -> None:
             assert (await planned(it, text)).differences == []
             it.fics.units[1].positions.clear()
             it.fics.units[1].positions[3] = (1.0, 1.0, 1.0)
-            await robots.change(it.plant, ME, "r1", SetVariable(number=5, value=0.0))
+            await robots.set_variable(it.plant, ME, "r1", SetVariable(number=5, value=0.0))
             await commands.ask(it.plant, ME, "/robots/r1/units/2", SetSpeedPercent(percents=[70.0]))
             plan = await planned(it, text)
             told = [(found.section, found.name, found.wanted, found.held) for found in plan.differences]
@@ -106,7 +106,7 @@ async def test_nobody_else_changes_or_moves_the_robot_meanwhile() -> None:
         with pytest.raises(BodyBusy, match="A backup is being restored"):
             await commands.ask(it.plant, OTHER, "/robots/r1/units/1", SetSpeedPercent(percents=[70.0]))
         with pytest.raises(BodyBusy, match="A backup is being restored"):
-            await backups.read_robot(it.plant, OTHER, "r1")
+            await backups.text(it.plant, OTHER, backups.of_robot(it.plant, "r1"))
         with pytest.raises(BodyBusy, match="A backup is being restored"):
             await it.move(MoveRelative(coordinates=[1.0]))
         over = await backups.get(it.plant, "/robots/r1", "current", 600.0)

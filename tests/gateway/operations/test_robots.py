@@ -38,9 +38,9 @@ async def test_signals_are_read_in_a_row_and_changes_are_read_back() -> None:
         assert list(found) == [2, 3, 4]
         with pytest.raises(InvalidRequest, match="channels are numbered up to"):
             await robots.channels(it.plant, ME, "r1", GetInputChannel, 8, 100)
-        told = await robots.change(it.plant, ME, "r1", SwitchOutput(channel=1, bit=2, on=True))
+        told = await robots.switch_output(it.plant, ME, "r1", SwitchOutput(channel=1, bit=2, on=True))
         assert told.bits & 4
-        await robots.change(it.plant, ME, "r1", SetVariable(number=9, value=12.5))
+        await robots.set_variable(it.plant, ME, "r1", SetVariable(number=9, value=12.5))
         assert (await robots.variables(it.plant, ME, "r1", 9, 1))[9].value == 12.5
 
 

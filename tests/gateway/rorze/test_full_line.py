@@ -112,3 +112,19 @@ async def test_a_silent_body_is_told_after_two_seconds_however_many_are_stopped(
         await anext(it.plant.events.subscribe(types=["body.stop.unconfirmed"]))
         assert now() - asked_at < 2.5
         assert [it.body_id for it in await stopping if it.state != "confirmed"] == ["line1.07"]
+
+
+@in_virtual_time
+async def test_a_line_that_was_silent_is_set_up_once_when_120_bodies_answer_again() -> None:
+    async with full_line() as it:
+        line = it.plant.line("line1")
+        news = it.plant.events.subscribe(types=["line.down", "line.up"])
+        it.wire.deaf_to = re.compile(rb"[^\r]*\r")
+        await it.plant.stops.stop(it.plant.bodies(), "immediate")
+        assert (await anext(news)).type == "line.down"
+        before = line.counters["set_ups_again"]
+        it.wire.deaf_to = None
+        assert (await anext(news)).type == "line.up"
+        await asyncio.sleep(30.0)
+        assert not line.offline
+        assert line.counters["set_ups_again"] == before + 1

@@ -1,12 +1,13 @@
 """What decides something is read twice while the line errs."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Awaitable, Callable, Coroutine, Iterable
+from contextlib import aclosing
 
 import pytest
 
 from gateway.core.errors import NotSent
-from gateway.rorze.readings import believed
+from gateway.rorze.readings import AHEAD, believed, closely
 from protocols.rorze.moves import MoveTo
 from protocols.rorze.notation import PositionReference
 from protocols.rorze.position_table import SetPositionEntry
@@ -77,3 +78,40 @@ async def test_start_and_target_of_a_move_are_read_twice_while_the_line_garbles(
         assert garbled
         assert (move.start_position, move.target_position, move.position) == (500, 700, 700)
         assert move.status == "succeeded"
+
+
+def line_of(asked: list[int], silent: int = -1) -> Callable[[int], Coroutine[None, None, int]]:
+    """A line that answers one question after the other, but never one of them."""
+    wire = asyncio.Lock()
+
+    async def ask(number: int) -> int:
+        asked.append(number)
+        async with wire:
+            await asyncio.sleep(1.0)
+        if number == silent:
+            raise NotSent("nobody answers")
+        return number
+
+    return ask
+
+
+@virtual
+async def test_answers_come_in_order_and_the_next_question_is_at_the_line_meanwhile() -> None:
+    asked: list[int] = []
+    answers = closely(map(line_of(asked), range(9)))
+    async with aclosing(answers):
+        async for answer in answers:
+            assert len(asked) == answer + AHEAD
+            if answer == 3:
+                break
+    await asyncio.sleep(9.0)
+    assert asked == [0, 1, 2, 3, 4]
+
+
+@virtual
+async def test_after_a_question_that_is_not_answered_none_is_asked() -> None:
+    asked: list[int] = []
+    with pytest.raises(NotSent):
+        [answer async for answer in closely(map(line_of(asked, silent=1), range(9)))]
+    await asyncio.sleep(9.0)
+    assert asked == [0, 1, 2]

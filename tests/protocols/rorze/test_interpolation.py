@@ -15,6 +15,7 @@ from protocols.rorze.interpolation import (
     MoveToExtensionStart,
     PathPoint,
     PreparePath,
+    PulsesPerTurn,
     SetPathPoint,
     SetPulsesPerTurn,
     SetRobotType,
@@ -222,3 +223,15 @@ def test_a_path_point_reads_back(
 def test_a_reported_path_point_reads_back(x: int, y: int, radius: int) -> None:
     reply = PathPoint(x=x, y=y, radius=radius)
     assert PathPoint.read(reply.written()) == reply
+
+
+@pytest.mark.parametrize("text", ["5000.0", "5000.00", "60000.000", "121791.04500000", "1.00"])
+def test_the_pulses_of_a_turn_keep_their_decimals(text: str) -> None:
+    setting = SetPulsesPerTurn.read(f"1,{text}")
+    assert setting.written() == f"1,{text}"
+    told = PulsesPerTurn(pulses=setting.pulses)
+    assert told.written() == text.zfill(8 + 1 + len(text.partition(".")[2]))
+    again = PulsesPerTurn.read(told.written())
+    assert SetPulsesPerTurn(axis=1, pulses=again.pulses).written() == f"1,{text}"
+    assert SetPulsesPerTurn.model_validate_json('{"axis": 1, "pulses": 5000.5}').written() == "1,5000.50"
+    assert told.model_dump_json() == f'{{"pulses":{float(text)}}}'

@@ -3,7 +3,7 @@
 import os
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from time import monotonic
 from types import TracebackType
 from typing import Any, Final, Literal, Self, TypeVar, cast
@@ -13,11 +13,13 @@ import httpx
 from motion_gateway_client.errors import GatewayError, MoveNotOver, MoveNotSucceeded, NoAnswer, Refused
 from motion_gateway_client.generated.operations import Operations
 from motion_gateway_client.generated.types import (
+    BodyJog,
     Event,
     JogSession,
     Move,
     RobotMove,
     StopResult,
+    Taken,
 )
 from motion_gateway_client.heart import Heart
 from motion_gateway_client.paths import given, path_of
@@ -35,6 +37,7 @@ STOP_TRIES: Final = 3
 PAUSES_S: Final = (0.1, 0.2, 0.5, 1.0, 2.0)
 """Before each further try to reach a stream again; the last one from then on."""
 UNDER_WAY: Final = frozenset({"queued", "sent", "moving"})
+LEASE_S: Final = 10.0
 BEATS: Final = 4
 """Heartbeats in the time in which one has to come."""
 
@@ -59,6 +62,8 @@ class Gateway(Operations):
         url = url or os.environ.get("MOTION_GATEWAY_URL") or URL
         key = key or os.environ.get("MOTION_GATEWAY_KEY")
         self._timeout_s = timeout
+        self._tokens: list[str] = []
+        """Of the leases that last."""
         self._http = http or httpx.Client(base_url=url, timeout=timeout, limits=LIMITS)
         if key:
             self._http.headers["Authorization"] = f"Bearer {key}"
@@ -90,7 +95,9 @@ class Gateway(Operations):
         :raises NoAnswer: there is none; `moved` is `no` only where nothing can have been sent.
         """
         query = given(query or {})
-        headers = {"Idempotency-Key": idempotency_key} if idempotency_key else None
+        headers = given(
+            {"Idempotency-Key": idempotency_key or None, "Lease-Token": ", ".join(self._tokens) or None}
+        )
         timeout = self._timeout_s + float(query.get("wait", 0))
         try:
             answer = self._http.request(
@@ -162,36 +169,79 @@ class Gateway(Operations):
         :raises Refused: the axis was not started, or was stopped before the block had ended.
         """
         session = self.start_jog(robot_id, {"unit": unit, "axis": axis, "direction": direction})
+        with self._jogging(robot_id, session):
+            yield session
+
+    @contextmanager
+    def jog_body(
+        self, body_id: str, *, direction: Literal["cw", "ccw"], speed: Literal["low", "high"] = "low"
+    ) -> Iterator[BodyJog]:
+        """Jog a body while the block runs; errors and ends as of `jog`."""
+        session = self.start_body_jog(body_id, {"direction": direction, "speed": speed})
+        with self._jogging(body_id, session):
+            yield session
+
+    @contextmanager
+    def _jogging(self, address: str, session: JogSession | BodyJog) -> Iterator[None]:
+        path = f"{path_of(address)}/jogs/{session['id']}"
+        try:
+            with self._kept(f"{path}/heartbeat", session["heartbeat_within_ms"] / 1000):
+                yield
+        finally:
+            self._end(address, f"{path}/stop")
+
+    @contextmanager
+    def _kept(self, path: str, within_s: float) -> Iterator[None]:
+        """Post to a path often enough while the block runs.
+
+        :raises Refused: that was refused before the block had ended.
+        """
         refusals: list[Refused] = []
 
         def beat() -> bool:
             try:
-                self.keep_jogging(robot_id, session["id"])
+                self.call("POST", path)
             except Refused as refusal:
                 refusals.append(refusal)
             except NoAnswer:
                 return True
             return not refusals
 
-        try:
-            with Heart(session["heartbeat_within_ms"] / 1000 / BEATS, beat):
-                yield session
-        finally:
-            self._end(robot_id, session)
+        with Heart(within_s / BEATS, beat):
+            yield
         if refusals:
             raise refusals[0]
 
-    def _end(self, robot_id: str, session: JogSession) -> None:
-        path = f"{path_of(robot_id)}/jogs/{session['id']}/stop"
+    def _end(self, address: str, path: str) -> None:
         for pause_s in PAUSES_S:
-            try:
-                ended: JogSession = self.call("POST", path)
-            except NoAnswer:
-                ended = session
-            if ended["state"] not in ("jogging", "stopping"):
-                return
+            with suppress(NoAnswer):
+                ended: JogSession | BodyJog = self.call("POST", path)
+                if ended["state"] not in ("jogging", "stopping"):
+                    return
             time.sleep(pause_s)
-        self.stop(robot_id)
+        self.stop(address)
+
+    # leases
+
+    @contextmanager
+    def lease(self, scope: str, *, ttl_s: float = LEASE_S, take_over: bool = False) -> Iterator[Taken]:
+        """Let nobody else move a line, a body, a group or a robot while the block runs.
+
+        The lease is renewed meanwhile, and goes with everything that this client sends. It ends with the
+        block, or `ttl_s` after the program or its connection has died.
+
+        :raises Refused: somebody else has it, or has taken it over before the block had ended.
+        """
+        taken = self.take_lease({"scope": scope, "ttl_s": ttl_s, "take_over": take_over})
+        token, path = str(taken["token"]), f"/leases/{taken['lease']}"
+        self._tokens.append(token)
+        try:
+            with self._kept(f"{path}/renew", ttl_s):
+                yield taken
+        finally:
+            with suppress(GatewayError):  # it ends anyway, or has ended
+                self.call("DELETE", path)
+            self._tokens.remove(token)
 
     # events
 

@@ -1,4 +1,4 @@
-"""Every operation of the gateway as a method; generated from openapi/core.json."""
+"""Every operation of the gateway as a method; generated from openapi/resources.json."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from motion_gateway_client.generated.types import (
     AlarmList,
     Audit,
     AxisPulses,
+    Backup,
     BodyErrorOutputs,
     BodyInfo,
     BodyInputs,
@@ -33,6 +34,7 @@ from motion_gateway_client.generated.types import (
     Channels,
     CommandList,
     ContinuousMoveRequest,
+    CurveDraft,
     Encoder,
     EncoderChange,
     ErrorOutputChoice,
@@ -49,6 +51,8 @@ from motion_gateway_client.generated.types import (
     Identity,
     JogRequest,
     JogSession,
+    KeyInfo,
+    KeyList,
     Kinematics,
     Lease,
     LeaseList,
@@ -60,6 +64,7 @@ from motion_gateway_client.generated.types import (
     Liveness,
     MacroList,
     MacroRunRequest,
+    MadeKey,
     Memories,
     Memory,
     MemoryChange,
@@ -67,6 +72,7 @@ from motion_gateway_client.generated.types import (
     Move,
     MoveList,
     NewBodies,
+    NewKey,
     NewLine,
     OutputPulse,
     OutputState,
@@ -401,7 +407,11 @@ class Operations(Protocol):
         return answer
 
     def get_robot_samples(self, robot_id: str, unit: int, move_id: str) -> RobotSamples:
-        """Get where a unit was seen during a move. No command tells a robot's speed curve: nothing is planned."""
+        """Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
+
+        How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
+        The settings are read from the robot when somebody first asks.
+        """
         answer: RobotSamples = self.call(
             "GET",
             filled(
@@ -414,7 +424,7 @@ class Operations(Protocol):
         return answer
 
     def download_robot_samples(self, robot_id: str, unit: int, move_id: str) -> str:
-        """Get the same as CSV: time, time_s, and a column for each axis with its unit."""
+        """Get the same as CSV: time, time_s, a column for each axis with its unit, and one for its plan."""
         answer: str = self.call(
             "GET",
             filled(
@@ -971,12 +981,65 @@ class Operations(Protocol):
         )
         return answer
 
+    def draft_curve(
+        self,
+        body_id: str,
+        n: int,
+        body: CurveDraft,
+        /,
+        *,
+        distance: float | None = None,
+        unit: Literal["pulse", "mm", "um", "deg", "mdeg"] | None = None,
+        speed: Literal["high", "low"] | None = None,
+        points: int | None = None,
+        idempotency_key: str | None = None,
+    ) -> SpeedCurve:
+        """Work out how a move would go if the pattern were this one; nothing is set, and nothing moves."""
+        answer: SpeedCurve = self.call(
+            "POST",
+            filled("/bodies/{body_id}/patterns/{n}/curve", body_id=body_id, n=n),
+            query={"distance": distance, "unit": unit, "speed": speed, "points": points},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
     def get_body_backup(self, body_id: str) -> str:
         """Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
 
-        It takes two minutes at 9600 baud; others are served meanwhile.
+        It takes two minutes at 9600 baud; others are served meanwhile. `POST .../backups` answers at once.
         """
         answer: str = self.call("GET", filled("/bodies/{body_id}/backup", body_id=body_id))
+        return answer
+
+    def start_body_backup(
+        self, body_id: str, *, wait: float | None = None, idempotency_key: str | None = None
+    ) -> Backup:
+        """Begin to read all that a body keeps; the record at `Location` has the text in the end."""
+        answer: Backup = self.call(
+            "POST",
+            filled("/bodies/{body_id}/backups", body_id=body_id),
+            query={"wait": wait},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_body_backup_record(self, body_id: str, backup_id: str, *, wait: float | None = None) -> Backup:
+        """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Backup = self.call(
+            "GET",
+            filled("/bodies/{body_id}/backups/{backup_id}", body_id=body_id, backup_id=backup_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_body_backup(self, body_id: str, *, idempotency_key: str | None = None) -> Backup:
+        """Read no more."""
+        answer: Backup = self.call(
+            "DELETE",
+            filled("/bodies/{body_id}/backups/current", body_id=body_id),
+            idempotency_key=idempotency_key,
+        )
         return answer
 
     def restore_body(
@@ -1022,10 +1085,48 @@ class Operations(Protocol):
     def get_line_backup(self, line_id: str, *, bodies: str | None = None) -> str:
         """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
 
-        All of them have to answer; `bodies` leaves out who does not.
+        All of them have to answer; `bodies` leaves out who does not. `POST .../backups` answers at once.
         """
         answer: str = self.call(
             "GET", filled("/lines/{line_id}/backup", line_id=line_id), query={"bodies": bodies}
+        )
+        return answer
+
+    def start_line_backup(
+        self,
+        line_id: str,
+        *,
+        bodies: str | None = None,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> Backup:
+        """Begin to read all that the bodies of a line keep, one after the other, as one text.
+
+        All of them have to answer; `bodies` leaves out who does not. The record has the text in the end.
+        """
+        answer: Backup = self.call(
+            "POST",
+            filled("/lines/{line_id}/backups", line_id=line_id),
+            query={"bodies": bodies, "wait": wait},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_line_backup_record(self, line_id: str, backup_id: str, *, wait: float | None = None) -> Backup:
+        """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Backup = self.call(
+            "GET",
+            filled("/lines/{line_id}/backups/{backup_id}", line_id=line_id, backup_id=backup_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_line_backup(self, line_id: str, *, idempotency_key: str | None = None) -> Backup:
+        """Read no more."""
+        answer: Backup = self.call(
+            "DELETE",
+            filled("/lines/{line_id}/backups/current", line_id=line_id),
+            idempotency_key=idempotency_key,
         )
         return answer
 
@@ -1069,6 +1170,36 @@ class Operations(Protocol):
     def get_robot_backup(self, robot_id: str) -> str:
         """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
         answer: str = self.call("GET", filled("/robots/{robot_id}/backup", robot_id=robot_id))
+        return answer
+
+    def start_robot_backup(
+        self, robot_id: str, *, wait: float | None = None, idempotency_key: str | None = None
+    ) -> Backup:
+        """Begin to read what a robot tells of what it keeps; the record at `Location` has the text in the end."""
+        answer: Backup = self.call(
+            "POST",
+            filled("/robots/{robot_id}/backups", robot_id=robot_id),
+            query={"wait": wait},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def get_robot_backup_record(self, robot_id: str, backup_id: str, *, wait: float | None = None) -> Backup:
+        """Get a backup, at once or when it is over; `current` is the one under way, or the last."""
+        answer: Backup = self.call(
+            "GET",
+            filled("/robots/{robot_id}/backups/{backup_id}", robot_id=robot_id, backup_id=backup_id),
+            query={"wait": wait},
+        )
+        return answer
+
+    def cancel_robot_backup(self, robot_id: str, *, idempotency_key: str | None = None) -> Backup:
+        """Read no more."""
+        answer: Backup = self.call(
+            "DELETE",
+            filled("/robots/{robot_id}/backups/current", robot_id=robot_id),
+            idempotency_key=idempotency_key,
+        )
         return answer
 
     def restore_robot(
@@ -1169,6 +1300,25 @@ class Operations(Protocol):
             filled("/lines/{line_id}/bodies", line_id=line_id),
             body=body,
             idempotency_key=idempotency_key,
+        )
+        return answer
+
+    def list_keys(self) -> KeyList:
+        """List the keys, without what is secret of them."""
+        answer: KeyList = self.call("GET", filled("/access/keys"))
+        return answer
+
+    def make_key(self, body: NewKey, /, *, idempotency_key: str | None = None) -> MadeKey:
+        """Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept."""
+        answer: MadeKey = self.call(
+            "POST", filled("/access/keys"), body=body, idempotency_key=idempotency_key
+        )
+        return answer
+
+    def revoke_key(self, name: str, *, idempotency_key: str | None = None) -> KeyInfo:
+        """Let a key never be used again: its next request is refused, and its event streams end within 5 s."""
+        answer: KeyInfo = self.call(
+            "DELETE", filled("/access/keys/{name}", name=name), idempotency_key=idempotency_key
         )
         return answer
 
@@ -1767,15 +1917,25 @@ class Operations(Protocol):
         return answer
 
     def store_positions(
-        self, robot_id: str, unit: int, body: PositionUpload, /, *, idempotency_key: str | None = None
+        self,
+        robot_id: str,
+        unit: int,
+        body: PositionUpload,
+        /,
+        *,
+        first: int | None = None,
+        last: int | None = None,
+        idempotency_key: str | None = None,
     ) -> Uploaded:
         """Store positions undivided (POF, POS); a stop in the middle ends the upload first.
 
         A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
+        `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
         """
         answer: Uploaded = self.call(
             "PUT",
             filled("/robots/{robot_id}/units/{unit}/positions", robot_id=robot_id, unit=unit),
+            query={"first": first, "last": last},
             body=body,
             idempotency_key=idempotency_key,
         )
@@ -1809,6 +1969,7 @@ class Operations(Protocol):
 
         All are checked before the first is sent. They are sent one by one, each read back before the next; where
         the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
+        With `If-Match` all settings are read before, and nothing is sent where they are otherwise than they were.
         """
         answer: UnitSettings = self.call(
             "PATCH",
@@ -1869,7 +2030,10 @@ class Operations(Protocol):
     def set_variable(
         self, robot_id: str, number: int, body: VariableSetting, /, *, idempotency_key: str | None = None
     ) -> VariableValue:
-        """Set a variable (VAR), and read it back; `not-done` where it is not as asked."""
+        """Set a variable (VAR), and read it back; `not-done` where it is not as asked.
+
+        `If-Match` is the ETag of this variable alone, as `?first=` gives it; it is read first then.
+        """
         answer: VariableValue = self.call(
             "PUT",
             filled("/robots/{robot_id}/variables/{number}", robot_id=robot_id, number=number),

@@ -1,4 +1,4 @@
-"""What the gateway takes and gives; generated from openapi/core.json."""
+"""What the gateway takes and gives; generated from openapi/resources.json."""
 
 from __future__ import annotations
 
@@ -197,11 +197,125 @@ class AxisValue(TypedDict):
     """mm, pulse or degree; mm/s, kpps or rpm."""
 
 
+class Backup(TypedDict):
+    """One backup that is being read, or was."""
+
+    id: str
+    target: str
+    """The path of what it is of."""
+    status: Literal["running", "succeeded", "failed", "cancelled"]
+    controllers: list[str]
+    """The bodies, or the robot, it is read from, in their order."""
+    controller: str | None
+    """Which of them is being read, or was when it ended."""
+    read: int
+    """Answers so far."""
+    expected: int | None
+    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    text: str | None
+    """The backup, once it has succeeded. Events leave it out: ask for the record."""
+    error: BackupError | None
+    """Why there is none."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+
+
+class BackupError(TypedDict):
+    """Why there is no backup, in the words of a problem detail."""
+
+    type: str
+    """The kind of error; stable."""
+    detail: str
+    remedy: str
+
+
 class BitMismatch(TypedDict):
     """What a unit shows at rest that the configured order of bits does not explain."""
 
     unit: int
     detail: str
+
+
+class BodyBackupCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupFailedEvent(TypedDict):
+    """A controller did not tell all; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupStartedEvent(TypedDict):
+    """A backup is being read; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class BodyBackupSucceededEvent(TypedDict):
+    """All was read: the record has the text; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.backup.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
 
 
 class BodyControllerEventEvent(TypedDict):
@@ -268,8 +382,10 @@ class BodyInfo(TypedDict):
     """The unit of its scale; null without one."""
     pulses_per_unit: float | None
     groups: list[str]
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """Of the position; null where its mode is not known."""
     position: int | None
-    """In pulses, as last read; null until it has been read since it was called otherwise."""
+    """In `counted_in`, as last read; null until it was read since it was called otherwise."""
     position_read_at: str | None
     status: list[str] | None
     """The status bits that were set when last read."""
@@ -1312,7 +1428,7 @@ class BodyStopRequestedEvent(TypedDict):
 
 
 class BodyStopUnconfirmedEvent(TypedDict):
-    """It is not confirmed after two seconds, and is repeated on; about `/bodies/{body_id}`."""
+    """It is not confirmed in time, and is repeated on; about `/bodies/{body_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -1603,6 +1719,16 @@ class Crashed(TypedDict):
     """Commands of which nobody knows what has become of them."""
 
 
+class CurveDraft(TypedDict):
+    """A pattern that no body has yet."""
+
+    acceleration: SpeedSetValues
+    deceleration: NotRequired[SpeedSetValues | None]
+    """Left out: as the acceleration."""
+    changes: NotRequired[list[SpeedChangeRequest]]
+    """All that it shall have."""
+
+
 class CurvePoint(TypedDict):
     """A moment of the move, in the pulses that are put out."""
 
@@ -1715,7 +1841,7 @@ class EncoderCounts(TypedDict):
     counted_in: Literal["pulses", "encoder_counts"]
     """What positions and amounts of this body are counted in."""
     position: int
-    """6PD."""
+    """Where the body says it is, in `counted_in` (6PD)."""
     position_in_unit: Scaled | None
     count: int
     """The encoder's count (6ED)."""
@@ -1817,6 +1943,8 @@ class EventList(TypedDict):
         | IoEvent
         | GatewayReloadedEvent
         | GatewayReloadFailedEvent
+        | GatewayKeyMadeEvent
+        | GatewayKeyRevokedEvent
         | StreamSnapshotEvent
         | BodyMoveQueuedEvent
         | BodyMoveSentEvent
@@ -1854,6 +1982,11 @@ class EventList(TypedDict):
         | BodyProgramUploadSucceededEvent
         | BodyProgramUploadFailedEvent
         | BodyProgramUploadCancelledEvent
+        | BodyBackupStartedEvent
+        | BodyBackupProgressEvent
+        | BodyBackupSucceededEvent
+        | BodyBackupFailedEvent
+        | BodyBackupCancelledEvent
         | BodyRestoreStartedEvent
         | BodyRestoreProgressEvent
         | BodyRestoreVerifiedEvent
@@ -1880,6 +2013,11 @@ class EventList(TypedDict):
         | ScaraMoveCancelledEvent
         | ScaraMoveLostEvent
         | ScaraMoveUnknownEvent
+        | LineBackupStartedEvent
+        | LineBackupProgressEvent
+        | LineBackupSucceededEvent
+        | LineBackupFailedEvent
+        | LineBackupCancelledEvent
         | LineRestoreStartedEvent
         | LineRestoreProgressEvent
         | LineRestoreVerifiedEvent
@@ -1927,6 +2065,7 @@ class EventList(TypedDict):
         | RobotSpeedsRestoredEvent
         | RobotPowerCycleAcknowledgedEvent
         | RobotBitsMismatchEvent
+        | RobotInputChangedEvent
         | RobotUnitChangedEvent
         | RobotJogStartedEvent
         | RobotJogStoppingEvent
@@ -1934,6 +2073,11 @@ class EventList(TypedDict):
         | RobotJogLostEvent
         | RobotJogStoppedEvent
         | RobotJogNotStoppedEvent
+        | RobotBackupStartedEvent
+        | RobotBackupProgressEvent
+        | RobotBackupSucceededEvent
+        | RobotBackupFailedEvent
+        | RobotBackupCancelledEvent
         | RobotRestoreStartedEvent
         | RobotRestoreProgressEvent
         | RobotRestoreVerifiedEvent
@@ -2055,6 +2199,38 @@ class GatewayJournalTroubleEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: JournalTrouble
+
+
+class GatewayKeyMadeEvent(TypedDict):
+    """An administrator has made a key; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.made"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
+
+
+class GatewayKeyRevokedEvent(TypedDict):
+    """A key can never be used again; about `/gateway`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["gateway.key.revoked"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: KeyInfo
 
 
 class GatewayLoopHeldEvent(TypedDict):
@@ -2448,6 +2624,29 @@ class JournalTrouble(TypedDict):
     reason: str
 
 
+class KeyInfo(TypedDict):
+    """A key, without what is secret of it."""
+
+    name: str
+    role: Role
+    scope: list[str] | None
+    """The addresses of lines, bodies, groups and robots that it is for; null means all."""
+    begins: str
+    """How the key begins, which is no secret."""
+    state: Literal["good", "expired", "revoked"]
+    made_at: str
+    expires_at: str | None
+    revoked_at: str | None
+    used_at: str | None
+    """When it was last used, as the gateway notes once a minute."""
+
+
+class KeyList(TypedDict):
+    """All keys, those that cannot be used any more too, oldest first."""
+
+    keys: list[KeyInfo]
+
+
 class Kinematics(TypedDict):
     """Positions of the axes, and where the finger is then."""
 
@@ -2518,6 +2717,86 @@ class Length(TypedDict):
     """Pulses are whole numbers."""
     unit: Literal["pulse", "mm", "um", "deg", "mdeg"]
     """mm, um, deg and mdeg need the body's scale in the configuration."""
+
+
+class LineBackupCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupFailedEvent(TypedDict):
+    """A controller did not tell all; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupStartedEvent(TypedDict):
+    """A backup is being read; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class LineBackupSucceededEvent(TypedDict):
+    """All was read: the record has the text; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.backup.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
 
 
 class LineChange(TypedDict):
@@ -2952,6 +3231,25 @@ class MacroRunRequest(TypedDict):
     """Up to four numbers; null leaves one out."""
 
 
+class MadeKey(TypedDict):
+    """A key that was made, with its secret."""
+
+    name: str
+    role: Role
+    scope: list[str] | None
+    """The addresses of lines, bodies, groups and robots that it is for; null means all."""
+    begins: str
+    """How the key begins, which is no secret."""
+    state: Literal["good", "expired", "revoked"]
+    made_at: str
+    expires_at: str | None
+    revoked_at: str | None
+    used_at: str | None
+    """When it was last used, as the gateway notes once a minute."""
+    key: str
+    """What its owner sends. It is told this once: the gateway keeps its hash only."""
+
+
 class MarkMissing(TypedDict):
     """Why no mark can be kept in a body."""
 
@@ -3042,14 +3340,16 @@ class Move(TypedDict):
     kind: Literal["relative", "absolute", "home", "continuous", "jog", "interpolated"]
     end_cause: str | None
     """normal, stall, cw_limit, ccw_limit, ems, stop_command, or several joined by +, as the controller says; not_executed, position_mismatch or not_in_position as the gateway found."""
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """What positions are counted in; null where the body's operating mode is not known."""
     start_position: int | None
-    """In pulses, before the move."""
+    """In `counted_in`, before the move."""
     target_position: int | None
-    """In pulses, where it can be known beforehand."""
+    """In `counted_in`, where it can be known beforehand."""
     position: int | None
-    """In pulses, as last read."""
+    """In `counted_in`, as last read."""
     homing_distance: int | None
-    """Of a homing that ended well: pulses from its end back to its start (0PD)."""
+    """Of a homing that ended well: from its end back to its start, in `counted_in` (0PD)."""
     completion: Literal["frame", "polling"] | None
     """Whether the end was announced by the link master or found by polling."""
 
@@ -3095,6 +3395,19 @@ class NewBodies(TypedDict):
     """Tell what would change, and change nothing. Left out: false."""
     bodies: list[dict[str, JsonValue]]
     """Tables `[[lines.bodies]]` of the configuration."""
+
+
+class NewKey(TypedDict):
+    """A key to be made."""
+
+    name: str
+    """Who or what it is for: letters, digits and . _ @ -; records name it."""
+    role: Role
+    """What it may do; every role may stop."""
+    scope: NotRequired[list[str] | None]
+    """The addresses of lines, bodies, groups and robots that it is for; left out: all."""
+    expires_s: NotRequired[float | None]
+    """In seconds from now; left out: it does not expire."""
 
 
 class NewLine(TypedDict):
@@ -3213,10 +3526,12 @@ class PlannedMove(TypedDict):
     body_id: str
     frame: str
     """The exact bytes that would be sent, CR as \\r."""
+    counted_in: Literal["pulses", "encoder_counts"] | None
+    """What the target's position is counted in."""
     distance: int | None
     """Pulses it would emit; null where only the motion itself can tell."""
     target_position: int | None
-    """In pulses, where it can be known beforehand."""
+    """In `counted_in`, where it can be known beforehand."""
     duration_s: float | None
     """How long pulses would run, with the settings of now."""
     note: str | None
@@ -3668,6 +3983,86 @@ class RobotAbsoluteMoveRequest(TypedDict):
     kind: Literal["absolute"]
 
 
+class RobotBackupCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupFailedEvent(TypedDict):
+    """A controller did not tell all; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupStartedEvent(TypedDict):
+    """A backup is being read; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
+class RobotBackupSucceededEvent(TypedDict):
+    """All was read: the record has the text; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.backup.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: Backup
+
+
 class RobotBitsMismatchEvent(TypedDict):
     """It stands still, homed, and its bits do not mean what the configuration says; about `/robots/{robot_id}`."""
 
@@ -3780,6 +4175,31 @@ class RobotInfo(TypedDict):
     bit_mismatches: list[str]
     """What its units showed when they stood still, homed, that status_bits and sensor_bits of the configuration do not explain."""
     units: list[UnitInfo]
+
+
+class RobotInputChange(TypedDict):
+    """An input as it is now."""
+
+    channel: int
+    number: int
+    """From 0, within its channel."""
+    on: bool
+
+
+class RobotInputChangedEvent(TypedDict):
+    """An input of the first channel is another than when it was last asked for: while somebody watches `io`, and as often as `input_edges_per_s` says; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.input.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: RobotInputChange
 
 
 class RobotJogEndedEvent(TypedDict):
@@ -4506,6 +4926,8 @@ class RobotSample(TypedDict):
     """Seconds since the move's command was written."""
     axes: dict[str, float | None]
     """Null while the robot does not know it."""
+    planned: dict[str, float] | None
+    """Where the plan has the axis that moves then; null without a plan."""
 
 
 class RobotSamples(TypedDict):
@@ -4517,6 +4939,10 @@ class RobotSamples(TypedDict):
     coordinates: Literal["user", "motor"]
     units: dict[str, str]
     """What positions are counted in, by axis: mm, pulse or degree."""
+    planned_s: float | None
+    """How long the plan has it move, in seconds; null without a plan."""
+    note: str | None
+    """Why there is no plan."""
     samples: list[RobotSample]
 
 
@@ -4610,7 +5036,7 @@ class RobotStopRequestedEvent(TypedDict):
 
 
 class RobotStopUnconfirmedEvent(TypedDict):
-    """It is not confirmed after two seconds, and is repeated on; about `/robots/{robot_id}`."""
+    """It is not confirmed in time, and is repeated on; about `/robots/{robot_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -5039,13 +5465,15 @@ class ScaraOffsetRequest(TypedDict):
 
 
 class ScaraPathRequest(TypedDict):
-    """Move the finger's end along a stored path (RC-420 manual 13.10.5)."""
+    """Move the finger's end along a stored path, or through points (RC-420 manual 13.10.5)."""
 
     kind: Literal["path"]
     pattern: NotRequired[int | None]
     """Acceleration pattern; left out, number 30 (RC-420 manual 13.3.4)."""
-    path: int
+    path: NotRequired[int | None]
     """Interpolation path 0-63."""
+    points: NotRequired[list[ViaPoint] | None]
+    """In the place of `path`: through these, to the last. They are put into the path that the gateway keeps for its lines."""
 
 
 class ScaraPlace(TypedDict):
@@ -5847,6 +6275,8 @@ Event: TypeAlias = (
     | IoEvent
     | GatewayReloadedEvent
     | GatewayReloadFailedEvent
+    | GatewayKeyMadeEvent
+    | GatewayKeyRevokedEvent
     | StreamSnapshotEvent
     | BodyMoveQueuedEvent
     | BodyMoveSentEvent
@@ -5884,6 +6314,11 @@ Event: TypeAlias = (
     | BodyProgramUploadSucceededEvent
     | BodyProgramUploadFailedEvent
     | BodyProgramUploadCancelledEvent
+    | BodyBackupStartedEvent
+    | BodyBackupProgressEvent
+    | BodyBackupSucceededEvent
+    | BodyBackupFailedEvent
+    | BodyBackupCancelledEvent
     | BodyRestoreStartedEvent
     | BodyRestoreProgressEvent
     | BodyRestoreVerifiedEvent
@@ -5910,6 +6345,11 @@ Event: TypeAlias = (
     | ScaraMoveCancelledEvent
     | ScaraMoveLostEvent
     | ScaraMoveUnknownEvent
+    | LineBackupStartedEvent
+    | LineBackupProgressEvent
+    | LineBackupSucceededEvent
+    | LineBackupFailedEvent
+    | LineBackupCancelledEvent
     | LineRestoreStartedEvent
     | LineRestoreProgressEvent
     | LineRestoreVerifiedEvent
@@ -5957,6 +6397,7 @@ Event: TypeAlias = (
     | RobotSpeedsRestoredEvent
     | RobotPowerCycleAcknowledgedEvent
     | RobotBitsMismatchEvent
+    | RobotInputChangedEvent
     | RobotUnitChangedEvent
     | RobotJogStartedEvent
     | RobotJogStoppingEvent
@@ -5964,6 +6405,11 @@ Event: TypeAlias = (
     | RobotJogLostEvent
     | RobotJogStoppedEvent
     | RobotJogNotStoppedEvent
+    | RobotBackupStartedEvent
+    | RobotBackupProgressEvent
+    | RobotBackupSucceededEvent
+    | RobotBackupFailedEvent
+    | RobotBackupCancelledEvent
     | RobotRestoreStartedEvent
     | RobotRestoreProgressEvent
     | RobotRestoreVerifiedEvent

@@ -312,7 +312,10 @@ export interface paths {
         };
         /**
          * Get Robot Samples
-         * @description Get where a unit was seen during a move. No command tells a robot's speed curve: nothing is planned.
+         * @description Get where a unit was seen during a move, and where its settings lead an axis that goes alone.
+         *
+         *     How a robot times several axes, or an S-curve, no command tells: there `note` says why nothing is planned.
+         *     The settings are read from the robot when somebody first asks.
          */
         get: operations["getRobotSamples"];
         put?: never;
@@ -332,7 +335,7 @@ export interface paths {
         };
         /**
          * Download Robot Samples
-         * @description Get the same as CSV: time, time_s, and a column for each axis with its unit.
+         * @description Get the same as CSV: time, time_s, a column for each axis with its unit, and one for its plan.
          */
         get: operations["downloadRobotSamples"];
         put?: never;
@@ -1195,7 +1198,11 @@ export interface paths {
          */
         get: operations["getCurve"];
         put?: never;
-        post?: never;
+        /**
+         * Draft Curve
+         * @description Work out how a move would go if the pattern were this one; nothing is set, and nothing moves.
+         */
+        post: operations["draftCurve"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1213,12 +1220,72 @@ export interface paths {
          * Get Body Backup
          * @description Read all that a body keeps: settings, speeds, patterns, positions, memories, user program.
          *
-         *     It takes two minutes at 9600 baud; others are served meanwhile.
+         *     It takes two minutes at 9600 baud; others are served meanwhile. `POST .../backups` answers at once.
          */
         get: operations["getBodyBackup"];
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/backups": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Body Backup
+         * @description Begin to read all that a body keeps; the record at `Location` has the text in the end.
+         */
+        post: operations["startBodyBackup"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/backups/{backup_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Body Backup Record
+         * @description Get a backup, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getBodyBackupRecord"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/bodies/{body_id}/backups/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Body Backup
+         * @description Read no more.
+         */
+        delete: operations["cancelBodyBackup"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1297,12 +1364,74 @@ export interface paths {
          * Get Line Backup
          * @description Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
          *
-         *     All of them have to answer; `bodies` leaves out who does not.
+         *     All of them have to answer; `bodies` leaves out who does not. `POST .../backups` answers at once.
          */
         get: operations["getLineBackup"];
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/backups": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Line Backup
+         * @description Begin to read all that the bodies of a line keep, one after the other, as one text.
+         *
+         *     All of them have to answer; `bodies` leaves out who does not. The record has the text in the end.
+         */
+        post: operations["startLineBackup"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/backups/{backup_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Line Backup Record
+         * @description Get a backup, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getLineBackupRecord"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/lines/{line_id}/backups/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Line Backup
+         * @description Read no more.
+         */
+        delete: operations["cancelLineBackup"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1383,6 +1512,66 @@ export interface paths {
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/backups": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Robot Backup
+         * @description Begin to read what a robot tells of what it keeps; the record at `Location` has the text in the end.
+         */
+        post: operations["startRobotBackup"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/backups/{backup_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Robot Backup Record
+         * @description Get a backup, at once or when it is over; `current` is the one under way, or the last.
+         */
+        get: operations["getRobotBackupRecord"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/robots/{robot_id}/backups/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Cancel Robot Backup
+         * @description Read no more.
+         */
+        delete: operations["cancelRobotBackup"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1563,6 +1752,50 @@ export interface paths {
          */
         post: operations["addBodies"];
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Keys
+         * @description List the keys, without what is secret of them.
+         */
+        get: operations["listKeys"];
+        put?: never;
+        /**
+         * Make Key
+         * @description Make a key and tell it once. The header Idempotency-Key is refused: it would have the secret kept.
+         */
+        post: operations["makeKey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/access/keys/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Revoke Key
+         * @description Let a key never be used again: its next request is refused, and its event streams end within 5 s.
+         */
+        delete: operations["revokeKey"];
         options?: never;
         head?: never;
         patch?: never;
@@ -2530,6 +2763,7 @@ export interface paths {
          * @description Store positions undivided (POF, POS); a stop in the middle ends the upload first.
          *
          *     A number alone stores where the unit stands; refused while it moves, and where an axis is not homed.
+         *     `If-Match` is the ETag of the positions from `first` to `last`, which are read first then.
          */
         put: operations["storePositions"];
         post?: never;
@@ -2584,6 +2818,7 @@ export interface paths {
          *
          *     All are checked before the first is sent. They are sent one by one, each read back before the next; where
          *     the robot refuses one, or tells another value afterwards, the problem tells which were changed before it.
+         *     With `If-Match` all settings are read before, and nothing is sent where they are otherwise than they were.
          */
         patch: operations["changeSettings"];
         trace?: never;
@@ -2679,6 +2914,8 @@ export interface paths {
         /**
          * Set Variable
          * @description Set a variable (VAR), and read it back; `not-done` where it is not as asked.
+         *
+         *     `If-Match` is the ETag of this variable alone, as `?first=` gives it; it is read first then.
          */
         put: operations["setVariable"];
         post?: never;
@@ -3143,6 +3380,81 @@ export interface components {
             unit: string;
         };
         /**
+         * Backup
+         * @description One backup that is being read, or was.
+         */
+        Backup: {
+            /** Id */
+            id: string;
+            /**
+             * Target
+             * @description The path of what it is of.
+             */
+            target: string;
+            /**
+             * Status
+             * @default running
+             * @enum {string}
+             */
+            status: "running" | "succeeded" | "failed" | "cancelled";
+            /**
+             * Controllers
+             * @description The bodies, or the robot, it is read from, in their order.
+             */
+            controllers: string[];
+            /**
+             * Controller
+             * @description Which of them is being read, or was when it ended.
+             */
+            controller: string | null;
+            /**
+             * Read
+             * @description Answers so far.
+             * @default 0
+             */
+            read: number;
+            /**
+             * Expected
+             * @description Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows.
+             * @default 0
+             */
+            expected: number | null;
+            /**
+             * Text
+             * @description The backup, once it has succeeded. Events leave it out: ask for the record.
+             */
+            text: string | null;
+            /** @description Why there is none. */
+            error: components["schemas"]["BackupError"] | null;
+            /**
+             * Request Id
+             * @description The X-Request-Id of the request that asked for it.
+             */
+            request_id: string | null;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Ended At */
+            ended_at: string | null;
+        };
+        /**
+         * BackupError
+         * @description Why there is no backup, in the words of a problem detail.
+         */
+        BackupError: {
+            /**
+             * Type
+             * @description The kind of error; stable.
+             */
+            type: string;
+            /** Detail */
+            detail: string;
+            /** Remedy */
+            remedy: string;
+        };
+        /**
          * BitMismatch
          * @description What a unit shows at rest that the configured order of bits does not explain.
          */
@@ -3158,6 +3470,226 @@ export interface components {
          * @enum {string}
          */
         Block: "a" | "b" | "c" | "d";
+        /**
+         * BodyBackupCancelledEvent
+         * @description A request or the end of the gateway has ended it; about `/bodies/{body_id}`.
+         */
+        BodyBackupCancelledEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.backup.cancelled";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * BodyBackupFailedEvent
+         * @description A controller did not tell all; about `/bodies/{body_id}`.
+         */
+        BodyBackupFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.backup.failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * BodyBackupProgressEvent
+         * @description More of it was read; once a second at most; about `/bodies/{body_id}`.
+         */
+        BodyBackupProgressEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.backup.progress";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * BodyBackupStartedEvent
+         * @description A backup is being read; about `/bodies/{body_id}`.
+         */
+        BodyBackupStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.backup.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * BodyBackupSucceededEvent
+         * @description All was read: the record has the text; about `/bodies/{body_id}`.
+         */
+        BodyBackupSucceededEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body.backup.succeeded";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
         /**
          * BodyControllerEventEvent
          * @description It has reported a change of state (frame 7E); about `/bodies/{body_id}`.
@@ -3316,8 +3848,13 @@ export interface components {
             /** Groups */
             groups: string[];
             /**
+             * Counted In
+             * @description Of the position; null where its mode is not known.
+             */
+            counted_in: ("pulses" | "encoder_counts") | null;
+            /**
              * Position
-             * @description In pulses, as last read; null until it has been read since it was called otherwise.
+             * @description In `counted_in`, as last read; null until it was read since it was called otherwise.
              */
             position: number | null;
             /** Position Read At */
@@ -6027,7 +6564,7 @@ export interface components {
         };
         /**
          * BodyStopUnconfirmedEvent
-         * @description It is not confirmed after two seconds, and is repeated on; about `/bodies/{body_id}`.
+         * @description It is not confirmed in time, and is repeated on; about `/bodies/{body_id}`.
          */
         BodyStopUnconfirmedEvent: {
             /**
@@ -6628,6 +7165,36 @@ export interface components {
             commands: string[];
         };
         /**
+         * CurveDraft
+         * @description A pattern that no body has yet.
+         * @example {
+         *       "acceleration": {
+         *         "acceleration_pps_s": 100000,
+         *         "falling_percent": 50,
+         *         "maximum_speed_pps": 50000,
+         *         "rising_percent": 50,
+         *         "start_speed_pps": 5000
+         *       },
+         *       "changes": [
+         *         {
+         *           "begin": 60000,
+         *           "point": 0,
+         *           "speed_pps": 20000
+         *         }
+         *       ]
+         *     }
+         */
+        CurveDraft: {
+            acceleration: components["schemas"]["SpeedSetValues"];
+            /** @description Left out: as the acceleration. */
+            deceleration?: components["schemas"]["SpeedSetValues"] | null;
+            /**
+             * Changes
+             * @description All that it shall have.
+             */
+            changes?: components["schemas"]["SpeedChangeRequest"][];
+        };
+        /**
          * CurvePoint
          * @description A moment of the move, in the pulses that are put out.
          */
@@ -6882,7 +7449,7 @@ export interface components {
             counted_in: "pulses" | "encoder_counts";
             /**
              * Position
-             * @description 6PD.
+             * @description Where the body says it is, in `counted_in` (6PD).
              */
             position: number;
             position_in_unit: components["schemas"]["Scaled"] | null;
@@ -7047,7 +7614,7 @@ export interface components {
          */
         EventList: {
             /** Events */
-            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
+            events: (components["schemas"]["LineUpEvent"] | components["schemas"]["LineDownEvent"] | components["schemas"]["GatewayJournalTroubleEvent"] | components["schemas"]["GatewayJournalRecoveredEvent"] | components["schemas"]["GatewayJournalSetAsideEvent"] | components["schemas"]["GatewayCrashedEvent"] | components["schemas"]["GatewayLoopHeldEvent"] | components["schemas"]["GatewayShuttingDownEvent"] | components["schemas"]["StreamGapEvent"] | components["schemas"]["LineLeaseTakenEvent"] | components["schemas"]["LineLeaseReleasedEvent"] | components["schemas"]["LineLeaseExpiredEvent"] | components["schemas"]["LineLeaseTakenOverEvent"] | components["schemas"]["LineLeaseBrokenEvent"] | components["schemas"]["AlarmRaisedEvent"] | components["schemas"]["AlarmResetEvent"] | components["schemas"]["IoEvent"] | components["schemas"]["GatewayReloadedEvent"] | components["schemas"]["GatewayReloadFailedEvent"] | components["schemas"]["GatewayKeyMadeEvent"] | components["schemas"]["GatewayKeyRevokedEvent"] | components["schemas"]["StreamSnapshotEvent"] | components["schemas"]["BodyMoveQueuedEvent"] | components["schemas"]["BodyMoveSentEvent"] | components["schemas"]["BodyMoveStartedEvent"] | components["schemas"]["BodyMoveSucceededEvent"] | components["schemas"]["BodyMoveFailedEvent"] | components["schemas"]["BodyMoveStoppedEvent"] | components["schemas"]["BodyMoveRejectedEvent"] | components["schemas"]["BodyMoveCancelledEvent"] | components["schemas"]["BodyMoveLostEvent"] | components["schemas"]["BodyMoveUnknownEvent"] | components["schemas"]["BodyLeaseTakenEvent"] | components["schemas"]["BodyLeaseReleasedEvent"] | components["schemas"]["BodyLeaseExpiredEvent"] | components["schemas"]["BodyLeaseTakenOverEvent"] | components["schemas"]["BodyLeaseBrokenEvent"] | components["schemas"]["BodyStopRequestedEvent"] | components["schemas"]["BodyStopConfirmedEvent"] | components["schemas"]["BodyStopUnconfirmedEvent"] | components["schemas"]["BodyMotionForeignEvent"] | components["schemas"]["BodyOnlineEvent"] | components["schemas"]["BodyOfflineEvent"] | components["schemas"]["BodyUnreadableEvent"] | components["schemas"]["BodyStatusChangedEvent"] | components["schemas"]["BodyPowerCycledEvent"] | components["schemas"]["BodyPowerCycleAcknowledgedEvent"] | components["schemas"]["BodyPowerMarkMissingEvent"] | components["schemas"]["BodyControllerEventEvent"] | components["schemas"]["BodySensorChangedEvent"] | components["schemas"]["BodyInputChangedEvent"] | components["schemas"]["BodyProgramMessageEvent"] | components["schemas"]["BodyEndFrameEvent"] | components["schemas"]["BodyProgramUploadStartedEvent"] | components["schemas"]["BodyProgramUploadProgressEvent"] | components["schemas"]["BodyProgramUploadSucceededEvent"] | components["schemas"]["BodyProgramUploadFailedEvent"] | components["schemas"]["BodyProgramUploadCancelledEvent"] | components["schemas"]["BodyBackupStartedEvent"] | components["schemas"]["BodyBackupProgressEvent"] | components["schemas"]["BodyBackupSucceededEvent"] | components["schemas"]["BodyBackupFailedEvent"] | components["schemas"]["BodyBackupCancelledEvent"] | components["schemas"]["BodyRestoreStartedEvent"] | components["schemas"]["BodyRestoreProgressEvent"] | components["schemas"]["BodyRestoreVerifiedEvent"] | components["schemas"]["BodyRestoreDiffersEvent"] | components["schemas"]["BodyRestoreFailedEvent"] | components["schemas"]["BodyRestoreCancelledEvent"] | components["schemas"]["BodyJogStartedEvent"] | components["schemas"]["BodyJogStoppingEvent"] | components["schemas"]["BodyJogEndedEvent"] | components["schemas"]["BodyJogLostEvent"] | components["schemas"]["BodyJogStoppedEvent"] | components["schemas"]["BodyProgramStartedEvent"] | components["schemas"]["BodyProgramEndedEvent"] | components["schemas"]["BodyPositionEvent"] | components["schemas"]["BodySettingsChangedEvent"] | components["schemas"]["BodyLeftMovingEvent"] | components["schemas"]["ScaraMoveQueuedEvent"] | components["schemas"]["ScaraMoveSentEvent"] | components["schemas"]["ScaraMoveStartedEvent"] | components["schemas"]["ScaraMoveSucceededEvent"] | components["schemas"]["ScaraMoveFailedEvent"] | components["schemas"]["ScaraMoveStoppedEvent"] | components["schemas"]["ScaraMoveRejectedEvent"] | components["schemas"]["ScaraMoveCancelledEvent"] | components["schemas"]["ScaraMoveLostEvent"] | components["schemas"]["ScaraMoveUnknownEvent"] | components["schemas"]["LineBackupStartedEvent"] | components["schemas"]["LineBackupProgressEvent"] | components["schemas"]["LineBackupSucceededEvent"] | components["schemas"]["LineBackupFailedEvent"] | components["schemas"]["LineBackupCancelledEvent"] | components["schemas"]["LineRestoreStartedEvent"] | components["schemas"]["LineRestoreProgressEvent"] | components["schemas"]["LineRestoreVerifiedEvent"] | components["schemas"]["LineRestoreDiffersEvent"] | components["schemas"]["LineRestoreFailedEvent"] | components["schemas"]["LineRestoreCancelledEvent"] | components["schemas"]["GroupLeaseTakenEvent"] | components["schemas"]["GroupLeaseReleasedEvent"] | components["schemas"]["GroupLeaseExpiredEvent"] | components["schemas"]["GroupLeaseTakenOverEvent"] | components["schemas"]["GroupLeaseBrokenEvent"] | components["schemas"]["GroupStrangersEvent"] | components["schemas"]["LineStrictEvent"] | components["schemas"]["LineMessageEvent"] | components["schemas"]["LineScanRunningEvent"] | components["schemas"]["LineScanFinishedEvent"] | components["schemas"]["LineScanFailedEvent"] | components["schemas"]["RobotMoveQueuedEvent"] | components["schemas"]["RobotMoveSentEvent"] | components["schemas"]["RobotMoveStartedEvent"] | components["schemas"]["RobotMoveSucceededEvent"] | components["schemas"]["RobotMoveFailedEvent"] | components["schemas"]["RobotMoveStoppedEvent"] | components["schemas"]["RobotMoveRejectedEvent"] | components["schemas"]["RobotMoveCancelledEvent"] | components["schemas"]["RobotMoveLostEvent"] | components["schemas"]["RobotMoveUnknownEvent"] | components["schemas"]["RobotLeaseTakenEvent"] | components["schemas"]["RobotLeaseReleasedEvent"] | components["schemas"]["RobotLeaseExpiredEvent"] | components["schemas"]["RobotLeaseTakenOverEvent"] | components["schemas"]["RobotLeaseBrokenEvent"] | components["schemas"]["RobotMoveOverdueEvent"] | components["schemas"]["RobotStopRequestedEvent"] | components["schemas"]["RobotStopConfirmedEvent"] | components["schemas"]["RobotStopUnconfirmedEvent"] | components["schemas"]["RobotStopRefusedEvent"] | components["schemas"]["RobotMotionForeignEvent"] | components["schemas"]["RobotOnlineEvent"] | components["schemas"]["RobotOfflineEvent"] | components["schemas"]["RobotUnreadableEvent"] | components["schemas"]["RobotErrorEvent"] | components["schemas"]["RobotErrorsResetEvent"] | components["schemas"]["RobotPowerCycledEvent"] | components["schemas"]["RobotSpeedsRestoredEvent"] | components["schemas"]["RobotPowerCycleAcknowledgedEvent"] | components["schemas"]["RobotBitsMismatchEvent"] | components["schemas"]["RobotInputChangedEvent"] | components["schemas"]["RobotUnitChangedEvent"] | components["schemas"]["RobotJogStartedEvent"] | components["schemas"]["RobotJogStoppingEvent"] | components["schemas"]["RobotJogEndedEvent"] | components["schemas"]["RobotJogLostEvent"] | components["schemas"]["RobotJogStoppedEvent"] | components["schemas"]["RobotJogNotStoppedEvent"] | components["schemas"]["RobotBackupStartedEvent"] | components["schemas"]["RobotBackupProgressEvent"] | components["schemas"]["RobotBackupSucceededEvent"] | components["schemas"]["RobotBackupFailedEvent"] | components["schemas"]["RobotBackupCancelledEvent"] | components["schemas"]["RobotRestoreStartedEvent"] | components["schemas"]["RobotRestoreProgressEvent"] | components["schemas"]["RobotRestoreVerifiedEvent"] | components["schemas"]["RobotRestoreDiffersEvent"] | components["schemas"]["RobotRestoreFailedEvent"] | components["schemas"]["RobotRestoreCancelledEvent"] | components["schemas"]["RobotPositionEvent"] | components["schemas"]["RobotLeftMovingEvent"])[];
             /** Cursor */
             cursor: string;
         };
@@ -7325,6 +7892,94 @@ export interface components {
             /** Correlationid */
             correlationid?: string | null;
             data: components["schemas"]["JournalTrouble"];
+        };
+        /**
+         * GatewayKeyMadeEvent
+         * @description An administrator has made a key; about `/gateway`.
+         */
+        GatewayKeyMadeEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.made";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
+        };
+        /**
+         * GatewayKeyRevokedEvent
+         * @description A key can never be used again; about `/gateway`.
+         */
+        GatewayKeyRevokedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "gateway.key.revoked";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["KeyInfo"];
         };
         /**
          * GatewayLoopHeldEvent
@@ -8214,6 +8869,52 @@ export interface components {
         };
         JsonValue: unknown;
         /**
+         * KeyInfo
+         * @description A key, without what is secret of it.
+         */
+        KeyInfo: {
+            /** Name */
+            name: string;
+            role: components["schemas"]["Role"];
+            /**
+             * Scope
+             * @description The addresses of lines, bodies, groups and robots that it is for; null means all.
+             */
+            scope: string[] | null;
+            /**
+             * Begins
+             * @description How the key begins, which is no secret.
+             */
+            begins: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "good" | "expired" | "revoked";
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /** Expires At */
+            expires_at: string | null;
+            /** Revoked At */
+            revoked_at: string | null;
+            /**
+             * Used At
+             * @description When it was last used, as the gateway notes once a minute.
+             */
+            used_at: string | null;
+        };
+        /**
+         * KeyList
+         * @description All keys, those that cannot be used any more too, oldest first.
+         */
+        KeyList: {
+            /** Keys */
+            keys: components["schemas"]["KeyInfo"][];
+        };
+        /**
          * Kinematics
          * @description Positions of the axes, and where the finger is then.
          */
@@ -8349,6 +9050,226 @@ export interface components {
              * @enum {string}
              */
             unit: "pulse" | "mm" | "um" | "deg" | "mdeg";
+        };
+        /**
+         * LineBackupCancelledEvent
+         * @description A request or the end of the gateway has ended it; about `/lines/{line_id}`.
+         */
+        LineBackupCancelledEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.backup.cancelled";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * LineBackupFailedEvent
+         * @description A controller did not tell all; about `/lines/{line_id}`.
+         */
+        LineBackupFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.backup.failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * LineBackupProgressEvent
+         * @description More of it was read; once a second at most; about `/lines/{line_id}`.
+         */
+        LineBackupProgressEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.backup.progress";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * LineBackupStartedEvent
+         * @description A backup is being read; about `/lines/{line_id}`.
+         */
+        LineBackupStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.backup.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * LineBackupSucceededEvent
+         * @description All was read: the record has the text; about `/lines/{line_id}`.
+         */
+        LineBackupSucceededEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "line.backup.succeeded";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
         };
         /**
          * LineChange
@@ -9427,6 +10348,49 @@ export interface components {
             arguments?: (number | null)[] | null;
         };
         /**
+         * MadeKey
+         * @description A key that was made, with its secret.
+         */
+        MadeKey: {
+            /** Name */
+            name: string;
+            role: components["schemas"]["Role"];
+            /**
+             * Scope
+             * @description The addresses of lines, bodies, groups and robots that it is for; null means all.
+             */
+            scope: string[] | null;
+            /**
+             * Begins
+             * @description How the key begins, which is no secret.
+             */
+            begins: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "good" | "expired" | "revoked";
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /** Expires At */
+            expires_at: string | null;
+            /** Revoked At */
+            revoked_at: string | null;
+            /**
+             * Used At
+             * @description When it was last used, as the gateway notes once a minute.
+             */
+            used_at: string | null;
+            /**
+             * Key
+             * @description What its owner sends. It is told this once: the gateway keeps its hash only.
+             */
+            key: string;
+        };
+        /**
          * MarkMissing
          * @description Why no mark can be kept in a body.
          */
@@ -9609,23 +10573,28 @@ export interface components {
              */
             end_cause: string | null;
             /**
+             * Counted In
+             * @description What positions are counted in; null where the body's operating mode is not known.
+             */
+            counted_in: ("pulses" | "encoder_counts") | null;
+            /**
              * Start Position
-             * @description In pulses, before the move.
+             * @description In `counted_in`, before the move.
              */
             start_position: number | null;
             /**
              * Target Position
-             * @description In pulses, where it can be known beforehand.
+             * @description In `counted_in`, where it can be known beforehand.
              */
             target_position: number | null;
             /**
              * Position
-             * @description In pulses, as last read.
+             * @description In `counted_in`, as last read.
              */
             position: number | null;
             /**
              * Homing Distance
-             * @description Of a homing that ended well: pulses from its end back to its start (0PD).
+             * @description Of a homing that ended well: from its end back to its start, in `counted_in` (0PD).
              */
             homing_distance: number | null;
             /**
@@ -9729,6 +10698,37 @@ export interface components {
             bodies: {
                 [key: string]: components["schemas"]["JsonValue"];
             }[];
+        };
+        /**
+         * NewKey
+         * @description A key to be made.
+         * @example {
+         *       "expires_s": 7776000,
+         *       "name": "mes",
+         *       "role": "operator",
+         *       "scope": [
+         *         "line1"
+         *       ]
+         *     }
+         */
+        NewKey: {
+            /**
+             * Name
+             * @description Who or what it is for: letters, digits and . _ @ -; records name it.
+             */
+            name: string;
+            /** @description What it may do; every role may stop. */
+            role: components["schemas"]["Role"];
+            /**
+             * Scope
+             * @description The addresses of lines, bodies, groups and robots that it is for; left out: all.
+             */
+            scope?: string[] | null;
+            /**
+             * Expires S
+             * @description In seconds from now; left out: it does not expire.
+             */
+            expires_s?: number | null;
         };
         /**
          * NewLine
@@ -9989,13 +10989,18 @@ export interface components {
              */
             frame: string;
             /**
+             * Counted In
+             * @description What the target's position is counted in.
+             */
+            counted_in: ("pulses" | "encoder_counts") | null;
+            /**
              * Distance
              * @description Pulses it would emit; null where only the motion itself can tell.
              */
             distance: number | null;
             /**
              * Target Position
-             * @description In pulses, where it can be known beforehand.
+             * @description In `counted_in`, where it can be known beforehand.
              */
             target_position: number | null;
             /**
@@ -11017,6 +12022,226 @@ export interface components {
             kind: "absolute";
         };
         /**
+         * RobotBackupCancelledEvent
+         * @description A request or the end of the gateway has ended it; about `/robots/{robot_id}`.
+         */
+        RobotBackupCancelledEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.backup.cancelled";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * RobotBackupFailedEvent
+         * @description A controller did not tell all; about `/robots/{robot_id}`.
+         */
+        RobotBackupFailedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.backup.failed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * RobotBackupProgressEvent
+         * @description More of it was read; once a second at most; about `/robots/{robot_id}`.
+         */
+        RobotBackupProgressEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.backup.progress";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * RobotBackupStartedEvent
+         * @description A backup is being read; about `/robots/{robot_id}`.
+         */
+        RobotBackupStartedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.backup.started";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
+         * RobotBackupSucceededEvent
+         * @description All was read: the record has the text; about `/robots/{robot_id}`.
+         */
+        RobotBackupSucceededEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.backup.succeeded";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["Backup"];
+        };
+        /**
          * RobotBitsMismatchEvent
          * @description It stands still, homed, and its bits do not mean what the configuration says; about `/robots/{robot_id}`.
          */
@@ -11286,6 +12511,65 @@ export interface components {
             bit_mismatches: string[];
             /** Units */
             units: components["schemas"]["UnitInfo"][];
+        };
+        /**
+         * RobotInputChange
+         * @description An input as it is now.
+         */
+        RobotInputChange: {
+            /** Channel */
+            channel: number;
+            /**
+             * Number
+             * @description From 0, within its channel.
+             */
+            number: number;
+            /** On */
+            on: boolean;
+        };
+        /**
+         * RobotInputChangedEvent
+         * @description An input of the first channel is another than when it was last asked for: while somebody watches `io`, and as often as `input_edges_per_s` says; about `/robots/{robot_id}`.
+         */
+        RobotInputChangedEvent: {
+            /**
+             * Specversion
+             * @default 1.0
+             * @constant
+             */
+            specversion: "1.0";
+            /** Id */
+            id: string;
+            /**
+             * Source
+             * @default /motion-gateway
+             */
+            source: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "robot.input.changed";
+            /** Subject */
+            subject: string;
+            /**
+             * Time
+             * Format: date-time
+             */
+            time: string;
+            /**
+             * Datacontenttype
+             * @default application/json
+             * @constant
+             */
+            datacontenttype: "application/json";
+            /** Sequence */
+            sequence: string;
+            /** Cursor */
+            cursor: string;
+            /** Correlationid */
+            correlationid?: string | null;
+            data: components["schemas"]["RobotInputChange"];
         };
         /**
          * RobotJogEndedEvent
@@ -13225,6 +14509,13 @@ export interface components {
             axes: {
                 [key: string]: number | null;
             };
+            /**
+             * Planned
+             * @description Where the plan has the axis that moves then; null without a plan.
+             */
+            planned: {
+                [key: string]: number;
+            } | null;
         };
         /**
          * RobotSamples
@@ -13249,6 +14540,16 @@ export interface components {
             units: {
                 [key: string]: string;
             };
+            /**
+             * Planned S
+             * @description How long the plan has it move, in seconds; null without a plan.
+             */
+            planned_s: number | null;
+            /**
+             * Note
+             * @description Why there is no plan.
+             */
+            note: string | null;
             /** Samples */
             samples: components["schemas"]["RobotSample"][];
         };
@@ -13493,7 +14794,7 @@ export interface components {
         };
         /**
          * RobotStopUnconfirmedEvent
-         * @description It is not confirmed after two seconds, and is repeated on; about `/robots/{robot_id}`.
+         * @description It is not confirmed in time, and is repeated on; about `/robots/{robot_id}`.
          */
         RobotStopUnconfirmedEvent: {
             /**
@@ -14565,7 +15866,7 @@ export interface components {
         };
         /**
          * ScaraPathRequest
-         * @description Move the finger's end along a stored path (RC-420 manual 13.10.5).
+         * @description Move the finger's end along a stored path, or through points (RC-420 manual 13.10.5).
          * @example {
          *       "kind": "path",
          *       "path": 3
@@ -14591,7 +15892,12 @@ export interface components {
              * Path
              * @description Interpolation path 0-63.
              */
-            path: number;
+            path?: number | null;
+            /**
+             * Points
+             * @description In the place of `path`: through these, to the last. They are put into the path that the gateway keeps for its lines.
+             */
+            points?: components["schemas"]["ViaPoint"][] | null;
         };
         /**
          * ScaraPlace
@@ -16114,6 +17420,16 @@ export interface components {
         /**
          * ViaPoint
          * @description A point that a path leads through, or the centre (RC-420 manual 13.10.5, 13.10.6).
+         * @example {
+         *       "x": {
+         *         "unit": "mm",
+         *         "value": 255
+         *       },
+         *       "y": {
+         *         "unit": "mm",
+         *         "value": 300
+         *       }
+         *     }
          */
         ViaPoint: {
             x?: components["schemas"]["Distance"] | null;
@@ -16202,7 +17518,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16246,7 +17565,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16291,7 +17613,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16335,7 +17660,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16380,7 +17708,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -16421,7 +17752,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -16503,7 +17837,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16547,7 +17884,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16590,7 +17930,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16637,7 +17980,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -16694,7 +18040,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 move_id: string;
             };
@@ -16739,7 +18088,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 move_id: string;
             };
@@ -16791,7 +18143,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
+                /**
+                 * @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.
+                 * @example 80
+                 */
                 group_id: string;
             };
             cookie?: never;
@@ -16845,7 +18200,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 move_id: string;
             };
@@ -16887,7 +18245,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 move_id: string;
             };
@@ -16929,9 +18290,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
                 move_id: string;
             };
@@ -16973,9 +18340,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
                 move_id: string;
             };
@@ -17059,7 +18432,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -17104,7 +18480,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
+                /**
+                 * @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.
+                 * @example 80
+                 */
                 group_id: string;
             };
             cookie?: never;
@@ -17362,7 +18741,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
+                /**
+                 * @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.
+                 * @example 80
+                 */
                 group_id: string;
             };
             cookie?: never;
@@ -17406,7 +18788,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80. */
+                /**
+                 * @description Two hex digits, 80-9E, with the line's id where several lines have it: 80 or arm.80.
+                 * @example 80
+                 */
                 group_id: string;
             };
             cookie?: never;
@@ -17534,7 +18919,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -17581,7 +18969,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -17634,7 +19025,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
                 scan_id: string;
             };
@@ -17685,7 +19079,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -17818,7 +19215,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18076,7 +19476,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18126,7 +19529,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18194,7 +19600,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 upload_id: string;
             };
@@ -18239,7 +19648,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18286,7 +19698,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18340,7 +19755,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18384,7 +19802,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 run_id: string;
             };
@@ -18431,7 +19852,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18475,9 +19899,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description D0-D199, C0-C29 or T0-T29. */
+                /**
+                 * @description D0-D199, C0-C29 or T0-T29.
+                 * @example D0
+                 */
                 name: string;
             };
             cookie?: never;
@@ -18522,7 +19952,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18571,7 +20004,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18616,7 +20052,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18665,7 +20104,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18710,7 +20152,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18759,7 +20204,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18812,7 +20260,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18862,7 +20313,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -18903,9 +20357,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard set. */
+                /**
+                 * @description 0-29, or 30: the standard set.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -18954,9 +20414,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard set. */
+                /**
+                 * @description 0-29, or 30: the standard set.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19009,9 +20475,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard set. */
+                /**
+                 * @description 0-29, or 30: the standard set.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19061,7 +20533,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -19102,9 +20577,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard pattern. */
+                /**
+                 * @description 0-29, or 30: the standard pattern.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19153,9 +20634,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard pattern. */
+                /**
+                 * @description 0-29, or 30: the standard pattern.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19208,9 +20695,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard pattern. */
+                /**
+                 * @description 0-29, or 30: the standard pattern.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19264,9 +20757,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-29, or 30: the standard pattern. */
+                /**
+                 * @description 0-29, or 30: the standard pattern.
+                 * @example 12
+                 */
                 n: number;
             };
             cookie?: never;
@@ -19302,12 +20801,80 @@ export interface operations {
             };
         };
     };
+    draftCurve: {
+        parameters: {
+            query: {
+                /** @description How far the move goes. */
+                distance: number;
+                /** @description Of the distance; pulses are whole. */
+                unit?: "pulse" | "mm" | "um" | "deg" | "mdeg";
+                /** @description `low` runs at the start speed, without ramps. */
+                speed?: "high" | "low";
+                /** @description How many moments, evenly spread. */
+                points?: number;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+                /**
+                 * @description 0-29, or 30: the standard pattern.
+                 * @example 12
+                 */
+                n: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CurveDraft"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SpeedCurve"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     getBodyBackup: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -19343,6 +20910,160 @@ export interface operations {
             };
         };
     };
+    startBodyBackup: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description It is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getBodyBackupRecord: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+                backup_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelBodyBackup: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
+                body_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     restoreBody: {
         parameters: {
             query?: {
@@ -19354,7 +21075,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -19411,7 +21135,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 restore_id: string;
             };
@@ -19456,7 +21183,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -19500,7 +21230,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -19536,6 +21269,162 @@ export interface operations {
             };
         };
     };
+    startLineBackup: {
+        parameters: {
+            query?: {
+                /** @description These only, joined by commas: 00,3F. Left out: all. */
+                bodies?: string | null;
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description It is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLineBackupRecord: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+                backup_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelLineBackup: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
+                line_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     restoreLine: {
         parameters: {
             query?: {
@@ -19547,7 +21436,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -19604,7 +21496,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
                 restore_id: string;
             };
@@ -19649,7 +21544,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -19690,7 +21588,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -19726,6 +21627,160 @@ export interface operations {
             };
         };
     };
+    startRobotBackup: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description It is over. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getRobotBackupRecord: {
+        parameters: {
+            query?: {
+                /** @description Seconds to wait for the end, 60 at most; or use the header `Prefer: wait=N`. */
+                wait?: number | null;
+            };
+            header?: never;
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+                backup_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancelRobotBackup: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
+                robot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Backup"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     restoreRobot: {
         parameters: {
             query?: {
@@ -19737,7 +21792,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -19794,7 +21852,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
                 restore_id: string;
             };
@@ -19839,7 +21900,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -19963,7 +22027,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The id of a lease. */
+                /**
+                 * @description The id of a lease.
+                 * @example lease-1
+                 */
                 lease_id: string;
             };
             cookie?: never;
@@ -20007,7 +22074,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The id of a lease. */
+                /**
+                 * @description The id of a lease.
+                 * @example lease-1
+                 */
                 lease_id: string;
             };
             cookie?: never;
@@ -20051,7 +22121,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The id of a lease. */
+                /**
+                 * @description The id of a lease.
+                 * @example lease-1
+                 */
                 lease_id: string;
             };
             cookie?: never;
@@ -20140,7 +22213,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The line's id. */
+                /**
+                 * @description The line's id.
+                 * @example line1
+                 */
                 line_id: string;
             };
             cookie?: never;
@@ -20158,6 +22234,133 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Reloaded"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    listKeys: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeyList"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    makeKey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewKey"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeKey"];
+                };
+            };
+            /** @description Nothing was sent, and nothing will be: it may be asked again. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Refused, not possible, or the outcome is not known: `moved` says what the motor did. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    revokeKey: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /**
+                 * @description The name of a key.
+                 * @example mes
+                 */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeyInfo"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -20223,7 +22426,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20264,7 +22470,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20308,7 +22517,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20356,7 +22568,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20401,7 +22616,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20445,7 +22663,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20490,7 +22711,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20537,7 +22761,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20584,7 +22811,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
             };
             cookie?: never;
@@ -20641,7 +22871,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
                 move_id: string;
             };
@@ -20683,9 +22916,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
-                /** @description Number of the interpolation path, 0-63. */
+                /**
+                 * @description Number of the interpolation path, 0-63.
+                 * @example 3
+                 */
                 path: number;
             };
             cookie?: never;
@@ -20729,9 +22968,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example wafer
+                 */
                 scara_id: string;
-                /** @description Number of the interpolation path, 0-63. */
+                /**
+                 * @description Number of the interpolation path, 0-63.
+                 * @example 3
+                 */
                 path: number;
             };
             cookie?: never;
@@ -20779,7 +23024,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -20827,7 +23075,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 jog_id: string;
             };
@@ -20869,7 +23120,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
                 jog_id: string;
             };
@@ -20925,7 +23179,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -20976,7 +23233,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21024,9 +23284,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description 0-2047. */
+                /**
+                 * @description 0-2047.
+                 * @example 7
+                 */
                 number: number;
             };
             cookie?: never;
@@ -21076,7 +23342,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21117,7 +23386,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21158,7 +23430,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21202,9 +23477,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description General output, 0-15. */
+                /**
+                 * @description General output, 0-15.
+                 * @example 3
+                 */
                 output: number;
             };
             cookie?: never;
@@ -21252,9 +23533,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description General output, 0-15. */
+                /**
+                 * @description General output, 0-15.
+                 * @example 3
+                 */
                 output: number;
             };
             cookie?: never;
@@ -21299,7 +23586,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21340,7 +23630,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21384,9 +23677,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description What it reports; `limit` is that of either direction. */
+                /**
+                 * @description What it reports; `limit` is that of either direction.
+                 * @example limit
+                 */
                 cause: "ems" | "limit" | "stall" | "any";
             };
             cookie?: never;
@@ -21434,7 +23733,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21475,7 +23777,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
             };
             cookie?: never;
@@ -21519,9 +23824,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description Input that can interrupt, 8 or 9. */
+                /**
+                 * @description Input that can interrupt, 8 or 9.
+                 * @example 8
+                 */
                 port: number;
             };
             cookie?: never;
@@ -21565,9 +23876,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description Input that can interrupt, 8 or 9. */
+                /**
+                 * @description Input that can interrupt, 8 or 9.
+                 * @example 8
+                 */
                 port: number;
             };
             cookie?: never;
@@ -21615,9 +23932,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F. */
+                /**
+                 * @description Two hex digits, 00-77, with the line's id where several lines have it: 3F or arm.3F.
+                 * @example 3F
+                 */
                 body_id: string;
-                /** @description Input that can interrupt, 8 or 9. */
+                /**
+                 * @description Input that can interrupt, 8 or 9.
+                 * @example 8
+                 */
                 port: number;
             };
             cookie?: never;
@@ -21696,7 +24019,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -21737,9 +24063,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -21782,9 +24114,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -21825,9 +24163,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -21871,7 +24215,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -21915,7 +24262,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -21959,7 +24309,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22007,7 +24360,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22048,7 +24404,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22093,9 +24452,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22142,9 +24507,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22191,9 +24562,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22250,9 +24627,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
                 move_id: string;
             };
@@ -22300,9 +24683,15 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Three capital letters or digits. */
+                /**
+                 * @description Three capital letters or digits.
+                 * @example PCK
+                 */
                 name: string;
             };
             cookie?: never;
@@ -22356,7 +24745,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22400,7 +24792,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22448,7 +24843,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
                 jog_id: string;
             };
@@ -22490,7 +24888,10 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
                 jog_id: string;
             };
@@ -22546,9 +24947,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22586,15 +24993,28 @@ export interface operations {
     };
     storePositions: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description The first position. */
+                first?: number;
+                /** @description The last position. */
+                last?: number;
+            };
             header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
                 /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22644,9 +25064,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22689,9 +25115,15 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22731,13 +25163,21 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
                 /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;
@@ -22787,7 +25227,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22833,7 +25276,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22877,7 +25323,10 @@ export interface operations {
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
                 /** @description Channel of eight bits, from 1. */
                 channel: number;
@@ -22931,7 +25380,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -22971,11 +25423,16 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
+                /** @description The ETag of what was read: where it is otherwise now, nothing is changed (412). */
+                "If-Match"?: string;
                 /** @description With it the request is carried out once, however often it is sent; a repetition has the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
                 /** @description Number of the variable, 0-99. */
                 number: number;
@@ -23025,7 +25482,10 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
             };
             cookie?: never;
@@ -23082,9 +25542,15 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description The robot's id in the configuration. */
+                /**
+                 * @description The robot's id in the configuration.
+                 * @example r1
+                 */
                 robot_id: string;
-                /** @description Number of the unit, from 1. */
+                /**
+                 * @description Number of the unit, from 1.
+                 * @example 1
+                 */
                 unit: number;
             };
             cookie?: never;

@@ -8,7 +8,7 @@ import pytest
 
 from gateway.core.journal import files, writes
 from gateway.core.journal.disk import SqliteDisk
-from gateway.core.journal.retention import Retention
+from gateway.core.journal.retention import DAY_S, Retention
 
 
 @pytest.fixture
@@ -54,12 +54,27 @@ def test_a_copy_is_a_journal_and_nothing_is_overwritten(tmp_path: Path) -> None:
         files.backup(tmp_path, target)
 
 
-@pytest.mark.usefixtures("disk")
-def test_what_is_too_much_or_too_old_is_forgotten_and_what_is_open_is_kept(tmp_path: Path) -> None:
+def test_what_is_too_much_or_too_old_is_forgotten_and_what_is_open_is_kept(
+    disk: SqliteDisk, tmp_path: Path
+) -> None:
+    disk.commit([writes.meta(writes.RAN_S, str(DAY_S))], durable=True)
     assert files.prune(tmp_path, Retention(events=10, days=1.0)) == 90 + 19
     assert numbers(tmp_path) == list(range(91, 101))
     assert [row["id"] for row in files.export(tmp_path) if row["table"] == "moves"] == ["m005"]
     assert files.verify(tmp_path) == []
+
+
+def test_what_a_wall_clock_has_dated_a_year_early_or_late_is_kept(tmp_path: Path) -> None:
+    disk, year_s = SqliteDisk(tmp_path), 365 * DAY_S
+    disk.commit([writes.meta(writes.RAN_S, str(100 * DAY_S))], durable=True)
+    dates = {"early": -year_s, "late": year_s}
+    disk.commit([writes.move(name, at, "a.3F", "{}", final=True) for name, at in dates.items()], durable=True)
+    disk.commit([writes.key_used("s", name, "d", at) for name, at in dates.items()], durable=True)
+    disk.commit([writes.key_answered("s", name, 202, None, "{}") for name in dates], durable=True)
+    disk.commit([writes.meta(writes.RAN_S, str(100.5 * DAY_S))], durable=True)
+    disk.close()
+    assert files.prune(tmp_path, Retention()) == 0
+    assert files.prune(tmp_path, Retention(days=0.5, keys_days=0.5)) == 4
 
 
 def test_a_broken_file_is_called_broken(tmp_path: Path) -> None:

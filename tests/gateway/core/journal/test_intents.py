@@ -1,6 +1,9 @@
 """Intents: nothing with an effect is written before the disk has it, and a stop waits for no disk."""
 
 import asyncio
+from collections.abc import Awaitable, Callable
+from contextlib import AbstractContextManager
+from typing import Any
 
 import pytest
 
@@ -12,6 +15,7 @@ from gateway.core.origin import POLL, Origin, acting
 from gateway.rorze.line import Line
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
+from protocols.rorze.row import RorzeCommand
 from protocols.rorze.speeds import SetMaximumSpeed
 from protocols.rorze.stops import StopImmediately
 from tests.gateway.rorze.far_end import FarEnd, running_line, virtual
@@ -19,6 +23,20 @@ from tests.model_book import ModelBook
 
 MOVE = MoveClockwise(distance=5)
 DISK_S = 0.2
+
+
+class Refusal:
+    """Lets no command pass until it is over."""
+
+    over = False
+
+    def __call__(self, *_: object) -> GatewayError | None:
+        return None if self.over else Cancelled("not now")
+
+
+async def after(event: Awaitable[object], deed: Callable[[], Awaitable[object]]) -> None:
+    await event
+    await deed()
 
 
 def kept(line: Line, book: ModelBook) -> Line:
@@ -54,6 +72,108 @@ async def test_what_came_first_goes_first_and_shares_a_commit() -> None:
     assert [frame for frame in far.frames if "+M" in frame] == [f"&021+M{number}" for number in range(1, 9)]
     assert [intent["id"] for _, intent in book.intents()] == book.written()
     assert took_s < 3 * DISK_S
+
+
+FASTER = SetMaximumSpeed(speed=2000)
+
+
+def going_to_send(line: Line, *commands: RorzeCommand[Any]) -> AbstractContextManager[None]:
+    return line.undertaking(lambda: [line._session.exchange(2, it, Lane.COMMAND) for it in commands])
+
+
+@virtual
+async def test_an_undertaking_waits_for_the_disk_once() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        with going_to_send(line, FASTER, MOVE):
+            await line.submit(2, FASTER, Lane.COMMAND)
+            await line.submit(2, MOVE, Lane.COMMAND)
+    assert book.waits == 1
+    assert [intent["frame"] for _, intent in book.intents()] == ["&02OHS2000\r", "&021+M5\r"]
+    assert book.written() == sorted(str(intent["id"]) for _, intent in book.intents())
+    assert set(book.outcomes().values()) == {"answered"}
+
+
+@virtual
+async def test_what_comes_first_takes_the_rest_along_though_nobody_has_foreseen_it() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        with going_to_send(line, MOVE):
+            await line.submit(2, FASTER, Lane.COMMAND)
+            await line.submit(2, MOVE, Lane.COMMAND)
+    assert (book.waits, len(book.intents())) == (1, 2)
+
+
+@virtual
+async def test_what_an_undertaking_does_without_was_not_sent() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        with going_to_send(line, FASTER, MOVE):
+            await line.submit(2, FASTER, Lane.COMMAND)
+    [faster, move] = [intent["id"] for _, intent in book.intents()]
+    assert book.outcomes() == {faster: "answered", move: "not_sent"}
+    assert book.written() == [faster]
+
+
+@virtual
+async def test_what_was_not_written_is_tried_again_with_the_same_intent() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        line.gate.add(refusal := Refusal())
+        with going_to_send(line, MOVE):
+            assert isinstance(await line.submit(2, MOVE, Lane.COMMAND), Cancelled)
+            refusal.over = True
+            await line.submit(2, MOVE, Lane.COMMAND)
+    assert (book.waits, len(far.times_of("&021+M5"))) == (1, 1)
+    assert list(book.outcomes().values()) == ["answered"]
+
+
+@virtual
+async def test_what_has_come_too_late_for_its_undertaking_has_an_intent_of_its_own() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        with going_to_send(line, FASTER, MOVE):
+            await line.submit(2, FASTER, Lane.COMMAND)
+            late = asyncio.create_task(asyncio.sleep(1.0, None))
+            sending = asyncio.create_task(after(late, lambda: line.submit(2, MOVE, Lane.COMMAND)))
+        await sending
+    assert book.waits == 2
+    assert sorted(map(str, book.outcomes().values())) == ["answered", "answered", "not_sent"]
+
+
+@virtual
+async def test_a_disk_that_fails_in_an_undertaking_lets_nothing_of_it_be_sent() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        with going_to_send(line, FASTER, MOVE):
+            faster = line.submit(2, FASTER, Lane.COMMAND)
+            book.trouble = "no space left"
+            assert isinstance(await faster, JournalUnavailable)
+            with pytest.raises(JournalUnavailable):
+                line.submit(2, MOVE, Lane.COMMAND)
+    assert far.times_of("&021+M5") == []
+    assert set(book.outcomes().values()) == {"not_sent"}
+
+
+@virtual
+async def test_a_stop_while_the_disk_writes_keeps_a_whole_undertaking_from_being_sent() -> None:
+    far, book = FarEnd(), ModelBook(DISK_S)
+    async with running_line(far) as line:
+        kept(line, book)
+        with going_to_send(line, FASTER, MOVE):
+            faster = line.submit(2, FASTER, Lane.COMMAND)
+            line.cancel(lambda it: it.target == 2, Cancelled("stopped"))
+            assert isinstance(await faster, Cancelled)
+        await asyncio.sleep(2 * DISK_S)
+    assert [frame for frame in far.frames if frame.startswith("&02")] == []
+    assert len(book.outcomes()) == 2
+    assert set(book.outcomes().values()) == {"not_sent"}
 
 
 @virtual

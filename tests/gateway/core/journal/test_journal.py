@@ -2,6 +2,7 @@
 
 import asyncio
 import sqlite3
+import time
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -14,6 +15,7 @@ from gateway.core.journal import journal as module
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk, DiskFailed, DiskFull, SqliteDisk
 from gateway.core.journal.journal import Journal, JournalUnavailable
+from gateway.core.journal.opening import open_journal
 from gateway.core.journal.retention import Retention
 from gateway.core.journal.writes import Value, Write
 
@@ -246,3 +248,19 @@ async def test_a_disk_that_takes_its_time_is_not_waited_for(monkeypatch: pytest.
             await journal.write(intent())
         disk.may_go_on.set()
         await recovery(journal)
+
+
+async def test_how_long_gateways_have_run_is_counted_over_their_lives(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = [1000.0]
+    monkeypatch.setattr(time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(time, "time", lambda: -clock[0])  # which jumps, and is not asked
+    for lived_s in (60.0, 90.0):
+        journal = open_journal(tmp_path).journal
+        journal._loop = asyncio.get_running_loop()
+        clock[0] += lived_s
+        journal._look()
+        journal.disk.close()
+        clock[0] += 4711.0
+    assert open_journal(tmp_path).journal.ran_s == 150.0

@@ -16,6 +16,7 @@ from gateway.core.errors import (
     NotSent,
     PowerCycled,
 )
+from gateway.core.journal.intents import Intents
 from gateway.core.move_record import MoveStatus
 from gateway.rorze.scaras import paths
 from gateway.rorze.scaras.geometry import GeometryDiffers
@@ -26,6 +27,7 @@ from simulator.faults import Direction
 from simulator.rorze.rc400 import LinkSettings
 from simulator.rorze.world import CCW_LIMIT, EMS, STALL
 from tests.gateway.rorze.scaras.cell import BELTS, Cell, cell, deg, mm, read
+from tests.model_book import ModelBook
 from tests.plants import in_virtual_time, lose
 
 HALF_PULSES_MDEG = 0.55 * sum(360_000 / turn for turn in (121_791.045, 60_000.0, 100_000.0))
@@ -96,6 +98,17 @@ async def test_where_each_kind_ends(
 
 
 @in_virtual_time
+async def test_a_move_waits_for_the_disk_once_to_be_prepared_and_once_to_be_started() -> None:
+    async with cell() as robot:
+        book, line = ModelBook(), robot.scara.line
+        line.intents = Intents(book, line.address_of)
+        await robot.start(kind="line", x=mm(20), y=mm(150), pattern=5)
+        assert book.waits == 2
+        assert len(book.intents()) > 5
+        assert book.written() == [intent["id"] for _, intent in book.intents()]
+
+
+@in_virtual_time
 async def test_the_finger_turns_alone() -> None:
     async with cell() as robot:
         before = robot.positions()
@@ -122,6 +135,19 @@ async def test_aligned_with_a_target_an_extension_ends_there() -> None:
         move = await robot.finished("path", path=3)
         assert move.status is MoveStatus.SUCCEEDED
         assert robot.place()[:2] == pytest.approx((300_000, 400_000), abs=60)
+
+
+@in_virtual_time
+async def test_a_path_goes_through_points_of_the_request_and_leaves_the_stored_ones() -> None:
+    async with cell() as robot:
+        await paths.write(robot.scara, 0, CORNERED)
+        through = [{"x": mm(120), "y": mm(260), "radius": mm(20)}, {"x": mm(60), "y": mm(300)}]
+        move = await robot.finished("path", points=through)
+        assert move.status is MoveStatus.SUCCEEDED
+        assert robot.place()[:2] == pytest.approx((60_000, 300_000), abs=60)
+        assert [*(await paths.read(robot.scara, 0)).values()] == CORNERED
+        with pytest.raises(InvalidRequest, match="cannot do that"):
+            await robot.start("path", points=[{"x": mm(2000), "y": mm(0)}])
 
 
 @in_virtual_time

@@ -29,6 +29,17 @@ HERE = Here(START, ROBOT.pose(START), ROBOT.place(START), {}, 63)
             ["HDSH[63]", "HDSH[63],0,X:1012,Y:117000,R:0", "HMSA[3],H[63]", "HMM"],
         ),
         ("path", {"path": 0, "pattern": 29}, ["HMSA[29],H[0]", "HMM"]),
+        (
+            "path",
+            {"points": [{"x": mm(255), "y": mm(300), "radius": mm(120)}, {"x": mm(255), "y": mm(450)}]},
+            [
+                "HDSH[63]",
+                "HDSH[63],0,X:255000,Y:300000,R:120000",
+                "HDSH[63],1,X:255000,Y:450000,R:0",
+                "HMSH[63]",
+                "HMM",
+            ],
+        ),
         ("extend", {"distance": mm(0.001)}, ["H+S1", "HMM"]),
         ("retract", {"distance": mm(10)}, ["H-S10000", "HMM"]),
         ("rotate", {"radius": mm(0), "angle": deg(-90)}, ["HRSR:0,F:-90000", "HMM"]),

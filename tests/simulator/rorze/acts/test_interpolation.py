@@ -31,9 +31,9 @@ AT_FIRST = ["+000000001", "0", "1", "1", "00000001.00", "00000001.00", "+0000000
 
 def test_settings_outlast_the_power_once_saved_but_paths_and_start_positions_do_not(bench: Bench) -> None:
     assert told(bench) == AT_FIRST
-    bench.sent("HAS156000", "HCS2", "HFS208000", "HTS0", "HZS0,98765.4321", "HZS9,99000.5")
+    bench.sent("HAS156000", "HCS2", "HFS208000", "HTS0", "HZS0,98765.4000", "HZS9,99000.5")
     bench.sent("FIS", "HPS0,83333", "HDSH[0],0,X:1,Y:-2,R:3")
-    kept = ["+000156000", "2", "208000", "0", "00098765.4321", "00099000.50"]
+    kept = ["+000156000", "2", "208000", "0", "00098765.4000", "00099000.5"]
     assert told(bench) == [*kept, "+000083333", "X:1,Y:-2,R:3"]
     bench.axis.power_off(bench.now)
     bench.axis.power_on(bench.now)

@@ -1,0 +1,123 @@
+"""How much of a serial line's time is used while much is told or asked: programs, position tables, backups.
+
+Its yardstick is a bare program on the same line, which writes the same frames, each when the last reply is
+there. In the plant is one body at 9600 baud, behind a paced pty, and a journal on the disk.
+"""
+
+import asyncio
+import gc
+import logging
+import os
+import tty
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import monotonic_ns
+
+from benchmarks.figures import Figure, Target
+from benchmarks.processes import simulated_line
+from gateway.config import parse
+from gateway.core.journal.opening import open_journal
+from gateway.plant import Plant
+from gateway.rorze import backup, positions
+from gateway.rorze.bodies import Body
+from gateway.rorze.family import Rorze
+from protocols.rorze.link import CR
+from protocols.rorze.user_program.assembler import Assembled, assemble
+from transports.serial_port import BITS_PER_BYTE
+from transports.trace import Record
+
+BAUD = 9600
+BODY = "00"
+ROUNDS = 3
+INSTRUCTIONS = 2000
+TARGET = Target("ratio", ">=", 0.95)
+SETTLE_S = 3.0
+"""The line is set up then, and the body has its mark."""
+LINE = f"""
+[[lines]]
+id = "line"
+address = "serial://{{path}}?baud={BAUD}"
+trace_entries = 100_000
+bodies = [{{{{id = "{BODY}"}}}}]
+"""
+
+
+async def run(seconds: float) -> list[Figure]:
+    """Measure each for so many seconds, half of them with the yardstick; 1200 let each come to its end."""
+    gc.freeze()  # as the gateway does
+    logging.getLogger("gateway").setLevel(logging.ERROR)
+    works: dict[str, Callable[[Plant, Body], Awaitable[object]]] = {
+        f"upload of {INSTRUCTIONS} instructions": _upload,
+        "download of 2048 positions": lambda _, body: positions.read(body, 0, positions.LAST_POSITION),
+        "backup of a body": lambda _, body: backup.text_of(body),
+    }
+    return [await _figure(name, work, seconds / ROUNDS / 2) for name, work in works.items()]
+
+
+async def _upload(plant: Plant, body: Body) -> None:
+    program = assemble("0SS10\n" * INSTRUCTIONS)
+    assert isinstance(program, Assembled)
+    uploads = plant.family(Rorze).uploads
+    upload = await uploads.start(body, program)
+    await uploads.wait(upload, 3600.0)
+
+
+async def _figure(name: str, work: Callable[[Plant, Body], Awaitable[object]], turn_s: float) -> Figure:
+    ours, theirs = [], []
+    for _ in range(ROUNDS):
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / "line"
+            async with simulated_line([int(BODY, 16)], "--pty", str(path), "--baud", str(BAUD)):
+                records = await _worked(path, work, turn_s)
+                frames = [record[3] for record in records if record[2] == "tx"]
+                ours.append(_percent(records))
+                theirs.append(_percent(await asyncio.to_thread(_bare, path, frames)))
+    return Figure(f"{name}: line use", "%", ours, theirs, TARGET)
+
+
+async def _worked(
+    path: Path, work: Callable[[Plant, Body], Awaitable[object]], turn_s: float
+) -> list[Record]:
+    """Work for so long at most; what went over the line meanwhile."""
+    async with _plant(path) as plant:
+        body, recorder = plant.family(Rorze).body(BODY), plant.recorders["line"]
+        before = recorder.recorded
+        with suppress(TimeoutError):
+            await asyncio.wait_for(work(plant, body), turn_s)
+        _, records = recorder.after(before)
+    return records
+
+
+@asynccontextmanager
+async def _plant(path: Path) -> AsyncIterator[Plant]:
+    async with AsyncExitStack() as stack:
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        plant = Plant(parse(LINE.format(path=path), "a benchmark"), journal=open_journal(folder))
+        stack.push_async_callback(plant.close)
+        await plant.start()
+        await asyncio.sleep(SETTLE_S)
+        yield plant
+
+
+def _bare(path: Path, frames: list[bytes]) -> list[Record]:
+    """Write frames, each as soon as the last was answered."""
+    records: list[Record] = []
+    port = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    tty.setraw(port)
+    for frame in frames:
+        records.append((0, monotonic_ns(), "tx", frame, None, None))
+        os.write(port, frame)
+        reply = b""
+        while not reply.endswith(CR):
+            reply += os.read(port, 1024)
+        records.append((0, monotonic_ns(), "rx", reply, None, None))
+    os.close(port)
+    return records
+
+
+def _percent(records: list[Record]) -> float:
+    """The share of the time from the first frame to the last reply in which bytes went over the line."""
+    took_s = (records[-1][1] - records[0][1]) / 1e9
+    return 100 * sum(len(record[3]) for record in records) * BITS_PER_BYTE / BAUD / took_s

@@ -1,0 +1,67 @@
+"""Long work, each with a record: done in a task of its own, and found again when it is over."""
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Callable, Coroutine, Iterator
+from typing import Any, Generic, Protocol, TypeVar
+
+
+class Recorded(Protocol):
+    """A record of work."""
+
+    @property
+    def id(self) -> str:
+        """What it is found by."""
+
+
+W = TypeVar("W", bound=Recorded)
+
+
+class Works(Generic[W]):
+    """The work of one kind: all that is under way, and the newest of what is over."""
+
+    def __init__(self, history: int) -> None:
+        self._history = history
+        """Records that are kept; those under way always are."""
+        self._records: OrderedDict[str, W] = OrderedDict()
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+
+    def begin(self, record: W, work: Coroutine[Any, Any, None], name: str) -> "asyncio.Task[None]":
+        """Keep a record, and do its work in a task of this name."""
+        task = asyncio.create_task(work, name=f"{name} {record.id}")
+        self._records[record.id], self._tasks[record.id] = record, task
+        task.add_done_callback(lambda _: self._tasks.pop(record.id))
+        over = [it for it in self._records if it not in self._tasks]
+        for record_id in over[: max(len(self._records) - self._history, 0)]:
+            del self._records[record_id]
+        return task
+
+    def under_way(self) -> Iterator[W]:
+        """The records of what is not over, oldest first."""
+        return (self._records[record_id] for record_id in self._tasks)
+
+    def is_under_way(self, record: W) -> bool:
+        """Whether the work of a record is not over."""
+        return record.id in self._tasks
+
+    def find(self, record_id: str, is_meant: Callable[[W], bool] = lambda _: True) -> W | None:
+        """Find a record among those that are meant, if it is kept; `current` is the newest."""
+        newest = filter(is_meant, reversed(self._records.values()))
+        return next((it for it in newest if record_id in ("current", it.id)), None)
+
+    async def wait(self, record: W, timeout_s: float) -> None:
+        """Wait until work is over, or the time is up."""
+        if timeout_s > 0 and (task := self._tasks.get(record.id)) is not None:
+            await asyncio.wait([task], timeout=timeout_s)
+
+    def break_off(self, record: W) -> None:
+        """Cancel work, if it is under way."""
+        if (task := self._tasks.get(record.id)) is not None:
+            task.cancel()
+
+    async def close(self) -> None:
+        """Break off all work."""
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

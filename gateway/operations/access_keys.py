@@ -1,0 +1,95 @@
+"""Keys, as an administrator makes and revokes them: each time everybody who follows the gateway is told."""
+
+import asyncio
+from collections.abc import Sequence
+
+from gateway.access.keys import KeyFault, KeyFileFault, KeyInfo, KeyStore
+from gateway.access.principal import current
+from gateway.access.roles import Role
+from gateway.core.errors import InvalidRequest, NotAllowed, NotFound, NotSent
+from gateway.core.rights import Right
+from gateway.operations.caller import for_caller, require
+from gateway.plant import Plant
+from gateway.wind_down import SUBJECT
+
+
+@for_caller
+async def listed(plant: Plant, store: KeyStore | None) -> Sequence[KeyInfo]:
+    """All keys, oldest first.
+
+    :raises NotAllowed: nobody needs a key.
+    :raises NotSent: they cannot be read.
+    """
+    keys = _allowed(plant, store)
+    try:
+        return await asyncio.to_thread(keys.told)
+    except KeyFault as fault:
+        raise NotSent(str(fault)) from None
+
+
+@for_caller
+async def make(
+    plant: Plant,
+    store: KeyStore | None,
+    name: str,
+    role: Role,
+    scope: Sequence[str] | None,
+    expires_s: float | None,
+) -> tuple[str, KeyInfo]:
+    """Make a key, and give it with what is no secret of it.
+
+    :raises NotAllowed: nobody needs a key.
+    :raises InvalidRequest: the name or the scope is none, or a good key has this name; no key was made.
+    :raises NotSent: the keys cannot be written; no key was made.
+    """
+    keys = _allowed(plant, store)
+    try:
+        key = await asyncio.to_thread(keys.create, name, role, scope, expires_s)
+    except KeyFileFault as fault:
+        raise NotSent(f"{fault} No key was made.") from None
+    except KeyFault as fault:
+        raise InvalidRequest(f"{fault} No key was made.") from None
+    made = await _told(keys, name)
+    plant.events.publish("gateway.key.made", SUBJECT, made)
+    return key, made
+
+
+@for_caller
+async def revoke(plant: Plant, store: KeyStore | None, name: str) -> KeyInfo:
+    """Let no key of this name be used any more.
+
+    :raises NotAllowed: nobody needs a key, or it is the caller's own.
+    :raises NotFound: there is no good key of this name.
+    :raises NotSent: the keys cannot be written; it is as good as before.
+    """
+    keys = _allowed(plant, store)
+    if name == current().name:
+        raise NotAllowed(
+            f"You have signed in with {name}; it was not revoked.", "Revoke it with another key of an admin."
+        )
+    try:
+        await asyncio.to_thread(keys.revoke, name)
+    except KeyFileFault as fault:
+        raise NotSent(f"{fault} {name} was not revoked.") from None
+    except KeyFault as fault:
+        raise NotFound(str(fault)) from None
+    revoked = await _told(keys, name)
+    plant.events.publish("gateway.key.revoked", SUBJECT, revoked)
+    return revoked
+
+
+def _allowed(plant: Plant, store: KeyStore | None) -> KeyStore:
+    """The keys, for who administers the whole plant."""
+    require(plant, Right.ADMIN)
+    if store is None:
+        raise NotAllowed(
+            "This gateway lets everybody in (access.mode is open), so nobody manages keys over HTTP; "
+            "nothing was changed.",
+            'Set access.mode = "keys", or use `motion-gateway keys` on its machine.',
+        )
+    return store
+
+
+async def _told(keys: KeyStore, name: str) -> KeyInfo:
+    """The newest key of a name."""
+    return next(it for it in reversed(await asyncio.to_thread(keys.told)) if it.name == name)

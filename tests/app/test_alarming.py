@@ -1,0 +1,57 @@
+"""What `alarms` shows, and what it resets."""
+
+import json
+
+import pytest
+
+from tests.app.fake_gateway import FakeGateway, always
+
+ALARM = {
+    "id": "al1",
+    "cause": "body.offline",
+    "subject": "/bodies/a.3F",
+    "raised_at": "2026-01-01T00:00:00Z",
+    "ended_at": None,
+    "reset_at": None,
+    "en": {"happened": "It is gone.", "motor": "It stands.", "remedy": "Look."},
+}
+OVER = {**ALARM, "id": "al2", "ended_at": "2026-01-01T00:00:01Z"}
+RESET = {**OVER, "id": "al3", "reset_at": "2026-01-01T00:00:02Z"}
+
+
+def test_alarms_say_what_happened_and_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = always({"alarms": [ALARM, OVER, RESET]}).run(monkeypatch, "alarms", "--all")
+    assert said.exit_code == 0, said.output
+    first, second, third = said.stdout.split("\n\n")
+    assert first.splitlines() == [
+        "al1  2026-01-01T00:00:00Z  body.offline  /bodies/a.3F  lasts",
+        "    It is gone.",
+        "    It stands.",
+        "    Look.",
+    ]
+    assert [it.splitlines()[0].split()[-1] for it in (second, third)] == ["over", "reset"]
+
+
+def test_no_alarm_is_said_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert always({"alarms": []}).run(monkeypatch, "alarms").stdout == "No alarm stands.\n"
+
+
+def test_scripts_take_json(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = always({"alarms": [ALARM]}).run(monkeypatch, "alarms", "--json")
+    assert json.loads(said.stdout) == {"alarms": [ALARM]}
+
+
+def test_each_alarm_is_reset_though_another_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    lasts = {"detail": "Its cause lasts.", "moved": "no"}
+    gateway = FakeGateway({"/alarms/al1/reset": [(409, lasts)], "/alarms/al2/reset": [(200, RESET)]})
+    said = gateway.run(monkeypatch, "alarms", "reset", "al1", "al2")
+    assert said.exit_code == 1
+    assert "Its cause lasts." in said.stderr
+    assert said.stdout == "al3  body.offline  of /bodies/a.3F is reset.\n"
+    assert gateway.paths == ["/alarms/al1/reset", "/alarms/al2/reset"]
+
+
+def test_an_id_is_no_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    gateway = FakeGateway()
+    assert gateway.run(monkeypatch, "alarms", "reset", "../stop?x").exit_code == 2
+    assert gateway.asked[0].path == "/alarms/../stop?x/reset"

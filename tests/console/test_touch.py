@@ -1,0 +1,77 @@
+"""The console on a tablet: a JOG is held with a finger, and nothing is cut off."""
+
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import CDPSession, expect
+
+from tests.console.browser import Console, Plant
+from tests.console.test_pages import PAGES
+from tests.e2e.processes import until
+
+Open = Callable[..., Console]
+BESIDE_PX = 200
+
+
+class Finger:
+    """A finger on a button."""
+
+    def __init__(self, console: Console, name: str) -> None:
+        button = console.button(name)
+        button.scroll_into_view_if_needed()
+        box = button.bounding_box()
+        assert box
+        self._x, self._y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        self._session: CDPSession = console.page.context.new_cdp_session(console.page)
+
+    def press(self) -> None:
+        self._touch("touchStart", [{"x": self._x, "y": self._y}])
+
+    def slide_off(self) -> None:
+        self._touch("touchMove", [{"x": self._x, "y": self._y + BESIDE_PX}])
+
+    def lift(self) -> None:
+        self._touch("touchEnd", [])
+
+    def _touch(self, kind: str, points: list[dict[str, float]]) -> None:
+        self._session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+
+def is_moving(plant: Plant) -> bool:
+    return bool(plant.gateway.get("/bodies/3F/status")["moving"])
+
+
+def newest_status(plant: Plant) -> str:
+    return str(plant.gateway.get("/bodies/3F/moves")["moves"][0]["status"])
+
+
+@pytest.mark.parametrize("let_go", [Finger.lift, Finger.slide_off])
+def test_a_jog_ends_when_the_finger_leaves_the_button(
+    plant: Plant, open_console: Open, let_go: Callable[[Finger], None]
+) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F", tablet=True)
+    expect(console.button("Jog +, hold")).to_have_attribute("aria-disabled", "false")
+    finger = Finger(console, "Jog +, hold")
+    finger.press()
+    until(lambda: is_moving(plant), "the motor moves")
+    let_go(finger)
+    until(lambda: not is_moving(plant), "the motor stands still")
+    until(lambda: newest_status(plant) == "stopped", "it has ended")
+    expect(console.page.locator(".notices .bad")).to_have_count(0)
+
+
+def test_no_page_is_wider_than_a_tablet(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, tablet=True)
+    for path in PAGES:
+        console.go(path)
+        expect(console.page.get_by_role("heading", level=1)).to_be_visible()
+        beyond = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+        assert console.page.evaluate(beyond) == 0, path
+
+
+def test_what_a_finger_presses_is_big_enough(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/axis/line1.3F", tablet=True)
+    for name in ("STOP ALL", "Go", "Home", "Jog +, hold"):
+        box = console.button(name).bounding_box()
+        assert box
+        assert box["height"] >= 44, name
