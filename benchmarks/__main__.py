@@ -13,6 +13,7 @@ from benchmarks import (
     dpram_round_trip,
     fan_out,
     first_byte,
+    full_line,
     http_cost,
     http_read,
     key_cost,
@@ -40,6 +41,7 @@ class Benchmark(StrEnum):
     MOVE_COST = "move-cost"
     LIVE_VALUES = "live-values"
     KEY_COST = "key-cost"
+    FULL_LINE = "full-line"
     TLS_CROWD = "tls-crowd"
 
 
@@ -56,6 +58,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.MOVE_COST: move_cost.run,
     Benchmark.LIVE_VALUES: live_values.run,
     Benchmark.KEY_COST: key_cost.run,
+    Benchmark.FULL_LINE: full_line.run,
     Benchmark.TLS_CROWD: tls_crowd.run,
 }
 

@@ -1,6 +1,7 @@
 """How long a request takes from the client's socket to the first byte on an idle line."""
 
 import asyncio
+import os
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
@@ -26,6 +27,8 @@ PAUSE_S = 0.001
 READS_BETWEEN = 20
 """Between two commands. When the turn of a body comes again, no copy of its last reply can come any more, so
 no fence goes first; and the computer has not fallen asleep."""
+SYNCS = 21
+PAGE_BYTES = 4096
 TARGET = Target("figure", "<=", 1.0)
 READS = [get(f"/bodies/{body:02X}/position") for body in BODIES]
 _COMMANDS = [post(f"/bodies/{body:02X}/commands/set-homing-retries", {"retries": 1}) for body in BODIES]
@@ -78,13 +81,32 @@ async def run(seconds: float) -> list[Figure]:
     share = seconds / ROUNDS / 4
     reads: list[list[float]] = []
     commands: list[list[float]] = []
+    syncs: list[float] = []
     async with _stands() as stands:
         for measure in stands:
             await measure(READS, b"6PD", share)  # not counted: caches fill
         for _ in range(ROUNDS):
             reads.append([await measure(READS, b"6PD", share) for measure in stands])
             commands.append([await measure(COMMANDS, b"0RS", share) for measure in stands])
-    return [_figure("GET to first byte: p50", reads), _figure("POST to first byte: p50", commands)]
+            syncs.append(await asyncio.to_thread(_sync_ms))
+    beyond = [ours - sync for (ours, _), sync in zip(commands, syncs, strict=True)]
+    return [
+        _figure("GET to first byte: p50", reads),
+        _figure("POST to first byte: p50", commands),
+        Figure("POST to first byte, beyond a bare fsync: p50", "ms", beyond, syncs, TARGET),
+    ]
+
+
+def _sync_ms() -> float:
+    """What the disk takes for as much as a command's intent has, written and synchronised by nobody else."""
+    taken: list[float] = []
+    with TemporaryDirectory() as folder, Path(folder, "bare").open("wb", buffering=0) as file:
+        for _ in range(SYNCS):
+            begun_at = monotonic()
+            file.write(bytes(PAGE_BYTES))
+            os.fsync(file.fileno())
+            taken.append(monotonic() - begun_at)
+    return 1000 * median(taken)
 
 
 def _figure(name: str, rounds: list[list[float]]) -> Figure:

@@ -57,14 +57,14 @@ async def _line_use(baud: int, turn_s: float) -> Figure:
 
 
 async def _wire(_path: Path, baud: int, _seconds: float) -> float:
-    return baud / BITS_PER_BYTE / _exchange_bytes()
+    return baud / BITS_PER_BYTE / exchange_bytes()
 
 
 async def _bare(path: Path, _baud: int, seconds: float) -> float:
     return _rate(await asyncio.to_thread(_read_barely, path, seconds))
 
 
-def _exchange_bytes() -> int:
+def exchange_bytes() -> int:
     """Bytes of a command and its reply; the yardstick is their bit times and nothing else."""
     command = encode(BODIES[0], READ)
     reply = b">" + command.removesuffix(CR) + SignedPulses(pulses=0).written().encode() + CR

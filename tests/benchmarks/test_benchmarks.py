@@ -37,7 +37,13 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
                 "POST commands, 16 clients: processor",
             ],
         ),
-        ("first-byte", ["GET to first byte: p50", "POST to first byte: p50"]),
+        (
+            "first-byte",
+            [
+                *(f"{method} to first byte: p50" for method in ("GET", "POST")),
+                "POST to first byte, beyond a bare fsync: p50",
+            ],
+        ),
         ("stop-latency", [f"stop among hostile clients: {which}" for which in ("p99.9", "max")]),
         ("dpram", ["DPRAM round trip: p50", "DPRAM idle"]),
         ("fan-out", ["event to 100 subscribers: a message", "moves with 100 subscribers"]),

@@ -141,11 +141,17 @@ class History:
                 facts[self.cable.frame[fact.request].request_id].append(fact)
         for deed in self.deeds.values():
             if deed.is_effective:
-                done = sum(self.family.has_done(fact, deed.command) for fact in facts[deed.id])
+                done = self._times_done(deed, facts[deed.id])
                 if done == 0 and any(map(_is_damaged, facts[deed.id])):
                     continue  # no checksum tells a damaged command from another one
                 self._judge_deed(deed, min(done, 1) if deed.path.startswith("/groups/") else done)
         return self.violations
+
+    def _times_done(self, deed: Deed, facts: list[Fact]) -> int:
+        """How often it was carried out; a frame that a fault has bent into one to a group was so once."""
+        damaged = {fact.request for fact in facts if _is_damaged(fact)}
+        done = [fact.request for fact in facts if self.family.has_done(fact, deed.command)]
+        return sum(it not in damaged for it in done) + len(damaged.intersection(done))
 
     def _judge_executed(self) -> None:
         """Nothing that was cut off, or ran into another frame, has become a command."""

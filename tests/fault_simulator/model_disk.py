@@ -151,6 +151,6 @@ class VirtualJournal(Journal):
         """End well, unless it was killed."""
         if self._writer is not None:
             self.on_trouble = lambda _why: None
-            self._waiting.put(None)
+            self._put(None)
             await self._writer
             self.disk.close()

@@ -92,15 +92,13 @@ class Journal:
     def start(self) -> None:
         """Begin to write, beside the event loop."""
         self._loop = asyncio.get_running_loop()
-        self._hand_over()
         self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
         self._thread.start()
 
     async def close(self) -> None:
         """Write what waits, mark the end as clean, and release the file."""
         self.on_trouble = lambda _why: None  # what is told from now on is not written any more
-        self._hand_over()
-        self._waiting.put(None)
+        self._put(None)
         if self._thread is not None:
             await asyncio.to_thread(self._thread.join)
         self.disk.close()
@@ -119,8 +117,8 @@ class Journal:
 
     def note(self, *entries: Write) -> None:
         """Write soon; nobody waits."""
-        if not self._noted and self._thread is not None:
-            self._loop.call_later(NOTED_WITHIN_S, self._hand_over)
+        if not self._noted:
+            asyncio.get_running_loop().call_later(NOTED_WITHIN_S, self._hand_over)
         self._noted += entries
 
     async def write(self, *entries: Write) -> None:
@@ -131,8 +129,7 @@ class Journal:
         self.require()
         began_at = time.monotonic()
         done: asyncio.Future[None] = self._loop.create_future()
-        self._hand_over()
-        self._waiting.put(_Entry(entries, done))
+        self._put(_Entry(entries, done))
         try:
             async with asyncio.timeout(WRITTEN_WITHIN_S):
                 await asyncio.shield(done)
@@ -149,12 +146,16 @@ class Journal:
     async def rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:
         """Read rows, after all that was written before."""
         answer: asyncio.Future[list[tuple[Any, ...]]] = self._loop.create_future()
-        self._hand_over()
-        self._waiting.put(_Question(sql, values, answer))
+        self._put(_Question(sql, values, answer))
         return await answer
 
+    def _put(self, item: _Entry | _Question | None) -> None:
+        """Let the writer have this, after what was noted before."""
+        self._hand_over()
+        self._waiting.put(item)
+
     def _hand_over(self) -> None:
-        """Let the writer have what was noted: with what somebody waits for, or after a moment."""
+        """Let the writer have what was noted."""
         if self._noted:
             self._waiting.put(_Entry(self._noted))
             self._noted = []
