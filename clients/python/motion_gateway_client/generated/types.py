@@ -69,7 +69,7 @@ class AlarmList(TypedDict):
 
 
 class AlarmRaisedEvent(TypedDict):
-    """Something has gone wrong; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`."""
+    """Something has gone wrong; about `/gateway or /lines/{line_id} or /groups/{group_id} or /bodies/{body_id} or /robots/{robot_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -85,7 +85,7 @@ class AlarmRaisedEvent(TypedDict):
 
 
 class AlarmResetEvent(TypedDict):
-    """Somebody has seen to it, or a newer alarm stands in its place; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`."""
+    """Somebody has seen to it, or a newer alarm stands in its place; about `/gateway or /lines/{line_id} or /groups/{group_id} or /bodies/{body_id} or /robots/{robot_id}`."""
 
     specversion: NotRequired[Literal["1.0"]]
     id: str
@@ -895,6 +895,8 @@ class BodyPositions(TypedDict):
 
     body_id: str
     positions: list[NamedPosition]
+    flash: dict[str, int]
+    """What flash memory holds of these, in pulses by number: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD)."""
 
 
 class BodyPowerCycleAcknowledgedEvent(TypedDict):

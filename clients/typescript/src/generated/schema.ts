@@ -3111,7 +3111,7 @@ export interface components {
         };
         /**
          * AlarmRaisedEvent
-         * @description Something has gone wrong; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`.
+         * @description Something has gone wrong; about `/gateway or /lines/{line_id} or /groups/{group_id} or /bodies/{body_id} or /robots/{robot_id}`.
          */
         AlarmRaisedEvent: {
             /**
@@ -3155,7 +3155,7 @@ export interface components {
         };
         /**
          * AlarmResetEvent
-         * @description Somebody has seen to it, or a newer alarm stands in its place; about `/gateway or /lines/{line_id} or /bodies/{body_id} or /robots/{robot_id}`.
+         * @description Somebody has seen to it, or a newer alarm stands in its place; about `/gateway or /lines/{line_id} or /groups/{group_id} or /bodies/{body_id} or /robots/{robot_id}`.
          */
         AlarmResetEvent: {
             /**
@@ -5186,6 +5186,13 @@ export interface components {
             body_id: string;
             /** Positions */
             positions: components["schemas"]["NamedPosition"][];
+            /**
+             * Flash
+             * @description What flash memory holds of these, in pulses by number: what counts at power-on. Only what is known: the gateway has to have seen that the table was saved (FPS) or loaded (FPD).
+             */
+            flash: {
+                [key: string]: number;
+            };
         };
         /**
          * BodyPowerCycleAcknowledgedEvent
