@@ -162,7 +162,7 @@ NUMBERS_OF_THINGS = re.compile(
     r"|mode|status|cause|code|error|labels|comment|factor|retries|filters|records|counters|waiting|per_turn"
     r"|unknown|label|[CMSIO])$"
 )
-COUNTS = {"asked", "read", "expected", "written", "verified", "commands", "instructions", "steps"}
+COUNTS = {"points", "asked", "read", "expected", "written", "verified", "commands", "instructions", "steps"}
 
 
 def test_every_value_has_its_unit_in_its_name_beside_it_or_in_its_description() -> None:
