@@ -30,11 +30,13 @@ class _JumpingSelector(selectors.SelectSelector):
         self.now = 0.0
         self._turn_s = turn_s
         self._turns = 0
+        self._is_over = False
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         self.now += self._turn_s
         self._turns += 1
-        if self.now > LONGEST_S or self._turns > MOST_TURNS:
+        if not self._is_over and (self.now > LONGEST_S or self._turns > MOST_TURNS):
+            self._is_over = True  # what is left behind may be cleared up
             raise NeverEnds(
                 f"It is not over after {self.now:.1f} s, with {self._turns} turns at this instant."
             )
@@ -85,15 +87,24 @@ def run_virtual(story: Coroutine[Any, Any, T], turn_s: float = 0.0) -> T:
     try:
         result = _result(loop, task, errors)
         leaked = asyncio.all_tasks(loop)
-        for leak in leaked:
-            leak.cancel()
-        if leaked:
-            loop.run_until_complete(asyncio.wait(leaked))
+        _clear_up(loop)
         assert not leaked, f"tasks left running: {leaked}"
         assert not errors, errors
-        return result
+    except NeverEnds:
+        _clear_up(loop)
+        raise
     finally:
         loop.close()
+    return result
+
+
+def _clear_up(loop: VirtualLoop) -> None:
+    """End what is left behind."""
+    leaked = asyncio.all_tasks(loop)
+    for leak in leaked:
+        leak.cancel()
+    if leaked:
+        loop.run_until_complete(asyncio.wait(leaked))
 
 
 def _result(loop: VirtualLoop, task: "asyncio.Task[T]", errors: list[dict[str, Any]]) -> T:

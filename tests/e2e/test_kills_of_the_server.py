@@ -37,7 +37,7 @@ from tests.e2e.processes import (
 from tests.fics_plants import SCARA
 
 KILLS = 60
-ANSWERS = 100
+ANSWERS = 60
 """Before as many answers, or fewer, a server is killed."""
 LONGEST_S = 5.0
 """No server lives longer."""
@@ -46,6 +46,8 @@ SHORTEST = 2_000
 STROKE_MM = 40.0
 ENTRIES, VARIABLES = 16, 100
 ENDED_S = 60.0
+TLS = httpx.create_ssl_context()
+"""To make one takes longer than a request."""
 
 
 @dataclass
@@ -212,20 +214,27 @@ class Follower:
         self.cursor = self.told[-1]["cursor"]
 
 
+def _client(address: str, timeout_s: float = PATIENCE_S) -> httpx.Client:
+    return httpx.Client(base_url=address, timeout=timeout_s, verify=TLS)
+
+
 def _get(http: httpx.Client, path: str) -> Any:
     return http.get(path).raise_for_status().json()
 
 
 def _again_and_again(work: Callable[[httpx.Client], object], address: str) -> None:
     """Go on until the server is killed."""
-    with httpx.Client(base_url=address, timeout=PATIENCE_S) as http, suppress(httpx.TransportError):
+    with (
+        _client(address) as http,
+        suppress(httpx.TransportError),
+    ):
         while True:
             work(http)
 
 
 def _until_killed(read: Callable[[httpx.Client], object], address: str) -> None:
     with (
-        httpx.Client(base_url=address, timeout=PATIENCE_S) as http,
+        _client(address) as http,
         suppress(httpx.TransportError, ConnectionClosed, InvalidMessage, OSError),
     ):
         read(http)
@@ -258,14 +267,14 @@ def test_a_server_that_is_killed_60_times_does_nothing_twice_and_forgets_nothing
         begin, followers = "", list[Follower]()
         for _ in range(KILLS):
             address = parent.start()
-            with httpx.Client(base_url=address, timeout=PATIENCE_S) as http:
+            with _client(address) as http:
                 if not begin:
                     _home(http)
                     begin = _get(http, "/events")["cursor"]
                     followers = [Follower(begin), Follower(begin)]
                 _look_for_all(http, moving)
             _live_and_die(parent, address, moving, setting, followers, dice)
-        with httpx.Client(base_url=parent.start(), timeout=PATIENCE_S + ENDED_S) as http:
+        with _client(parent.start(), PATIENCE_S + ENDED_S) as http:
             until(lambda: http.get("/readyz").is_success, "the server is ready")
             moves = _look_for_all(http, moving, wait_s=ENDED_S)
             for follower in followers:
