@@ -205,7 +205,7 @@ class Access:
             self._forget_at = now + keys.LOOK_AGAIN_S
             self._good_ones.clear()
         grant = self._good_ones.get(shown[0]) if len(shown) == 1 else None
-        if grant is None or not self.credentials.holds(grant):
+        if grant is None or not self.credentials.knows(grant):
             grant = self.credentials.verify(_bearer(shown))
             if grant is None:
                 raise NotAuthenticated(*_NOT_GOOD).in_japanese(*_NOT_GOOD_JA)

@@ -50,6 +50,12 @@ class Credentials:
             grant = self._known[key.prefix] = Grant(key.principal(), key)
         return grant
 
+    def knows(self, grant: Grant) -> bool:
+        """Whether nothing is known against what was found good a moment ago."""
+        if grant.key is not None:
+            return self.keys is not None and self.keys.knows(grant.key)
+        return self.holds(grant)
+
     def holds(self, grant: Grant) -> bool:
         """Whether what was found good before still is."""
         if grant.key is not None:

@@ -156,6 +156,10 @@ class KeyStore:
         known = self._keys.get(key.prefix)
         return (known is key or known == key) and key.is_good_at(self._clock())
 
+    def knows(self, key: Key) -> bool:
+        """Whether it is as it was when the file was last looked at, and can be used."""
+        return self._keys.get(key.prefix) is key and key.is_good_at(self._clock())
+
     @property
     def is_empty(self) -> bool:
         """Whether there is no key that can be used."""
@@ -287,6 +291,7 @@ class KeyStore:
                 self._write(FILE, file.model_dump_json(indent=1))
             finally:
                 os.close(lock)
+            self._look()
         except OSError as error:
             raise KeyFileFault(
                 f"The keys in {self._directory} cannot be changed: {error.strerror}."

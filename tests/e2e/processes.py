@@ -24,6 +24,8 @@ MOTION_GATEWAY = Path(sys.executable).with_name("motion-gateway")
 """The command as `make` installs it."""
 PATIENCE_S = 90.0
 """What has not happened by then on a busy machine never will."""
+LONGEST_WAIT_S = 60
+"""The gateway lets no request wait longer."""
 START_PATIENCE_S = 100.0
 """A program's start takes seconds of the processor, which others may want, too."""
 LOOK_AGAIN_S = 0.02
@@ -279,7 +281,7 @@ class Gateway:
 
     def ended(self, body: str, move_id: str) -> Any:
         """Wait for the end of a move, and give it."""
-        move = self.get(f"/bodies/{body}/moves/{move_id}?wait={PATIENCE_S}")
+        move = self.get(f"/bodies/{body}/moves/{move_id}?wait={LONGEST_WAIT_S}")
         assert move["ended_at"], move
         return move
 
