@@ -35,7 +35,7 @@ async def list_deeds(
     cursor: Annotated[str | None, Query(description="Only those older than this cursor.")] = None,
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
 ) -> Response:
-    """List all that had an effect, or was to have one, over restarts: who, what, for whom, and the outcome.
+    """List all that had an effect, or was to have one, over restarts: caller, target, command and outcome.
 
     A key with a scope names a target in it.
     """

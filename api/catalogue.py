@@ -41,7 +41,7 @@ class _CommandInfo(BaseModel):
     usage: list[str] = Field(description="How the parameters are written on the line.")
     starts_motion: bool
     retry: Retry = Field(
-        description="What comes of repeating it when no reply came. By itself the gateway repeats only "
+        description="What repeating it without a reply would do. The gateway repeats only "
         "`read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look "
         "first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."
     )

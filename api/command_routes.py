@@ -28,7 +28,7 @@ PARAMETERS: Final[Mapping[str, Any]] = {
     "robot_id": RobotId,
     "unit": UnitNumber,
 }
-"""What is told of the names in paths; of others, that they are text."""
+"""The descriptions of names in paths; all others are text."""
 
 
 @cache

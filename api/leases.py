@@ -46,7 +46,7 @@ async def list_leases(request: Request) -> Response:
 async def take_lease(request: Request, lease: LeaseRequest) -> Response:
     """Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
 
-    Whoever has it sends its `token` as the header `Lease-Token` with each motion and each setting; several
+    Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several
     tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
     a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
     JOG, a move without an end) is stopped.

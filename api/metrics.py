@@ -84,11 +84,11 @@ class PlantCollector(Collector):
 
     def _of_work(self) -> Iterator[Metric]:
         busy = CounterMetricFamily(
-            "motion_gateway_line_busy_seconds", "Time a line was taken up, by whom.", labels=("line", "kind")
+            "motion_gateway_line_busy_seconds", "Time a line was busy, by caller.", labels=("line", "kind")
         )
         use = GaugeMetricFamily(
             "motion_gateway_line_use_percent",
-            "Percent of the last ten seconds that a line was taken up, by whom.",
+            "Percent of the last ten seconds that a line was busy, by caller.",
             labels=("line", "kind"),
         )
         took = HistogramMetricFamily(
@@ -177,7 +177,7 @@ class GatewayCollector(Collector):
         yield CounterMetricFamily("motion_gateway_events", "Events published.", value=hub.last)
         dropped = CounterMetricFamily(
             "motion_gateway_events_dropped",
-            "How often a client was cut off for reading too slowly, or was told of a gap.",
+            "How often a client was cut off for reading too slowly, or lost events.",
             labels=("kind",),
         )
         dropped.add_metric(("slow_consumer",), hub.slow_consumers)

@@ -88,7 +88,7 @@ async def stream_events(
     sample: Sample = None,
     last_event_id: Annotated[str | None, Header()] = None,
 ) -> Response:
-    """Send events as they happen (text/event-stream); a browser resumes by itself with Last-Event-ID."""
+    """Send events as they happen (text/event-stream); a browser resumes with Last-Event-ID."""
     plant = plant_of(request)
     wanted = _addresses(plant, bodies), _split(types)
     events = plant.events.subscribe(last_event_id or after, *wanted, sample)

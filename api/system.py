@@ -22,7 +22,7 @@ class Ticket(BaseModel):
     ticket: str = Field(
         description="To be sent as the query parameter `ticket` of /events or /events/stream."
     )
-    expires_in_s: float = Field(description="It is good for so long, and once.")
+    expires_in_s: float = Field(description="It is valid for this time, and once.")
 
 
 class Posture(BaseModel):

@@ -22,7 +22,7 @@ LOCAL = "http://127.0.0.1:8420"
 KEY_VARIABLE = "MOTION_GATEWAY_KEY"
 LEASE_VARIABLE = "MOTION_GATEWAY_LEASE"
 STEP_S = 2.0
-"""A long wait is made of requests of so long, with a word to people after each."""
+"""A long wait is made of requests of this length, with a word to people after each."""
 ANSWER_S = 10.0
 """What an answer may take beyond the wait that was asked for."""
 

@@ -54,7 +54,7 @@ def backup(
 @journal.command()
 def prune(
     data: Data = None,
-    days: Annotated[float, typer.Option(min=0, help="Keep what is over for so long.")] = Retention.days,
+    days: Annotated[float, typer.Option(min=0, help="Keep ended entries for this time.")] = Retention.days,
     events: Annotated[int, typer.Option(min=0, help="Keep so many events.")] = Retention.events,
     moves: Annotated[int, typer.Option(min=0, help="Keep so many moves.")] = Retention.moves,
 ) -> None:

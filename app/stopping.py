@@ -53,7 +53,7 @@ def stop(
 
 
 def _stop(client: Client, word: str, content: object) -> Stopped:
-    """Stop whom a word means; an address needs no question, which a crowded gateway would not answer."""
+    """Stop the target of a word; an address needs no question, which a crowded gateway would not answer."""
     target = numbered(word)
     if target is not None:
         return _post(client, f"{target.path}/stop", content)

@@ -83,7 +83,7 @@ async def _figure(
 async def _worked(
     path: Path, work: Callable[[Plant, Body], Awaitable[object]], turn_s: float
 ) -> list[Record]:
-    """Work for so long at most; what went over the line meanwhile."""
+    """Work for this time at most; give what went over the line meanwhile."""
     async with _plant(path) as plant:
         body, recorder = plant.family(Rorze).body(BODY), plant.recorders["line"]
         before = recorder.recorded

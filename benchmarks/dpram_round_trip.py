@@ -24,7 +24,7 @@ class Answers:
         self.next: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
 
     def data_received(self, data: bytes) -> None:
-        """Give the message to whoever waits."""
+        """Give the message to the one who waits."""
         self.next.set_result(data)
 
     def connection_lost(self, error: TransportLost) -> None:

@@ -72,7 +72,7 @@ class Echo:
         return said
 
     def wake_at(self) -> float | None:
-        """Nothing happens by itself."""
+        """Nothing happens without a request."""
         return None
 
 

@@ -70,7 +70,7 @@ def _of_the_gateway(journal_trouble: Callable[[], str | None]) -> Iterator[Cause
         words(
             "The journal was broken; it is now {file}, and a new one was begun.",
             "What was under way when the last life ended is not known.",
-            "Look at every motor before it is moved. Keep the file for whoever finds out what broke it.",
+            "Look at every motor before it is moved. Keep the file: it shows what broke it.",
         ),
         words(
             "ジャーナルが破損していたため{file}として保存し、新しいジャーナルを開始しました。",

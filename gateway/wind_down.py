@@ -14,9 +14,9 @@ from gateway.core.origin import Origin, acting
 log = logging.getLogger(__name__)
 
 WIND_DOWN_S = 3.0
-"""So long it is waited for stops to be confirmed."""
+"""Stops have this time to be confirmed."""
 HURRY_S = 0.3
-"""So long it is waited when somebody is impatient: a stop that was asked for has been written by then."""
+"""The same when somebody is impatient: a stop that was asked for has been written by then."""
 
 SUBJECT = "/gateway"
 

@@ -13,14 +13,14 @@ from protocols.table import Command
 
 Row = type[Command[Any]]
 Columns = Mapping[str, Callable[[Any], str]]
-"""What is told of a row, by the heads of the columns."""
+"""The facts of a row, by the heads of the columns."""
 
 _HEAD = """\
 # The command tables
 
 Written from the rows in `protocols/` by `python -m protocols.reference`; `GET /commands` gives the same with
 the schemas of parameters and replies. *Retry* says what comes of repeating a command when no reply came.
-By itself the gateway repeats only `read` and software stops. `setting`: read back, and repeat what
+The gateway repeats only `read` and software stops. `setting`: read back, and repeat what
 differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is
 done twice. Whatever steps the position index (`P[+]`, `P[-]`) is never repeated.
 """

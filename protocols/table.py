@@ -31,16 +31,16 @@ class RangeFault(WireFault):
 
 
 class Retry(StrEnum):
-    """What comes of repeating a command when no reply came; only reads and stops are repeated by itself."""
+    """What comes of repeating a command when no reply came; the gateway repeats only reads and stops."""
 
     READ = "read"
     """Changes nothing: repeated after a passed fence, unless it steps the position index."""
     SETTING = "setting"
-    """Never repeated by itself. Absolute and readable: read it back, and repeat it if it differs."""
+    """Never repeated unasked. Absolute and readable: read it back, and repeat it if it differs."""
     CONDITIONAL = "conditional"
-    """Never repeated by itself. Repeating may hide an alarm, wear flash or move: only a person decides."""
+    """Never repeated unasked. Repeating may hide an alarm, wear flash or move: only a person decides."""
     NEVER = "never"
-    """Never repeated by itself: repeating does it twice."""
+    """Never repeated unasked: repeating does it twice."""
     STOP = "stop"
     """Harmless to repeat: a software stop is repeated until standstill is proved."""
 
@@ -387,7 +387,7 @@ class Command(Spoken, Generic[R_co]):
         return self.retry
 
     def may_repeat(self) -> bool:
-        """Whether it may be sent again by itself."""
+        """Whether the gateway may repeat it."""
         return self.retry_class() is Retry.READ
 
     def read_reply(self, text: str) -> R_co:

@@ -23,10 +23,10 @@ MOST_UNREAD = 65_536
 """Bytes for a TCP client that does not read; more are lost, as on a serial line that nobody reads."""
 
 WATCH_S = 0.0025
-"""So long before a byte is due the event loop stops sleeping: its timers are up to two milliseconds late."""
+"""This time before a byte is due the event loop stops sleeping: its timers are up to 2 ms late."""
 
 LINGER_S = 0.001
-"""So long after a frame the event loop stays awake for the next one, so that it is not noticed late."""
+"""For this time after a frame the event loop stays awake for the next one, so that it is not noticed late."""
 
 
 class Machine(Protocol):
@@ -39,11 +39,11 @@ class Machine(Protocol):
         """Give the bytes that have left for the host by now."""
 
     def wake_at(self) -> float | None:
-        """The next moment at which something happens by itself."""
+        """The next moment at which something happens without a request."""
 
 
 class Host(Protocol):
-    """Whoever gets what the machine says."""
+    """Who gets what the machine says."""
 
     def write(self, data: bytes, /) -> None:
         """Take bytes at once, or lose them."""
@@ -157,7 +157,7 @@ class PacedClockwork(Clockwork):
             self._timer = self._loop.call_later(due_at - now - WATCH_S, self._turn)
 
     def _poll(self) -> None:
-        """Look again, but let whoever waits for this processor go first: it may bring the next frame."""
+        """Look again, but let others that wait for this processor go first: they may bring the next frame."""
         os.sched_yield()
         self._turn()
 

@@ -14,7 +14,7 @@ class Fact(NamedTuple):
     """Virtual time in seconds."""
     body: int
     request: int | None
-    """The running number of the host's frame that brought it about; None where it came about by itself."""
+    """The running number of the host's frame that brought it about; None where no frame did."""
     facts: dict[str, object]
 
     def as_json(self) -> str:

@@ -80,7 +80,7 @@ class Wire:
         return output
 
     def next_at(self) -> float:
-        """The next moment at which something happens by itself."""
+        """The next moment at which something happens without a request."""
         return self._agenda[0].at if self._agenda else inf
 
     def step(self) -> None:

@@ -118,7 +118,7 @@ class Board:
         self.path.unlink()
 
     def cut_short(self) -> None:
-        """Lose the memory behind the mapping: whoever touches it now is killed by SIGBUS."""
+        """Lose the memory behind the mapping: who touches it now is killed by SIGBUS."""
         os.truncate(self.path, 0)
 
     async def run(self) -> None:

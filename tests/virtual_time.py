@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 
 THREADS_S = 5.0
-"""What runs in a thread takes real time; with nothing else to do, it is waited for so long."""
+"""What runs in a thread takes real time; with nothing else to do, it has this time."""
 
 
 LONGEST_S = inf

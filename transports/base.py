@@ -24,13 +24,13 @@ class TransportRefused(TransportError):
 
 
 class Receiver(Protocol):
-    """Whoever listens to an open transport. All calls come on the event loop's thread."""
+    """The listener of an open transport. All calls come on the event loop's thread."""
 
     def data_received(self, data: bytes) -> None:
         """One or more bytes have arrived."""
 
     def connection_lost(self, error: TransportLost) -> None:
-        """The port has gone by itself; called at most once per opening, and never after `close`."""
+        """The port has gone, and nobody closed it; called once per opening at most, never after `close`."""
 
 
 class Transport(ABC):

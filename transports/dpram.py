@@ -37,7 +37,7 @@ FREE, FULL = 0, 1
 
 # Assumed of the board, whose manual gives no times: Fics takes a message within this.
 STUCK_MS = 1000
-# Assumed as well: a message without CR is complete by its flag, but so long is waited for a CR, in case a
+# Assumed as well: a message without CR is complete by its flag, but a CR has this time to come, in case a
 # board sets the flag first: half an answer looks like a whole one.
 UNENDED_S = 0.01
 # Bytes that are read at once in search of the end of a message: each access to a board takes about 1 us.
@@ -46,7 +46,7 @@ SCOOP = 32
 MOST_UNSENT = 1 << 20
 
 # After a message either way the next one is near: the RAM is looked at in every turn of the event loop for
-# so long, then after pauses that double up to the longest, which costs an idle port about 1 % of a core.
+# this time, then after pauses that double up to the longest, which costs an idle port about 1 % of a core.
 SPIN_S = 0.002
 FIRST_PAUSE_S = 0.0005
 LONGEST_PAUSE_S = 0.005

@@ -12,7 +12,7 @@ import os
 from time import CLOCK_MONOTONIC, monotonic
 
 LEAD_S = 150e-6
-"""So long before the reply the computer is woken."""
+"""The computer is woken this time before the reply."""
 SLEEP_S = 500e-6
 """In a wait shorter than this nothing falls asleep."""
 FRAMES_KEPT = 1024

@@ -69,7 +69,7 @@ class BodyInfo(TypedDict):
     last_heard_at: Annotated[datetime | None, Field(description="When it last answered anything.")]
     known_age_s: Annotated[
         float | None,
-        Field(description="Seconds since then: what is told of it may be as old; null if it never answered."),
+        Field(description="Age of the reading in seconds; null if it never answered."),
     ]
     moving: Annotated[
         bool | None, Field(description="Null while out of reach, and until its status is read.")

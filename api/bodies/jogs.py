@@ -14,7 +14,7 @@ router = new_router("jogs")
 
 @router.post("/bodies/{body_id}/jogs", Right.OPERATE, status_code=201, response_model=BodyJog)
 async def start_body_jog(request: Request, body_id: BodyId, jog: BodyJogRequest) -> Response:
-    """Start to jog a body. It stops by itself unless a heartbeat comes at least every half second.
+    """Start to jog a body. It stops when no heartbeat has come for half a second.
 
     It is a move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.
     """

@@ -137,7 +137,7 @@ def _status_of(error: GatewayError) -> int:
     if isinstance(error, ControllerRefused) and error.lasting:
         return 422
     if isinstance(error, NotSent) and not error.retryable:
-        # A client that repeats it by itself would move what somebody has stopped, or has to look after first.
+        # A client that repeats it would move what somebody has stopped, or has to look after first.
         return 409
     return next(_STATUS[kind] for kind in type(error).__mro__ if kind in _STATUS)
 

@@ -1,4 +1,4 @@
-"""What generators of clients need of the OpenAPI document, and FastAPI does not write by itself."""
+"""What generators of clients need of the OpenAPI document, and FastAPI does not write."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final

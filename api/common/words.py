@@ -49,7 +49,7 @@ Responses = dict[int | str, dict[str, Any]]
 
 
 class Words(NamedTuple):
-    """What is told of a place's routes."""
+    """The words of a place's routes."""
 
     tag: str = "commands"
     replied: str = "The controller's reply."
@@ -80,7 +80,7 @@ WORDS: Final[Mapping[str, Words]] = {
 
 
 def words_of(path: str) -> Words:
-    """What is told of a place; of a family without words of its own what is true of all."""
+    """The words of a place; a family without words of its own has those that are true of all."""
     return WORDS.get(path, Words())
 
 

@@ -11,7 +11,7 @@ log = logging.getLogger(__name__)
 RESERVE = 64
 """Connections beyond the limit, at which only stops are served."""
 IDLE_S = 1.0
-"""A connection on which nothing has been asked for so long makes room for a new one."""
+"""A connection that has been idle for this time makes room for a new one."""
 
 
 class Connection(Protocol):

@@ -40,7 +40,7 @@ class Limits:
     receive_s: float = 10.0
     """A request has come as a whole by then."""
     stall_s: float = 10.0
-    """Somebody who takes nothing of an answer for so long loses the connection."""
+    """A client that takes nothing of an answer for this time loses the connection."""
     requests_ahead: int = 64
     """Requests that may be sent ahead of the answers to those before them."""
 
@@ -76,7 +76,7 @@ class Refused(Exception):
 _KEY = re.compile(rb"[A-Za-z0-9+/]{22}==")
 _INSTANCE_BYTES = 200
 LINGER_S = 0.5
-"""A connection that was refused stays so long for its client to read why."""
+"""A refused connection stays open for this time, so that its client can read why."""
 LINGER_BYTES = 262_144
 """So much of what its client still sends is taken, and passed over."""
 NOT_HTTP: Final = "The request cannot be read as HTTP/1.1."

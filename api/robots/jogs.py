@@ -28,7 +28,7 @@ class JogRequest(RequestModel, json_schema_extra=example(unit=2, axis="X", direc
 
 @router.post("/robots/{robot_id}/jogs", Right.OPERATE, status_code=201, response_model=JogSession)
 async def start_jog(request: Request, robot_id: RobotId, jog: JogRequest) -> Response:
-    """Start to jog an axis. It stops by itself unless a heartbeat comes at least every half second."""
+    """Start to jog an axis. It stops when no heartbeat has come for half a second."""
     command = StartJog(axis=jog.axis, direction=jog.direction)
     target = f"/robots/{robot_id}/units/{jog.unit}"
     return render(request, await do(plant_of(request), origin_of(request), target, command))

@@ -26,7 +26,7 @@ class Leases {
     this.exist = data !== undefined;
   }
 
-  /** The lease of something, whoever has it. */
+  /** The lease of something, mine or another's. */
   of(target: Target): Lease | undefined {
     const address = addressOf(target);
     return this.#all.find((lease) => lease.covers.includes(address) || lease.scope === address);

@@ -21,7 +21,7 @@ import { Live } from "./live.ts";
 const PERIOD_MS = 2000;
 /** Events that come together are followed by one reading. */
 const SETTLE_MS = 150;
-/** What was not heard of for so long is not fresh. */
+/** What is older than this is not fresh. */
 const STALE_MS = 5000;
 const KEPT_EVENTS = 1000;
 const PAGE = 1000;

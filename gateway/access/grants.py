@@ -11,11 +11,11 @@ from gateway.access.keys import Key
 from gateway.access.principal import Principal
 
 IDLE_S: Final = 1800.0
-"""A session that was not used for so long has ended."""
+"""A session that was not used for this time has ended."""
 LONGEST_S: Final = 12 * 3600.0
 """No session is longer."""
 TICKET_S: Final = 10.0
-"""A ticket is good for so long, and once."""
+"""A ticket is valid for this time, and once."""
 MOST_SESSIONS: Final = 1000
 MOST_TICKETS: Final = 1000
 """The oldest make room for new ones."""

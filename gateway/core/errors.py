@@ -14,7 +14,7 @@ class GatewayError(Exception):
 
     `kind` is the stable name of the error, `moved` says whether the motor did anything because of the
     request, `remedy` what to do next, `next` the calls that do it, `retryable` whether the same request may
-    succeed later by itself.
+    succeed later without a change.
     """
 
     kind: ClassVar[str] = "gateway-error"
@@ -150,7 +150,7 @@ class Cancelled(NotSent):
 
     kind = "cancelled"
     title = "Cancelled before it was sent"
-    retryable = False  # what somebody has just stopped must not be started again by itself
+    retryable = False  # what somebody has just stopped must not be started again by a program
 
 
 class StoppedFirst(Cancelled):

@@ -70,7 +70,7 @@ MOVE_NEWS: Mapping[str, str] = {
     "lost": "it could not be followed to its end",
     "unknown": "nobody can tell whether it was executed, or how it has ended",
 }
-"""What is told of a move, in the order of its life."""
+"""The events of a move, in the order of its life."""
 
 
 def move_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
@@ -86,7 +86,7 @@ RESTORE_NEWS: Mapping[str, str] = {
     "failed": "nobody could read it back, or what flash memory holds is not known",
     "cancelled": "a request, a stop or the end of the gateway has ended it",
 }
-"""What is told of a restore, in the order of its life."""
+"""The events of a restore, in the order of its life."""
 
 
 def restore_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
@@ -101,7 +101,7 @@ BACKUP_NEWS: Mapping[str, str] = {
     "failed": "a controller did not tell all",
     "cancelled": "a request or the end of the gateway has ended it",
 }
-"""What is told of a backup that is read, in the order of its life."""
+"""The events of a backup that is read, in the order of its life."""
 
 
 def backup_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:

@@ -29,7 +29,7 @@ class Said(NamedTuple):
     exchange: "Exchange[Any, Any, Any]"
     frame: Any
     kind: Hashable
-    """What a reply fits depends on this: whom a copy could deceive, and whom not."""
+    """What a reply fits depends on this: which exchange a copy could deceive, and which not."""
     number: int
     """The place of the command's frame among all that were written."""
     until: float

@@ -45,7 +45,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Place:
-    """A kind of targets: where they stand among the resources, and what is told of their moves."""
+    """A kind of targets: where they stand among the resources, and the record of their moves."""
 
     path: str
     """With the names of its parameters, such as `/bodies/{body_id}`."""

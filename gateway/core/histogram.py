@@ -22,5 +22,5 @@ class Histogram:
         self.total_s += took_s
 
     def up_to(self) -> list[tuple[float, int]]:
-        """How many took so long at most, by each bound; the last is infinite."""
+        """How many took at most each bound; the last is infinite."""
         return list(zip((*self._bounds, inf), accumulate(self._counts), strict=True))

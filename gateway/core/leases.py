@@ -100,7 +100,7 @@ class Leases:
         self.clock = clock
         """Goes on while the computer sleeps."""
         self.on_taken: Callable[[str, Lease], None] = lambda _subject, _lease: None
-        """Told of each lease, with the path of what was leased."""
+        """Called with each lease, and the path of what was leased."""
         self.on_end: Callable[[str, Lease, End, Sequence[Part]], None] = lambda *_: None
         self._tokens = tokens
         self._held: dict[str, _Held] = {}

@@ -33,7 +33,7 @@ _LANES = {lane: lane.name.lower() for lane in Lane}
 REOPEN_S = (0.2, 5.0)
 """First and longest pause before a lost port is tried again; it doubles in between."""
 
-REMEDY = "Mend that, or check the cable; the port is tried again by itself."
+REMEDY = "Mend that, or check the cable; the gateway goes on trying the port."
 GAP_S = 0.1
 """A reply that has begun may pause this long before it counts as cut off."""
 EXPIRY_STEP_S = 0.05
@@ -238,7 +238,7 @@ class PortLoop(ABC):
         self._attention.set()
 
     def connection_lost(self, error: TransportLost) -> None:
-        """The port has gone by itself."""
+        """The port has gone, and nobody closed it."""
         self._went_down(str(error))
 
     async def _clear_with(self, opening: bytes, patience_s: float) -> None:

@@ -11,7 +11,7 @@ HELD_S = 0.25
 SUSPENDED_S = 2.0
 """After a beat later than this nothing is sent that was asked for before."""
 DOUBT_S = 0.5
-"""After a suspension requests are read that may have lain in their sockets all the time: for so long nobody
+"""After a suspension requests are read that may have lain in their sockets all the time: for this time nobody
 knows how old a request is, and longer while the loop is late with what has piled up."""
 LATE_S = 0.1
 

@@ -1,4 +1,4 @@
-"""What is told of every move, of a body or of a robot's unit: its life from the request to the end."""
+"""The record of every move, of a body or of a robot's unit: its life from the request to the end."""
 
 from collections.abc import Sequence
 from datetime import datetime

@@ -19,7 +19,7 @@ ROUNDS = 3
 PROGRESS_S = 1.0
 """Progress is told at most this often."""
 BACK_WITHIN_S = 120.0
-"""A controller that was lost meanwhile is asked for so long what it holds."""
+"""A controller that was lost meanwhile is asked for this time what it holds."""
 ASK_AGAIN_S = 0.5
 CANCELLED_WITHIN_S = 10.0
 

@@ -13,7 +13,7 @@ from gateway.core.origin import LIVE, acting
 from gateway.core.waiting import happens
 
 REST_S = 1.0
-"""What was not told is asked for again after so long."""
+"""What was not answered is asked for again after this time."""
 IO_HZ = 2.0
 """Inputs and outputs are asked for no more often a second: positions are not to wait for them."""
 CLOCK_S = 0.001
@@ -30,7 +30,7 @@ class Source(ABC):
 
     @abstractmethod
     async def read(self, due: Sequence["Source"]) -> Sequence["Source"]:
-        """Ask for it and put what was told; give what was told of all that is `due`.
+        """Ask for it and put the answer; give the answers to all that is `due`.
 
         :raises GatewayError: it was not told.
         """

@@ -16,7 +16,7 @@ from gateway.core.exchange import Exchange, X
 from gateway.core.lanes import IMPATIENT, QUESTIONS, STOPS, Lane, require_room
 
 TURN_S = 0.5
-"""Commands and reads that others went before for so long have one turn, ahead of all but stops."""
+"""Commands and reads that others have overtaken for this time have one turn, ahead of all but stops."""
 LANES = tuple(Lane)
 _IS_DONE = methodcaller("done")
 

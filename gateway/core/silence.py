@@ -3,7 +3,7 @@
 from gateway.core.move_record import LOST_AFTER_S
 
 OUT_OF_REACH_S = 300.0
-"""A move whose body could not even be asked for so long is not followed any more: nobody knows its end."""
+"""A move whose body could not even be asked for this time is not followed any more: nobody knows its end."""
 
 
 class Silence:

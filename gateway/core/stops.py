@@ -34,7 +34,7 @@ class Stopping(ABC):
     """The stop of a body or a robot. Only standstill ends it."""
 
     silent_after_s = REPEAT_S
-    """So long after the last reply on its line nobody is on the point of answering."""
+    """After this time since the last reply on its line nobody is on the point of answering."""
 
     def __init__(self, mode: StopMode, report: Report) -> None:
         self.mode = mode

@@ -27,7 +27,7 @@ from protocols.fics.system import HostMode, SelectUnit
 from protocols.table import Effect, Reply
 
 TURN_WITHIN_S = 5.0
-"""So long a read or a command waits for the robot to be free, and then for the line; a move says how long."""
+"""A read or a command waits this time for the robot, and then for the line; a move says how long."""
 
 T = TypeVar("T")
 Question = tuple[int | None, str]

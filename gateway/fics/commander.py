@@ -295,7 +295,7 @@ async def in_time(expires_at: float) -> AsyncIterator[None]:
 
 
 def _forsaken() -> Cancelled:
-    return Cancelled("Whoever asked has gone; nothing was sent.")
+    return Cancelled("The caller has gone; nothing was sent.")
 
 
 def _reset_told_by(error: str) -> Outcome:

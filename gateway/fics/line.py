@@ -34,7 +34,7 @@ log = logging.getLogger(__name__)
 ASK_AGAIN_S = (0.5, 2.0)
 """First and longest pause before a robot that is silent, or in the wrong mode, is asked again."""
 READY_WITHIN_S = 2.0
-"""A request during the set-up waits so long for its end, reckoned from its beginning."""
+"""A request during the set-up waits this time for its end, reckoned from its beginning."""
 REMEDY = "Read status and position."
 SILENT = (
     "the robot does not answer; check the cable, its power, the baud rate, the terminator, and its "

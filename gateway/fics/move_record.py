@@ -35,7 +35,7 @@ class RobotMove(MoveRecord):
     robot_id: str
     unit: int
     kind: RobotMoveKind
-    coordinates: Coordinates = Field(description="Which axes positions are told of.")
+    coordinates: Coordinates = Field(description="Which axes the positions are of.")
     units: dict[str, str] = Field(description="What positions are counted in, by axis: mm, pulse or degree.")
     end_cause: str | None = Field(
         default=None,

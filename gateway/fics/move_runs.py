@@ -136,7 +136,7 @@ class MoveRun:
     # before
 
     async def _wait_to_know_the_way(self) -> None:
-        """Know it, however long others have the robot: who limits that is whoever wants the move."""
+        """Know it, however long others have the robot: the caller of the move limits that."""
         while True:
             try:
                 return await self._know_the_way()

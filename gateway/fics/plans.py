@@ -27,7 +27,7 @@ class PlannedRobotMove(Record):
 
     body_id: str = Field(description="Address of the unit, ROBOT/units/1.")
     frame: str = Field(description="The exact bytes that would be sent, CR as \\r.")
-    coordinates: Coordinates = Field(description="Which axes positions are told of.")
+    coordinates: Coordinates = Field(description="Which axes the positions are of.")
     units: dict[str, str] = Field(description="By axis: mm, pulse or degree.")
     start_position: dict[str, float | None] | None = Field(
         None, description="By axis, as it is now; null while the robot does not tell it."

@@ -36,7 +36,7 @@ REPLIES_REMEMBERED = 1000
 VARIABLES = 100
 """Variables a fence can ask for. All take their turn, so that no late echo is the next fence's own."""
 STANDSTILL_S = 10.0
-"""A decelerating stop is answered when all axes stand: it may take so long."""
+"""A decelerating stop is answered when all axes stand: it may take this time."""
 QUICK_S = 0.1
 """In Ver.2 a question that a state of the system seems to forbid is waited for so long: silence refuses it.
 

@@ -31,7 +31,7 @@ class Deed(Record):
     at: datetime
     caller: str = Field(description="Who wanted it: the name of a key, an interface and an address.")
     request_id: str | None = Field(description="The X-Request-Id of the request.")
-    target: str = Field(description="Whom it was for: line1.3F, line1.80 for a group, r1.")
+    target: str = Field(description="Its target: line1.3F, line1.80 for a group, r1.")
     command: str = Field(description="The row of the command table.")
     effect: str = Field(description="motion, stop, setting or maintenance.")
     frame: str = Field(description="The exact bytes.")

@@ -1,4 +1,4 @@
-"""For whom an operation is carried out, and whether it may be: asked here of every front end alike."""
+"""The caller of an operation, and whether he may: every front end asks here."""
 
 from collections.abc import Callable, Coroutine
 from dataclasses import replace

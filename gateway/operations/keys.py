@@ -13,7 +13,7 @@ from gateway.core.move_record import MoveRecord
 from gateway.plant import Plant
 
 ASKED_WITHIN_S = 1.0
-"""So long the journal is asked for what was answered before."""
+"""The journal is asked for this time what was answered before."""
 
 
 class Key(NamedTuple):

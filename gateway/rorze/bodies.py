@@ -45,7 +45,7 @@ PULSES_RUNNING = 0x01
 PROGRAM_RUNS = 1
 """Bit 0 of a program's status (URD)."""
 NO_PROGRAM_S = 120.0
-"""That no program runs is believed for so long: an autostart after a short loss of power may be unseen."""
+"""That no program runs is believed for this time: an autostart after a short loss of power may be unseen."""
 BELIEVED_S = 0.5
 """Where a motor rests is asked again before a move when it was read longer ago: power is lost at rest too."""
 
@@ -86,7 +86,7 @@ class Body:
     poll_interval_s: float = 0.2
     """While it has a move, its state is asked for this often."""
     on_news: Callable[[str, dict[str, object]], None] = lambda _kind, _facts: None
-    """Told of what it is seen to do by itself: the kind of event, and its data."""
+    """Called with what it does unasked: the kind of event, and its data."""
     power: Power = field(default_factory=Power)
     flash: FlashState = field(default_factory=FlashState)
     position_flash: PositionFlash = field(default_factory=PositionFlash)
@@ -418,7 +418,7 @@ class Body:
             self.on_news("body.status.changed", {"status": names_of(bits, CONTROLLER_STATUS_BITS)})
 
     def reported(self, fields: Mapping[str, int]) -> None:
-        """It has told a change of its state by itself (RC-420 manual 13.11): a reason to look, no proof."""
+        """It has reported a change of its state unasked (RC-420 manual 13.11): a reason to look, no proof."""
         self.edges.reported(fields)
         if "C" in fields:
             self.look_due.set()
@@ -511,7 +511,7 @@ class Group:
     in_force: bool = True
     """Whether the link master means these members by the number: False while, and once, it is told others."""
     on_strangers: Callable[[set[int]], None] = lambda _numbers: None
-    """Told of bodies that have obeyed a command to the group and are no members."""
+    """Called with bodies that have obeyed a command to the group and are no members."""
 
     @property
     def short(self) -> str:

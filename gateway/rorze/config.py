@@ -56,7 +56,7 @@ def _one_of(*names: str) -> AfterValidator:
 
 
 class Events(Table):
-    """The changes that a body reports by itself (RC-420 manual 13.11)."""
+    """The changes that a body reports unasked (RC-420 manual 13.11)."""
 
     status: Array[Annotated[str, _one_of(*CONTROLLER_STATUS_BITS[1:])]] = ()
     """Errors of the controller status that rise."""
@@ -125,7 +125,7 @@ class Body(Table):
     power_comment: Annotated[int, PlainValidator(_check_comment)] = 7
     """User comment (9VS), 1-7, in which a mark tells that the power was kept; 0 or false: none."""
     events: Events | None = None
-    """The changes it reports by itself; left out, its own settings stay as they are."""
+    """The changes it reports unasked; left out, its own settings stay as they are."""
     needs_origin: bool = True
     """After a loss of power it refuses motions to places until it is homed, or somebody agrees."""
 

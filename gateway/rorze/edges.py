@@ -29,7 +29,7 @@ class Edges:
             self._saw_inputs(reply.bits)
 
     def reported(self, fields: Mapping[str, int]) -> None:
-        """It has told a change by itself (frame 7E)."""
+        """It has reported a change unasked (frame 7E)."""
         if "S" in fields:
             self._saw_sensors(fields["S"])
         if "I" in fields:

@@ -38,7 +38,7 @@ log = logging.getLogger(__name__)
 _ADDRESS = re.compile(b"&([0-9A-F]{2})|[$#]([0-9A-F])")
 _MEMBER = re.compile(rb"\[([0-7][0-9A-F]):")
 WRITTEN_WITHIN_S = 5.0
-"""A command or read that could not be written for so long is not sent any more, as a move is not."""
+"""A command or read that could not be written within this time is not sent any more, as a move is not."""
 ALL_SILENT = (
     "nobody on it answers; check the cable, the power of the RC-400 and of its bodies, and whether the baud "
     "rate is that of the RC-400's rotary switch (position 2: 9600)"
@@ -250,7 +250,7 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         self.groups[group] = members
 
     def knows_own_group(self, group: int) -> bool:
-        """Whether its link master was told of a group for sweeps since it was last set up."""
+        """Whether its link master was given a group for sweeps since it was last set up."""
         return self.own_groups[group] == self.set_ups
 
     async def define_own_group(self, group: int) -> None:
@@ -384,7 +384,7 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         return somebody_came_back
 
     async def _another_falls_silent(self, within_s: float) -> bool:
-        """Wait so long, or until a body falls silent."""
+        """Wait for this time, or until a body falls silent."""
         if not await happens(self._news_of_silence, within_s):
             return False
         self._news_of_silence.clear()

@@ -28,7 +28,7 @@ class Marked(Protocol):
 
     @property
     def on_news(self) -> Callable[[str, dict[str, object]], None]:
-        """Told of what happens to it: the kind of event, and its data."""
+        """Called with what happens to it: the kind of event, and its data."""
 
     async def ask(self, command: RorzeCommand[Any], *, lane: Lane | None = None) -> tuple[Any, Answered]:
         """Send a command and give its reply."""

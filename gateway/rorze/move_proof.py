@@ -35,13 +35,13 @@ STRAIGHT = ("relative", "absolute", "continuous", "jog")
 MOTION_ERRORS = 0x66
 """Bits of the controller status: a limit, EMS, the movement range or STALL can end a move (9CD)."""
 IN_POSITION_S = 6.0
-"""A servo drive that has not arrived so long after the last pulse has been given CLR: after about 5 s (RC-420
+"""A servo drive that has not arrived by then after the last pulse has been given CLR: after about 5 s (RC-420
 manual 17.4.1)."""
 IN_POSITION_BIT = SENSOR_BITS.index("in_position")
 MISSING_END_FRAME_S = 0.5
 """An end-of-move frame this late tells that the link master has forgotten to send them."""
 OVERDUE_S = 2.0
-"""A question whether the motor still runs waits so long behind those of clients, then it goes before them."""
+"""A question whether the motor still runs waits this time behind those of clients, then goes before them."""
 SHARE_OF_OVERDUE = 4
 """After a question that went before clients, clients have this many times as long."""
 

@@ -8,7 +8,7 @@ from gateway.rorze.line import Line
 HEALTH_POLL_S = 5.0
 """A body without a move is asked for its status and position this often, where the line has the time."""
 IDLE_POLL_S = 0.6
-"""One that was not heard for so long is asked for its status, where the line has the time."""
+"""One that was not heard for this time is asked for its status, where the line has the time."""
 MARK_POLL_S = 30.0
 """The mark of its power is looked at this often, where the line has the time."""
 PROMPT_SHARE = 0.3
@@ -59,7 +59,7 @@ class Pace:
         self._free_at = -inf
 
     def next(self, soonest: float, takes_s: float) -> float:
-        """Keep the next free moment, from `soonest` on, for a question that takes so long."""
+        """Keep the next free moment, from `soonest` on, for a question of this length."""
         at = max(soonest, self._free_at)
         self._free_at = at + takes_s / self._share
         return at

@@ -51,7 +51,7 @@ _MARK = re.compile("GW-[0-9a-f]{8}")
 
 
 class ProofTooOld(NotSent):
-    """A motion waited so long that its body may have lost its power since it was asked."""
+    """A motion waited until its body may have lost its power since it was asked."""
 
 
 def needs_place(command: RorzeCommand[Any]) -> bool:
@@ -160,7 +160,7 @@ class Power:
         self.acknowledge("set_position")
 
     def note_read(self, question: RorzeCommand[Any], reply: Reply) -> None:
-        """A question was answered: a setting that has changed by itself is a sign."""
+        """A question was answered: a setting that nobody has changed, and that differs, is a sign."""
         if question.code in SETTINGS_READ and self.differs(question, reply):
             self.changed, self.mark_due = question, True
 

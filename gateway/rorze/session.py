@@ -28,10 +28,10 @@ SILENT_BODIES = 3
 Two may hang on one fuse.
 """
 STRICT_S = 3600.0
-"""A line on which a reply came twice brackets its acknowledgements until so long after the last such copy."""
+"""A line on which a reply came twice brackets its acknowledgements for this time after the last such copy."""
 
 CLEAN_AFTER_S = 10.0
-"""A line without an error for so long is clean: who answers neither a question nor a fence there is gone."""
+"""A line without an error for this time is clean: a body that answers no question and no fence is gone."""
 
 
 class RorzeSession(Session[RorzeExchange, ReplyFrame]):

@@ -70,7 +70,7 @@ class Stops:
     def stop(self, bodies: Iterable[Body], mode: StopMode) -> "asyncio.Task[list[StopReport]]":
         """Stop bodies; every stop frame is queued before this returns, first those that reach whole groups.
 
-        What is being stopped so already is stopped again by itself: it gets no further frame from here.
+        A stop of the same mode that is under way repeats itself: it gets no further frame from here.
         The result comes when all stand still, or after two seconds with what is known then.
         """
         wanted = self._with_interpolation_partners(bodies)

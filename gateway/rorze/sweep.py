@@ -17,7 +17,7 @@ from protocols.table import Reply
 WORTH = 0.5
 """A group is asked where at least this share of its members is asked for; else each is asked alone."""
 DISTRUST_S = 60.0
-"""A group that did not answer is not asked again for so long: its link master may not define it."""
+"""A group that did not answer is not asked again for this time: its link master may not define it."""
 
 
 class Told(NamedTuple):

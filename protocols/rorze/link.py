@@ -64,7 +64,7 @@ class GroupAnswer:
 
 @dataclass(frozen=True, slots=True)
 class MoveEnded:
-    """A move has ended by itself (address 7D); the value is the 9MD byte, 0 after a normal end."""
+    """The end of a move (address 7D); the value is the 9MD byte, 0 after a normal end."""
 
     body: int
     code: str

@@ -51,7 +51,7 @@ class Alarmed(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Later:
-    """The command is answered when it is done, by whoever does it."""
+    """The command is answered when it is done, by the one who does it."""
 
 
 LATER = Later()

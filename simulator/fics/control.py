@@ -79,7 +79,7 @@ class On(Strict):
 
 
 class BrownOut(Strict):
-    """A loss of power that ends by itself."""
+    """A loss of power that ends after a time."""
 
     for_s: float = Field(ge=0, le=3600, description="How long there is no power; `boot_s` comes on top.")
 

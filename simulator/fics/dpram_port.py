@@ -17,7 +17,7 @@ FREE, FULL = 0, 1
 """The layout, C-HOST manual 1-4. A flag is 1 while its area holds a message that has not been taken."""
 
 SPIN_S = 0.002
-"""So long after a message the RAM is looked at in every turn of the event loop."""
+"""For this time after a message the RAM is looked at in every turn of the event loop."""
 
 PAUSE_S = 0.002
 """Between two looks at other times."""

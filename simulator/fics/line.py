@@ -62,7 +62,7 @@ class SimulatedFics:
         return self._wire.take_output()
 
     def wake_at(self) -> float | None:
-        """The next moment at which something happens by itself."""
+        """The next moment at which something happens without a request."""
         at = self._next_at()
         return None if at == inf else at
 

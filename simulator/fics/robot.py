@@ -253,11 +253,11 @@ class Robot:
         self._now = max(self._now, now)
 
     def next_at(self) -> float:
-        """The next moment at which something happens by itself."""
+        """The next moment at which something happens without a request."""
         return inf if self.job is None else max(self.job.next_at(), self._now)
 
     def take_messages(self) -> list[Message]:
-        """What it has said by itself since the last call."""
+        """What it has said since the last call."""
         messages, self._messages = self._messages, []
         return messages
 

@@ -78,7 +78,7 @@ class Response:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """Something the controller says by itself."""
+    """Something the controller says unasked."""
 
     at: float
     frame: MoveEnded | StatusChanged
@@ -108,7 +108,7 @@ class Rc420(Axis):
         self.status = INITIALISATION_ERROR if self.flash.damaged else 0
         self.end_cause = 0
         self.stalls: set[StallFinder] = set()
-        """Whoever has found a step-out that has not been cleared."""
+        """The finders of a step-out that has not been cleared."""
         self.stop_speed_set: int | None = None
         self.search_travel = 0
         self.speed_changes: dict[int, dict[int, SpeedChange]] = {}
@@ -186,7 +186,7 @@ class Rc420(Axis):
     # Time
 
     def wake_at(self) -> float | None:
-        """The next moment at which something happens by itself."""
+        """The next moment at which something happens without a request."""
         moments = [at for at in (self._wake, self.run.next_at) if at is not None]
         return min(moments, default=None)
 
@@ -206,7 +206,7 @@ class Rc420(Axis):
             self._settle(now)
 
     def take_messages(self) -> list[Message]:
-        """What the controller has said by itself since the last call, in the order of time."""
+        """What the controller has said unasked since the last call, in the order of time."""
         messages, self._messages = self._messages, []
         return messages
 

@@ -114,7 +114,7 @@ class Ports:
         self._await_in_position(now)
 
     def wake_at(self) -> float | None:
-        """The next moment something happens by itself; later than the last `advance`."""
+        """The next moment something happens without a request; later than the last `advance`."""
         moments = [noise_filter.changes_at() for noise_filter in self._filters]
         moments += [self.outputs.wake_at(), self._in_position_by]
         return min((at for at in moments if at is not None), default=None)

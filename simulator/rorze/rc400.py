@@ -71,10 +71,10 @@ class Axis(Protocol):
         """Let everything happen that is due."""
 
     def wake_at(self) -> float | None:
-        """The next moment at which something happens by itself."""
+        """The next moment at which something happens without a request."""
 
     def take_messages(self) -> list[Message]:
-        """What it has said by itself since the last call."""
+        """What it has said since the last call."""
 
     def text_since(self) -> float | None:
         """Since when a text of its program waits to be collected."""
@@ -114,7 +114,7 @@ class Rc400(Generic[A]):
         self._now = -inf
         self._wakes = {body: at for body, axis in self.axes.items() if (at := axis.wake_at()) is not None}
         self._brown_outs: dict[int, float] = {}
-        """Until when bodies are without power that comes back by itself."""
+        """Until when bodies are without power after a brown-out."""
         self._boot()
 
     @property
@@ -185,7 +185,7 @@ class Rc400(Generic[A]):
         return self._wire.take_output()
 
     def wake_at(self) -> float | None:
-        """The next moment at which something happens by itself."""
+        """The next moment at which something happens without a request."""
         at = self._next()
         return None if at == inf else at
 
@@ -260,7 +260,7 @@ class Rc400(Generic[A]):
         self._send(text, number, now)
 
     def _answer(self, request: Request, now: float) -> Response | None:
-        """The answer of whoever is addressed; None if nobody is there."""
+        """The answer of the one who is addressed; None if nobody is there."""
         if request.too_long():
             return self._refusal(TOO_LONG)
         if request.body == LINK_MASTER:

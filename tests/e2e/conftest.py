@@ -1,4 +1,4 @@
-"""A simulated line and a gateway for whoever breaks nothing, and every program's words where a test fails."""
+"""A simulated line and a gateway for tests that break nothing, and each program's log where a test fails."""
 
 from collections.abc import Iterator
 

@@ -40,7 +40,7 @@ START_S = 0.08
 WORK_S = 0.08
 """Within this from the first answer of its robot the others are killed."""
 PATIENCE_S = 2.0
-"""A robot may be busy for so long."""
+"""A robot may be busy for this time."""
 PAUSE_S = 0.002
 BUSY_S = 0.02
 """After a refusal."""

@@ -1,4 +1,4 @@
-"""Programs, boxes and ports that go away during a move: what is told of it, and what is not repeated."""
+"""Programs, boxes and ports that go away during a move: what people read, and what is not repeated."""
 
 import json
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The README's own words against real processes: a curl moves a motor, and whoever listens sees it."""
+"""The README's own words against real processes: a curl moves a motor, and a listener sees it."""
 
 import json
 import re

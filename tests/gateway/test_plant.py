@@ -1,4 +1,4 @@
-"""The plant: addresses, rules across bodies, and what it notices by itself."""
+"""The plant: addresses, rules across bodies, and what it notices unasked."""
 
 import asyncio
 from pathlib import Path
@@ -369,7 +369,7 @@ async def test_after_a_program_was_started_flash_waits_until_the_body_has_been_l
         assert "&00FIS" not in it.wire.frames()
 
 
-# what it notices by itself
+# what it notices unasked
 
 
 @in_virtual_time

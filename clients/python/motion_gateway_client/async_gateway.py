@@ -32,7 +32,7 @@ LIMITS: Final = httpx.Limits(keepalive_expiry=2.0)
 MAX_WAIT_S: Final = 20.0
 """One request waits no longer for the end of a move; another one follows."""
 SILENT_S: Final = 40.0
-"""A stream says something at least every 15 s; one that is silent for so long is dead."""
+"""A stream says something at least every 15 s; one that is silent for longer is dead."""
 STOP_TRIES: Final = 3
 PAUSES_S: Final = (0.1, 0.2, 0.5, 1.0, 2.0)
 """Before each further try to reach a stream again; the last one from then on."""

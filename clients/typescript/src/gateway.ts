@@ -26,7 +26,7 @@ const URL_OF_THE_DEMO = "http://127.0.0.1:8420";
 const TIMEOUT_S = 10;
 /** One request waits no longer for the end of a move; another one follows. */
 const MAX_WAIT_S = 20;
-/** A stream says something at least every 15 s; one that is silent for so long is dead. */
+/** A stream says something at least every 15 s; one that is silent for longer is dead. */
 const SILENT_S = 40;
 const STOP_TRIES = 3;
 /** Before each further try to reach a stream again; the last one from then on. */

@@ -43,7 +43,7 @@ class Beginning(NamedTuple):
     """The epochs before, each with the number of its last event."""
     last_event: int
     was_clean: bool
-    """Whether the last life ended by itself; True for the first."""
+    """Whether the last life ended as it should; True for the first."""
     seen_at: float | None
     """When the last life was last known to live, by the wall clock."""
     moves: Sequence[str]

@@ -23,7 +23,7 @@ WRITTEN_WITHIN_S = 1.0
 LOOK_S = 5.0
 """How often a quiet journal sees that its file is there, and one in trouble tries again."""
 SYNCED_WITHIN_S = 1.0
-"""What nobody waits for is safe from a loss of power after so long."""
+"""What nobody waits for is safe from a loss of power after this time."""
 NOTED_WITHIN_S = 0.005
 """What nobody waits for is gathered for so long."""
 MOST_AT_ONCE = 1000
@@ -42,7 +42,7 @@ class JournalUnavailable(NotSent):
         super().__init__(
             f"The journal cannot be written ({why}), so nothing with an effect is sent; nothing was sent. "
             "Stops and reads go on.",
-            "Make room on the disk, or mend it; the gateway tries again by itself every few seconds.",
+            "Make room on the disk, or mend it; the gateway tries again every few seconds.",
         )
 
 

@@ -155,7 +155,7 @@ def robot_of(axis: Rc420) -> Robot:
 
 
 def told_positions(axis: Rc420, robot: Robot) -> tuple[int, ...]:
-    """What HPS has told of the robot's axes, true or not.
+    """The places of the robot's axes that HPS has set, true or not.
 
     :raises Refused: 61 where it has not told one since the power came.
     """

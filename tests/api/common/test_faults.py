@@ -1,4 +1,4 @@
-"""What a client is told of a request that is not valid: the place, what is expected, what was given."""
+"""What a client reads about a request that is not valid: the place, what is expected, what was given."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What clients are told of every error, and what they may conclude from its status."""
+"""What clients read about every error, and what they may conclude from its status."""
 
 from collections.abc import AsyncIterator
 from typing import Annotated, Any, Literal

@@ -107,7 +107,9 @@ def test_who_may_view_changes_nothing(routes: list[BaseRoute]) -> None:
     readings = {"backups", "current"}
     for route in routes:
         if isinstance(route, HttpRoute) and route.right is Right.VIEW and route.methods != {"GET"}:
-            assert route.path.rpartition("/")[2] in {*questions, *calculations, *readings, "tickets"}, route.path
+            assert route.path.rpartition("/")[2] in {*questions, *calculations, *readings, "tickets"}, (
+                route.path
+            )
 
 
 def test_the_openapi_entry_shows_the_right() -> None:

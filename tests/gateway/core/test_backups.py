@@ -1,4 +1,4 @@
-"""Backups of controllers that answer as they are told: how each ends, and what is told of it."""
+"""Backups of controllers that answer as they are told: how each ends, and its events."""
 
 import asyncio
 from dataclasses import dataclass

@@ -276,7 +276,7 @@ async def test_several_frames_at_once_are_heard_in_their_order() -> None:
 
 
 def note_what_was_sent_when_told(line: Line, far: FarEnd) -> list[list[str]]:
-    """Keep, for each reply, the frames that had gone out when the first person was told of it."""
+    """Keep, for each reply, the frames that had gone out when the first person heard of it."""
     hear, kept = line._session.heard, []
 
     def heard(frame: Answer | Refusal | GroupAnswer, at: float) -> Callable[[], None] | None:

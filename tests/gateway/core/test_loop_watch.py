@@ -93,7 +93,7 @@ async def test_a_loop_that_is_still_late_with_what_has_piled_up_is_in_doubt_for_
     clock.hold(SUSPENDED_S + 1.0)
     for _ in range(20):
         assert watch.in_doubt()
-        clock.hold(LATE_S + 0.01)  # each turn of the loop takes so long
+        clock.hold(LATE_S + 0.01)  # each turn of the loop takes this time
         await asyncio.sleep(BEAT_S + 0.01)
     await asyncio.sleep(DOUBT_S)
     assert not watch.in_doubt()

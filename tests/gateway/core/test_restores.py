@@ -1,4 +1,4 @@
-"""Restores of a controller that does as it is told: how each ends, and what is told of it."""
+"""Restores of a controller that does as it is told: how each ends, and its events."""
 
 import asyncio
 from collections.abc import Callable

@@ -20,7 +20,7 @@ ASKING_S = 0.01
 
 @dataclass
 class Line:
-    """A line that is taken up for so long by each question."""
+    """A line that each question takes up for this time."""
 
     load: Load = field(default_factory=Load)
 

@@ -1,4 +1,4 @@
-"""What one exchange with a robot takes for its own, and whom it tells."""
+"""What one exchange with a robot takes for its own, and who hears of it."""
 
 import asyncio
 

@@ -353,7 +353,7 @@ async def test_reads_of_others_keep_nobody_from_seeing_that_a_jog_has_ended() ->
         await asyncio.gather(*others, return_exceptions=True)
 
 
-# what is told of an axis is true
+# what an axis is said to do is true
 
 
 def moves(rig: FicsRig) -> bool:

@@ -1,4 +1,4 @@
-"""Moves of robots from their start to the log: what is refused beforehand, and what is told of each."""
+"""Moves of robots from their start to the log: what is refused beforehand, and the record of each."""
 
 import asyncio
 

@@ -18,7 +18,7 @@ DOWN = MoveRelative(coordinates=[None, None, -5.0])
 
 
 def fall_ill(rig: FicsRig) -> None:
-    """Let an error of the system arise by itself."""
+    """Let an error of the system arise."""
     rig.touch(lambda fics, now: fics.raise_alarm(system_error(183, 12, 34), now))
 
 

@@ -50,7 +50,7 @@ def place(rig: Rig, number: int = 0x3F) -> int:
 
 
 def news(rig: Rig) -> list[tuple[str, object]]:
-    """What was told of power."""
+    """The events of its power."""
     return [
         (event.type, event.data.get("certain", event.data.get("by"))) for event in rig.events("body.power_c")
     ]

@@ -156,7 +156,7 @@ async def test_when_nobody_knows_whether_a_group_was_taken_the_old_one_is_sent_a
         await until(lambda: far.frames[-1] == "&7FXVS80,02,03")
 
 
-# one exchange under way, and to whom a reply belongs
+# one exchange under way, and the exchange that a reply belongs to
 
 
 @virtual

@@ -1,4 +1,4 @@
-"""Scans ask every body number, and find whoever is there."""
+"""Scans ask every body number, and find all that are there."""
 
 import asyncio
 

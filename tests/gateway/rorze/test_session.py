@@ -1,4 +1,4 @@
-"""What goes next on a line and whom a reply belongs to, without a port and without a clock."""
+"""What goes next on a line and which exchange a reply belongs to, without a port and without a clock."""
 
 import asyncio
 from collections import deque

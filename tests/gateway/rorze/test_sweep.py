@@ -1,4 +1,4 @@
-"""A sweep: many bodies asked in few frames, each of them told of."""
+"""A sweep: many bodies asked in few frames, and an answer for each."""
 
 import asyncio
 from types import SimpleNamespace

@@ -9,7 +9,7 @@ FLASH_TIME_S = 1.5
 
 
 class FakeAxis:
-    """`1+M<seconds>` moves for so long, `FIS` answers late, `XXX` is unknown; other parameters are echoed."""
+    """`1+M<seconds>` moves for that time, `FIS` answers late, `XXX` is unknown; the rest is echoed."""
 
     def __init__(self, body: int) -> None:
         self.body = body

@@ -488,7 +488,7 @@ class AsyncOperations(Protocol):
         cursor: str | None = None,
         limit: int | None = None,
     ) -> Audit:
-        """List all that had an effect, or was to have one, over restarts: who, what, for whom, and the outcome.
+        """List all that had an effect, or was to have one, over restarts: caller, target, command and outcome.
 
         A key with a scope names a target in it.
         """
@@ -1269,7 +1269,7 @@ class AsyncOperations(Protocol):
     async def take_lease(self, body: LeaseRequest, /, *, idempotency_key: str | None = None) -> Taken:
         """Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
 
-        Whoever has it sends its `token` as the header `Lease-Token` with each motion and each setting; several
+        Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several
         tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
         a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
         JOG, a move without an end) is stopped.
@@ -1509,7 +1509,7 @@ class AsyncOperations(Protocol):
     async def start_body_jog(
         self, body_id: str, body: BodyJogRequest, /, *, idempotency_key: str | None = None
     ) -> BodyJog:
-        """Start to jog a body. It stops by itself unless a heartbeat comes at least every half second.
+        """Start to jog a body. It stops when no heartbeat has come for half a second.
 
         It is a move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.
         """
@@ -1907,7 +1907,7 @@ class AsyncOperations(Protocol):
     async def start_jog(
         self, robot_id: str, body: JogRequest, /, *, idempotency_key: str | None = None
     ) -> JogSession:
-        """Start to jog an axis. It stops by itself unless a heartbeat comes at least every half second."""
+        """Start to jog an axis. It stops when no heartbeat has come for half a second."""
         answer: JogSession = await self.call(
             "POST",
             filled("/robots/{robot_id}/jogs", robot_id=robot_id),

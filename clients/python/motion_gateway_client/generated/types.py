@@ -369,7 +369,7 @@ class BodyInfo(TypedDict):
     last_heard_at: str | None
     """When it last answered anything."""
     known_age_s: float | None
-    """Seconds since then: what is told of it may be as old; null if it never answered."""
+    """Age of the reading in seconds; null if it never answered."""
     moving: bool | None
     """Null while out of reach, and until its status is read."""
     move_id: str | None
@@ -1646,7 +1646,7 @@ class CommandInfo(TypedDict):
     """How the parameters are written on the line."""
     starts_motion: bool
     retry: Retry
-    """What comes of repeating it when no reply came. By itself the gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
+    """What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
     example: list[str]
     """Commands and replies in turn, as the manual prints them."""
     family: Literal["rorze"]
@@ -1765,7 +1765,7 @@ class Deed(TypedDict):
     request_id: str | None
     """The X-Request-Id of the request."""
     target: str
-    """Whom it was for: line1.3F, line1.80 for a group, r1."""
+    """Its target: line1.3F, line1.80 for a group, r1."""
     command: str
     """The row of the command table."""
     effect: str
@@ -2115,7 +2115,7 @@ class FicsCommandInfo(TypedDict):
     """How the parameters are written on the line."""
     starts_motion: bool
     retry: Retry
-    """What comes of repeating it when no reply came. By itself the gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
+    """What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
     example: list[str]
     """Commands and replies in turn, as the manual prints them."""
     family: Literal["fics"]
@@ -3563,7 +3563,7 @@ class PlannedRobotMove(TypedDict):
     frame: str
     """The exact bytes that would be sent, CR as \\r."""
     coordinates: Literal["user", "motor"]
-    """Which axes positions are told of."""
+    """Which axes the positions are of."""
     units: dict[str, str]
     """By axis: mm, pulse or degree."""
     start_position: dict[str, float | None] | None
@@ -4473,7 +4473,7 @@ class RobotMove(TypedDict):
     unit: int
     kind: Literal["absolute", "relative", "position", "home", "step", "macro"]
     coordinates: Literal["user", "motor"]
-    """Which axes positions are told of."""
+    """Which axes the positions are of."""
     units: dict[str, str]
     """What positions are counted in, by axis: mm, pulse or degree."""
     end_cause: str | None
@@ -6034,7 +6034,7 @@ class Ticket(TypedDict):
     ticket: str
     """To be sent as the query parameter `ticket` of /events or /events/stream."""
     expires_in_s: float
-    """It is good for so long, and once."""
+    """It is valid for this time, and once."""
 
 
 class Trace(TypedDict):

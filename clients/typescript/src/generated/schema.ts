@@ -475,7 +475,7 @@ export interface paths {
         };
         /**
          * List Deeds
-         * @description List all that had an effect, or was to have one, over restarts: who, what, for whom, and the outcome.
+         * @description List all that had an effect, or was to have one, over restarts: caller, target, command and outcome.
          *
          *     A key with a scope names a target in it.
          */
@@ -1656,7 +1656,7 @@ export interface paths {
          * Take Lease
          * @description Lease a line, a body, a group or a robot: until it ends, nobody else moves or sets what is in it.
          *
-         *     Whoever has it sends its `token` as the header `Lease-Token` with each motion and each setting; several
+         *     Its holder sends its `token` as the header `Lease-Token` with each motion and each setting; several
          *     tokens stand side by side with commas. A token that is not good any more is refused though nobody else has
          *     a lease. Reads and stops need none. When it ends, moves go on to their ends, and what would never end (a
          *     JOG, a move without an end) is stopped.
@@ -2047,7 +2047,7 @@ export interface paths {
         put?: never;
         /**
          * Start Body Jog
-         * @description Start to jog a body. It stops by itself unless a heartbeat comes at least every half second.
+         * @description Start to jog a body. It stops when no heartbeat has come for half a second.
          *
          *     It is a move of the same id, no further than `at_most`, 10 s at its top speed, or a soft limit.
          */
@@ -2694,7 +2694,7 @@ export interface paths {
         put?: never;
         /**
          * Start Jog
-         * @description Start to jog an axis. It stops by itself unless a heartbeat comes at least every half second.
+         * @description Start to jog an axis. It stops when no heartbeat has come for half a second.
          */
         post: operations["startJog"];
         delete?: never;
@@ -3814,7 +3814,7 @@ export interface components {
             last_heard_at: string | null;
             /**
              * Known Age S
-             * @description Seconds since then: what is told of it may be as old; null if it never answered.
+             * @description Age of the reading in seconds; null if it never answered.
              */
             known_age_s: number | null;
             /**
@@ -7002,7 +7002,7 @@ export interface components {
             usage: string[];
             /** Starts Motion */
             starts_motion: boolean;
-            /** @description What comes of repeating it when no reply came. By itself the gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice. */
+            /** @description What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice. */
             retry: components["schemas"]["Retry"];
             /**
              * Example
@@ -7273,7 +7273,7 @@ export interface components {
             request_id: string | null;
             /**
              * Target
-             * @description Whom it was for: line1.3F, line1.80 for a group, r1.
+             * @description Its target: line1.3F, line1.80 for a group, r1.
              */
             target: string;
             /**
@@ -7675,7 +7675,7 @@ export interface components {
             usage: string[];
             /** Starts Motion */
             starts_motion: boolean;
-            /** @description What comes of repeating it when no reply came. By itself the gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice. */
+            /** @description What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice. */
             retry: components["schemas"]["Retry"];
             /**
              * Example
@@ -11063,7 +11063,7 @@ export interface components {
             frame: string;
             /**
              * Coordinates
-             * @description Which axes positions are told of.
+             * @description Which axes the positions are of.
              * @enum {string}
              */
             coordinates: "user" | "motor";
@@ -11985,7 +11985,7 @@ export interface components {
         };
         /**
          * Retry
-         * @description What comes of repeating a command when no reply came; only reads and stops are repeated by itself.
+         * @description What comes of repeating a command when no reply came; the gateway repeats only reads and stops.
          * @enum {string}
          */
         Retry: "read" | "setting" | "conditional" | "never" | "stop";
@@ -13288,7 +13288,7 @@ export interface components {
             kind: "absolute" | "relative" | "position" | "home" | "step" | "macro";
             /**
              * Coordinates
-             * @description Which axes positions are told of.
+             * @description Which axes the positions are of.
              * @enum {string}
              */
             coordinates: "user" | "motor";
@@ -17102,7 +17102,7 @@ export interface components {
             ticket: string;
             /**
              * Expires In S
-             * @description It is good for so long, and once.
+             * @description It is valid for this time, and once.
              */
             expires_in_s: number;
         };
