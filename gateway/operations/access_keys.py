@@ -8,26 +8,26 @@ from gateway.access.principal import current
 from gateway.access.roles import Role
 from gateway.core.errors import InvalidRequest, NotAllowed, NotFound, NotSent
 from gateway.core.rights import Right
-from gateway.operations.caller import for_caller, require
+from gateway.operations.caller import needs
 from gateway.plant import Plant
 from gateway.wind_down import SUBJECT
 
 
-@for_caller
-async def listed(plant: Plant, store: KeyStore | None) -> Sequence[KeyInfo]:
+@needs(Right.ADMIN, whole_plant=True)
+async def listed(_: Plant, store: KeyStore | None) -> Sequence[KeyInfo]:
     """All keys, oldest first.
 
     :raises NotAllowed: nobody needs a key.
     :raises NotSent: they cannot be read.
     """
-    keys = _allowed(plant, store)
+    keys = _managed(store)
     try:
         return await asyncio.to_thread(keys.told)
     except KeyFault as fault:
         raise NotSent(str(fault)) from None
 
 
-@for_caller
+@needs(Right.ADMIN, whole_plant=True)
 async def make(
     plant: Plant,
     store: KeyStore | None,
@@ -42,7 +42,7 @@ async def make(
     :raises InvalidRequest: the name or the scope is none, or a good key has this name; no key was made.
     :raises NotSent: the keys cannot be written; no key was made.
     """
-    keys = _allowed(plant, store)
+    keys = _managed(store)
     try:
         key = await asyncio.to_thread(keys.create, name, role, scope, expires_s)
     except KeyFileFault as fault:
@@ -54,7 +54,7 @@ async def make(
     return key, made
 
 
-@for_caller
+@needs(Right.ADMIN, whole_plant=True)
 async def revoke(plant: Plant, store: KeyStore | None, name: str) -> KeyInfo:
     """Let no key of this name be used any more.
 
@@ -62,7 +62,7 @@ async def revoke(plant: Plant, store: KeyStore | None, name: str) -> KeyInfo:
     :raises NotFound: there is no good key of this name.
     :raises NotSent: the keys cannot be written; it is as good as before.
     """
-    keys = _allowed(plant, store)
+    keys = _managed(store)
     if name == current().name:
         raise NotAllowed(
             f"You have signed in with {name}; it was not revoked.", "Revoke it with another key of an admin."
@@ -78,9 +78,8 @@ async def revoke(plant: Plant, store: KeyStore | None, name: str) -> KeyInfo:
     return revoked
 
 
-def _allowed(plant: Plant, store: KeyStore | None) -> KeyStore:
-    """The keys, for who administers the whole plant."""
-    require(plant, Right.ADMIN)
+def _managed(store: KeyStore | None) -> KeyStore:
+    """The keys, where somebody needs one."""
     if store is None:
         raise NotAllowed(
             "This gateway lets everybody in (access.mode is open), so nobody manages keys over HTTP; "

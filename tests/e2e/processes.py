@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 MOTION_GATEWAY = Path(sys.executable).with_name("motion-gateway")
 """The command as `make` installs it."""
-PATIENCE_S = 90.0
+PATIENCE_S = 60.0
 """What has not happened by then on a busy machine never will."""
 LONGEST_WAIT_S = 60
 """The gateway lets no request wait longer."""

@@ -236,7 +236,7 @@ def test_every_cause_is_worded_in_both_languages_of_what_its_event_tells() -> No
 
 NEEDS_NOBODY: Final = {
     "line": {"up", "strict", "message", "scan.running", "scan.finished", "scan.failed"},
-    "gateway": {"journal.recovered", "shutting_down", "reloaded"},
+    "gateway": {"journal.recovered", "shutting_down", "reloaded", "key.made", "key.revoked"},
     "stream": {"gap", "snapshot"},
     "alarm": {"raised", "reset"},
     "io": {""},
@@ -247,7 +247,7 @@ NEEDS_NOBODY: Final = {
     },
     "robot": {
         *("online", "unreadable", "stop.refused", "errors.reset", "speeds.restored", "unit.changed"),
-        *("power_cycle.acknowledged", "position", "left_moving"),
+        *("power_cycle.acknowledged", "position", "left_moving", "input.changed"),
     },
 }
 """Good news; what is settled already, or told to those who asked; and what another alarm tells as well."""
@@ -256,6 +256,7 @@ ENDS_WELL: Final = {
     "stop": {"requested", "confirmed"},
     "jog": {"started", "stopping", "ended", "lost", "stopped"},
     "lease": {"taken", "released", "expired", "taken_over", "broken"},
+    "backup": {"started", "progress", "succeeded", "failed", "cancelled"},
     "restore": {"started", "progress", "verified", "cancelled"},
     "upload": {"started", "progress", "succeeded", "cancelled"},
 }

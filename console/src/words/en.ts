@@ -499,6 +499,7 @@ export const en = {
     none: "No event passes the filters.",
     everything: "everything",
     parts: {
+      backup: "backup",
       body: "body",
       robot: "robot",
       scara: "SCARA robot",

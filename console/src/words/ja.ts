@@ -500,6 +500,7 @@ export const ja: typeof en = {
     none: "条件に合うイベントはありません。",
     everything: "すべて",
     parts: {
+      backup: "バックアップ",
       body: "ボディ",
       robot: "ロボット",
       scara: "スカラロボット",

@@ -50,6 +50,7 @@ async def test_it_waits_for_the_disk_once() -> None:
         assert [frame for frame in it.wire.frames(sent) if frame in frames] == frames
 
 
+@in_virtual_time
 async def test_what_a_body_holds_after_a_loss_of_power_was_not_captured() -> None:
     async with rig() as it:
         await arm(it.body(), 8, ONCE)
