@@ -1,5 +1,7 @@
 """What every test shares: asyncio as the backend, checked events, property tests that bear a busy machine."""
 
+import signal
+
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -8,6 +10,9 @@ from tests.checked_events import CheckedHub
 
 settings.register_profile("shared machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("shared machine")
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell does so in the background; programs inherit it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 pytest.MonkeyPatch().setattr("gateway.plant.EventHub", CheckedHub)
 
