@@ -11,7 +11,7 @@ from tests.checked_events import CheckedHub
 settings.register_profile("shared machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("shared machine")
 
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell does so in the background; programs inherit it
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # so in the background of a shell; programs inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 pytest.MonkeyPatch().setattr("gateway.plant.EventHub", CheckedHub)
