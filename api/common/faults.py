@@ -118,7 +118,9 @@ def _models_at(shape: object, location: Sequence[str | int]) -> list[type[BaseMo
     options = list(_options(shape))
     for part in location:
         inside = [found for option in options for found in _inside(option, part)]
-        options = inside or [it for it in options if _is_tagged(it, part)] or options
+        # The tag of one member of a union may be the name of a field, too.
+        tagged = [it for it in options if _is_tagged(it, part)] if len(options) > 1 else []
+        options = tagged or inside or options
     return [it for it in options if isclass(it) and issubclass(it, BaseModel)]
 
 

@@ -38,6 +38,14 @@ async def test_who_waits_has_the_end(stand: Stand) -> None:
 
 
 @on_cell
+async def test_a_point_with_an_unknown_key_is_answered_with_those_it_has(stand: Stand) -> None:
+    points = [{"x_um": 255_000, "y": {"value": 300, "unit": "mm"}}]
+    refused = await stand.post("/scaras/wafer/moves", {"kind": "path", "points": points})
+    assert refused.status_code == 422
+    assert "points.0.x_um: is not known here; known are x, y, radius" in refused.json()["detail"]
+
+
+@on_cell
 async def test_a_plan_moves_nothing(stand: Stand) -> None:
     plan = (await stand.post("/scaras/wafer/moves", {**LINE, "validate_only": True})).json()
     assert plan["frames"][-3:] == ["&8AHDSH[63],0,X:0,Y:215000,R:0\\r", "&8AHMSA[3],H[63]\\r", "&8AHMM\\r"]
