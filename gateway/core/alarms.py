@@ -9,7 +9,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple, Self, TypeVar
 
 from pydantic import Field
 
@@ -344,6 +344,19 @@ _HOW: Final[Mapping[str, tuple[AlarmText, AlarmText]]] = {
     ),
 }
 _LOOK: Final = "Read its status and position before anything else."
+
+
+T = TypeVar("T")
+
+
+def while_true_of(find: Callable[[str], T | None], holds: Callable[[T], bool]) -> Callable[[str], bool]:
+    """Let a cause last while something is true of its subject, found by the last word of its path."""
+
+    def lasts(subject: str) -> bool:
+        found = find(subject.rpartition("/")[2])
+        return found is not None and holds(found)
+
+    return lasts
 
 
 def causes_of_moves(what: str, manual: str, next_calls: Sequence[NextCall]) -> Iterator[Cause]:

@@ -1,8 +1,9 @@
 """What goes wrong with robots, in words for a technician (C-HOST manual 2-12 to 2-14)."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
-from gateway.core.alarms import Cause, causes_of_moves, words
+from gateway.core.alarms import Cause, causes_of_moves, while_true_of, words
 from gateway.core.next_calls import ACKNOWLEDGE, STOP
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.fics.calls import ERRORS, MOVE, RESET, ROBOT, STATUS
@@ -11,14 +12,7 @@ from gateway.fics.robot import Robot
 
 def causes(find: Callable[[str], Robot | None]) -> Iterator[Cause]:
     """The causes of robots, which are found by their ids; None for one that is configured no more."""
-
-    def about(holds: Callable[[Robot], bool]) -> Callable[[str], bool]:
-        def lasts(subject: str) -> bool:
-            robot = find(subject.rpartition("/")[2])
-            return robot is not None and holds(robot)
-
-        return lasts
-
+    about = partial(while_true_of, find)
     yield Cause(
         "robot.offline",
         "robot.offline",

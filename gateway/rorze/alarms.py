@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Final, NamedTuple
 
-from gateway.core.alarms import Cause, Facts, causes_of_moves, words
+from gateway.core.alarms import Cause, Facts, causes_of_moves, while_true_of, words
 from gateway.core.next_calls import ACKNOWLEDGE, LINE_STATE, STOP, NextCall
 from gateway.core.restore_alarms import causes_of_restores
 from gateway.rorze.bodies import Body
@@ -84,14 +84,7 @@ ERROR_BITS: Final[Mapping[str, _Bit]] = {
 
 def causes(find: Callable[[str], Body | None]) -> Iterator[Cause]:
     """The causes of bodies, which are found by their addresses; None for one that is configured no more."""
-
-    def about(holds: Callable[[Body], bool]) -> Callable[[str], bool]:
-        def lasts(subject: str) -> bool:
-            body = find(subject.rpartition("/")[2])
-            return body is not None and holds(body)
-
-        return lasts
-
+    about = partial(while_true_of, find)
     yield Cause(
         "body.offline",
         "body.offline",
