@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar, Union, get_
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
+from protocols.members import at_hand
 from protocols.wording import sentence
 
 READINGS_KEPT = 4096
@@ -30,6 +31,7 @@ class RangeFault(WireFault):
     """The form is right, but a value lies outside its range."""
 
 
+@at_hand
 class Retry(StrEnum):
     """What comes of repeating a command when no reply came; the gateway repeats only reads and stops."""
 
@@ -45,6 +47,7 @@ class Retry(StrEnum):
     """Harmless to repeat: a software stop is repeated until standstill is proved."""
 
 
+@at_hand
 class Effect(StrEnum):
     """What a command does: who may send it, and which way it goes, is decided by this alone."""
 

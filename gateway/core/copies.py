@@ -33,15 +33,15 @@ class Copies(Generic[X, F]):
 
     def could_answer(self, exchange: X, speaker: int, now: float) -> bool:
         """Whether a copy of what somebody said could be taken for the reply to this, and be wrong."""
-        said = self._said.get(speaker)
-        if not said:
-            return False
-        found = [said[name] for name in exchange.reply_names if name in said]
-        return any(
-            len(replies) > self._remembered
-            or any(it.until > now and exchange.mistakes(it) for it in replies.values())
-            for replies in found
-        )
+        said = self._said.get(speaker, {})
+        for name in exchange.reply_names if said else ():
+            replies = said.get(name, {})
+            if len(replies) > self._remembered:
+                return True
+            for it in replies.values():
+                if it.until > now and exchange.mistakes(it):
+                    return True
+        return False
 
     def include(self, speaker: int, frame: F) -> bool:
         """Whether somebody has said this before."""

@@ -2,7 +2,7 @@
 
 import asyncio
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -11,6 +11,7 @@ from gateway.core.errors import Expired, GatewayError, NoReply
 from gateway.core.lanes import QUESTIONS, Lane
 from gateway.core.origin import Origin, current
 from gateway.core.sequence_lock import Series
+from protocols.members import at_hand
 from protocols.table import Command, Retry
 
 C = TypeVar("C", bound=Command[Any])
@@ -36,6 +37,7 @@ class Said(NamedTuple):
     """A copy that comes after this would be later than any reply may be."""
 
 
+@at_hand
 class More(Enum):
     """A part of a reply: the rest is still to come."""
 
@@ -82,6 +84,8 @@ class Exchange(ABC, Generic[C, F, O]):
     """Within the queue of its target the lower goes first, and of equal ones the first."""
     self_identifying: bool = False
     """Its reply carries a number of its own, so a late one can be taken for nothing else."""
+    reply_names: tuple[Hashable, ...] = ()
+    """The names its replies may have: only what was said by one of them could be taken for its own."""
     fresh: bool = False
     """No copy of an earlier reply may be taken for its own."""
     needs: Proof | None = None
@@ -126,11 +130,6 @@ class Exchange(ABC, Generic[C, F, O]):
         return kind(f"{self.sent}, and {what}.", self.remedy, self.command)
 
     # copies of replies
-
-    @property
-    @abstractmethod
-    def reply_names(self) -> Iterable[Hashable]:
-        """The names its replies may have: only what was said by one of them could be taken for its own."""
 
     @abstractmethod
     def mistakes(self, said: Said) -> bool:

@@ -7,7 +7,10 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple
 
+from protocols.members import at_hand
 
+
+@at_hand
 class State(Enum):
     """Whether replies can be believed, and how far the fence has come that proves it."""
 
@@ -21,6 +24,7 @@ class State(Enum):
     SILENT = "witness silent"
 
 
+@at_hand
 class Event(Enum):
     """What can happen to it."""
 
@@ -34,6 +38,7 @@ class Event(Enum):
     PORT_LOST = "port lost"
 
 
+@at_hand
 class Action(Enum):
     """What the session does about it."""
 

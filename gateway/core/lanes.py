@@ -3,8 +3,10 @@
 from enum import IntEnum
 
 from gateway.core.errors import QueueFull
+from protocols.members import at_hand
 
 
+@at_hand
 class Lane(IntEnum):
     """Who goes first: the lower number."""
 

@@ -80,7 +80,7 @@ class PortLoop(ABC):
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
         self._heard_out = False
-        """Whether all that was written has been answered: none of it can wait in the port."""
+        """Whether the reply to the last frame has come: nothing can wait in the port."""
         self._timer: asyncio.Handle | None = None
         self._timer_at = 0.0
         self._attention = asyncio.Event()
@@ -246,11 +246,8 @@ class PortLoop(ABC):
 
         A line that is never silent is used nevertheless: what it does then tells people more than waiting.
         """
-        try:
-            self._hand_over(opening)
-        except TransportLost:
+        if not self._send(opening, self._loop.time()):
             return
-        self._tx_free_at = self._loop.time() + len(opening) * self._byte_time_s
         self._last_rx_at = self._tx_free_at
         patience_ends_at = self._tx_free_at + patience_s
         while self._open:
@@ -282,21 +279,17 @@ class PortLoop(ABC):
 
     def _send(self, frame: bytes, now: float) -> bool:
         """Hand a frame to the port, and know when its last bit will have left; False if the port has gone."""
+        self.on_work()
+        origin = current()
+        self.recorder.sender = origin.caller, origin.request_id
         try:
-            self._hand_over(frame)
+            self.transport.write(frame)
         except TransportLost as error:
             self._went_down(str(error))
             return False
         self._heard_out = False
         self._tx_free_at = now + len(frame) * self._byte_time_s
         return True
-
-    def _hand_over(self, data: bytes) -> None:
-        """Let the recorder know who writes, and write."""
-        self.on_work()
-        origin = current()
-        self.recorder.sender = origin.caller, origin.request_id
-        self.transport.write(data)
 
     # time
 
@@ -334,6 +327,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
         self.load = Load()
+        self._busy_with: str | None = None
+        """What the frame is for that takes the line now, if any does."""
+        self._busy_since = 0.0
 
     @property
     def reply_timeout_s(self) -> float:
@@ -367,7 +363,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
 
         :raises QueueFull, Expired: one of them was not free in time.
         """
-        numbers = sorted({it for target in targets for it in self._session.targets(target)})
+        numbers = sorted({it for target in targets for it in self._session.scheduler.reached(target)})
         async with all_held(map(self.lock_of, numbers), expires_at) as series:
             series.epochs = {number: self.gate.epoch(number) for number in numbers}
             yield series
@@ -413,7 +409,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             if self._send(exchange.frame, now):
                 if self.intents is not None:
                     self.intents.note_written(exchange)
-                self.load.begin("stops" if exchange.lane in STOPS else exchange.origin.work, now)
+                self._note_load(now)
+                self._busy_with = "stops" if exchange.lane in STOPS else exchange.origin.work
+                self._busy_since = now
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
                 self._wake_at(deadline)
@@ -434,7 +432,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
         self._session.pass_deadlines(now, resumes_at)
         if not self._session.awaits_replies():
-            self.load.end(now)
+            self._note_load(now)
         return self._session.deadline()
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
@@ -507,12 +505,18 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     def _hear(self, reply: F) -> None:
         """Hear a reply; the next frame goes out before its waiters have it."""
         settle = self._session.heard(reply, self._last_rx_at)
+        self._heard_out = self._session.heard_out
         if settle is not None:
-            self.load.end(self._last_rx_at)
-        self._heard_out = settle is not None and self._session.is_heard_out()
+            self._note_load(self._last_rx_at)
         self._pump()
         if settle is not None:
             settle()
+
+    def _note_load(self, now: float) -> None:
+        """The line is free again, or another frame goes out before the reply."""
+        if self._busy_with is not None:
+            self.load.note(self._busy_with, self._busy_since, now)
+            self._busy_with = None
 
     def _hear_noise(self, what: str) -> None:
         """Hear what can be no reply."""

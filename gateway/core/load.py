@@ -21,26 +21,17 @@ class Load:
         self._spans: deque[tuple[float, str, int]] = deque()
         self._lately_ns: defaultdict[str, int] = defaultdict(int)
         """The sums of these spans: whole numbers, so that nothing is left of what has passed."""
-        self._work: str | None = None
-        self._since = 0.0
 
-    def begin(self, work: str, now: float) -> None:
-        """A frame is written."""
-        self.end(now)
-        self._work, self._since = work, now
-
-    def end(self, now: float) -> None:
-        """The reply has come, or is not waited for any more."""
-        if self._work is None:
-            return
-        took_s = now - self._since
-        self.busy_s[self._work] += took_s
-        self.took.observe(took_s)
+    def note(self, work: str, since: float, now: float) -> None:
+        """A frame was written, and its reply has come, or is not waited for any more."""
+        took_s = now - since
         took_ns = round(took_s * 1e9)
-        self._spans.append((now, self._work, took_ns))
-        self._lately_ns[self._work] += took_ns
-        self._work = None
-        self._forget(now)
+        self.busy_s[work] += took_s
+        self._spans.append((now, work, took_ns))
+        self._lately_ns[work] += took_ns
+        if self._spans[0][0] <= now - WINDOW_S:
+            self._forget(now)
+        self.took.observe(took_s)
 
     def percent(self, now: float) -> dict[str, float]:
         """The share of the last ten seconds that each took, in percent."""

@@ -6,7 +6,7 @@ holds. Equal reads that wait share one exchange, and so do equal stops.
 """
 
 from collections import OrderedDict, deque
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from itertools import chain
 from math import inf
 from operator import methodcaller
@@ -14,6 +14,7 @@ from typing import Any, Generic
 
 from gateway.core.exchange import Exchange, X
 from gateway.core.lanes import IMPATIENT, QUESTIONS, STOPS, Lane, require_room
+from gateway.core.sequence_lock import SequenceLock
 
 TURN_S = 0.5
 """Commands and reads that others have overtaken for this time have one turn, ahead of all but stops."""
@@ -49,17 +50,15 @@ class _Turns(OrderedDict[Hashable, deque[X]], Generic[X]):
         self.setdefault(name, deque()).appendleft(exchange)
         self.move_to_end(name, last=False)
 
-    def take(self, may_go: Callable[[X], bool] | None) -> X | None:
-        """The first exchange of the first queue whose turn it can be; the queue then goes to the end."""
-        for name, queue in self.items():
-            if may_go is None or may_go(queue[0]):
-                exchange = queue.popleft()
-                if queue:
-                    self.move_to_end(name)
-                else:
-                    del self[name]
-                return exchange
-        return None
+    def take(self, name: Hashable) -> X:
+        """The first exchange of a queue, which then goes to the end."""
+        queue = self[name]
+        exchange = queue.popleft()
+        if queue:
+            self.move_to_end(name)
+        else:
+            del self[name]
+        return exchange
 
     def remove(self, unwanted: Callable[[X], bool]) -> list[X]:
         removed = [exchange for exchange in self.exchanges() if unwanted(exchange)]
@@ -80,6 +79,10 @@ class Scheduler(Generic[X]):
         """What waits in each lane; a lane in which nothing waits is false."""
         self.stops = [self.lanes[lane] for lane in STOPS]
         """The lanes of stops."""
+        self.locks: dict[int, SequenceLock] = {}
+        """By target, who holds it for a series."""
+        self.members: Mapping[int, Iterable[int]] = {}
+        """By target, the others that a frame for it reaches."""
         self._passed_over: dict[Lane, float] = {}
         """Since when a lane has had no turn, where people wait for it or a fence has gone ahead."""
 
@@ -115,13 +118,29 @@ class Scheduler(Generic[X]):
         """Let a lane have the next turn: what goes before it meanwhile could ask for another fence."""
         self._passed_over[lane] = -inf
 
+    def reached(self, target: int) -> Iterable[int]:
+        """Those that a frame for this target reaches."""
+        return (target, *self.members.get(target, ()))
+
     def next(self, lanes: tuple[Lane, ...], may_go: Callable[[X], bool] | None = None) -> X | None:
         """Take out the exchange whose turn it is among the lanes that may send now."""
         for lane in lanes:
             turns = self.lanes[lane]
-            if turns and (exchange := turns.take(may_go)) is not None:
-                return exchange
+            if turns:
+                for name, queue in turns.items():
+                    if (may_go is None or may_go(queue[0])) and self._is_admitted(queue[0]):
+                        return turns.take(name)
         return None
+
+    def _is_admitted(self, exchange: X) -> bool:
+        """Whether nobody else has a series under way there; what sees to stops does not ask."""
+        if not self.locks or exchange.lane not in IMPATIENT:
+            return True
+        for target in self.reached(exchange.target):
+            lock = self.locks.get(target)
+            if lock is not None and lock.holder is not None and lock.holder is not exchange.series:
+                return False
+        return True
 
     def next_wanted(self, now: float, may_go: Callable[[X], bool] | None = None) -> X | None:
         """Take out the exchange whose turn it is of all; reads that nobody waits for any more are dropped."""

@@ -9,7 +9,7 @@ No clock and no port: times are given, frames are taken and handed out.
 
 from abc import ABC, abstractmethod
 from collections import Counter, deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from enum import Enum, auto
 from functools import partial
 from typing import Any, Generic
@@ -20,9 +20,10 @@ from gateway.core.exchange import Exchange, F, More, Proof, X
 from gateway.core.fence import FENCE_TRIES, Action, Event, Fence, State
 from gateway.core.gate import Gate
 from gateway.core.lanes import IMPATIENT, STOPS, Lane
-from gateway.core.origin import FENCE, acting
+from gateway.core.origin import FENCE
 from gateway.core.scheduler import Scheduler, is_abandoned
 from gateway.core.sequence_lock import SequenceLock, current_series
+from protocols.members import at_hand
 
 READ_REPEATS = 2
 """How often a read without a usable reply is repeated, each time after a passed fence."""
@@ -33,6 +34,7 @@ Settle = Callable[[], None]
 """Gives the waiters their outcome; it can be called after the next write."""
 
 
+@at_hand
 class Awaited(Enum):
     """What has to wait for the reply to a frame that was written."""
 
@@ -65,6 +67,10 @@ class Session(ABC, Generic[X, F]):
         self.offline: set[int] = set()
         """Targets that are not asked any more, but to find out whether they are back."""
         self.counters: Counter[str] = Counter()
+        self.strict = False
+        """Whether a fence has to prove that the reply to a command was the last."""
+        self.heard_out = False
+        """Whether the reply to the last frame has come: then nothing can wait in the port."""
         self.doubts = 0
         """How often a reply stayed away, could not be understood, or came though nobody had asked."""
         self.on_stray: Callable[[F], None] = lambda _: None
@@ -72,7 +78,6 @@ class Session(ABC, Generic[X, F]):
         self._target = target
         self._set_up_target = set_up_target
         self._copies: Copies[X, F] = Copies(replies_remembered)
-        self._locks: dict[int, SequenceLock] = {}
         self._urgent: deque[X] = deque()
         self._sent: list[X] = []
         """What awaits its reply, in the order in which it was written."""
@@ -113,10 +118,6 @@ class Session(ABC, Generic[X, F]):
     def holds_up(self, sent: X) -> bool:
         """Whether all but stops have to wait for something that is under way beside."""
 
-    def targets(self, target: int) -> Iterable[int]:
-        """Those that a frame for this target reaches."""
-        return (target,)
-
     @abstractmethod
     def witness_failed(self) -> bool:
         """Give up the target that the fences have asked; whether there is another to ask."""
@@ -128,8 +129,9 @@ class Session(ABC, Generic[X, F]):
     def note_reply(self, exchange: X, frame: F, now: float) -> None:
         """A reply was credited, or a part of one."""
 
-    def learn(self, exchange: X, outcome: Any, now: float) -> None:
+    def learn(self, exchange: X, _outcome: Any, frame: F, now: float) -> None:
         """An exchange has its whole reply."""
+        self.note_reply(exchange, frame, now)
 
     def fence_passed(self, fence: X) -> None:
         """No reply to what was written before it is on its way any more."""
@@ -137,25 +139,17 @@ class Session(ABC, Generic[X, F]):
     def was_missed(self, exchange: X, now: float) -> None:
         """No reply came in time."""
 
-    def is_bracketed(self, _exchange: X) -> bool:
-        """Whether a fence has to prove that its reply was the last before its waiters have it."""
-        return False
-
-    def is_heard_out(self) -> bool:
-        """Whether all that was written has been answered: then nothing can wait in the port."""
-        return False
-
     # what goes next
 
     @property
     def in_step(self) -> bool:
         """Whether replies can be believed."""
-        return self._fence.state is State.IN_STEP
+        return self._fence.in_step
 
     def epoch(self, target: int) -> int:
         """The epoch of what is asked here and now: a series has those of its beginning."""
         now = self.gate.epoch(target)
-        series = current_series() if self._locks else None
+        series = current_series() if self.scheduler.locks else None
         return now if series is None else series.epochs.get(target, now)
 
     def submit(self, exchange: X) -> X:
@@ -166,7 +160,7 @@ class Session(ABC, Generic[X, F]):
         if exchange.lane is Lane.COMMAND and self.gate.is_overtaken(exchange):
             exchange.settle(self.gate.overtaken(exchange.target))
             return exchange
-        if self._locks and exchange.lane in IMPATIENT:
+        if self.scheduler.locks and exchange.lane in IMPATIENT:
             exchange.series = current_series()
         queued = self.scheduler.submit(exchange)
         if exchange.lane is Lane.STOP and queued is exchange:
@@ -186,7 +180,7 @@ class Session(ABC, Generic[X, F]):
 
     def sequence_lock(self, target: int) -> SequenceLock:
         """The lock of a target, for series of commands that nothing but stops may divide."""
-        return self._locks.setdefault(target, SequenceLock(self._target))
+        return self.scheduler.locks.setdefault(target, SequenceLock(self._target))
 
     def has_something(self) -> bool:
         """Whether anything could go; asked first, because it costs less than asking the port."""
@@ -210,8 +204,8 @@ class Session(ABC, Generic[X, F]):
         if self._is_held_up():
             return self._interjected() if self.interject_stops else None
         if ready and self._fence.in_step and not self._urgent:
-            wanted = self.scheduler.next_wanted(now, self._may_go if self._sent or self._locks else None)
-            return self._interposed(wanted, now, self.scheduler.put_back)
+            wanted = self.scheduler.next_wanted(now, self.may_follow if self._sent else None)
+            return None if wanted is None else self._interposed(wanted, now, self.scheduler.put_back)
         stop = self.scheduler.next(NEW_STOPS, self.may_follow)
         if stop is not None:
             return stop
@@ -229,19 +223,9 @@ class Session(ABC, Generic[X, F]):
         """A stop before the reply under way; repeated ones leave gaps, or fences would never have a turn."""
         return self.scheduler.next(NEW_STOPS if self._awaiting is None else STOPS, self.may_follow)
 
-    def _may_go(self, exchange: X) -> bool:
-        return self.may_follow(exchange) and self._is_admitted(exchange)
-
-    def _is_admitted(self, exchange: X) -> bool:
-        """Whether nobody else has a series under way there; what sees to stops does not ask."""
-        if exchange.lane not in IMPATIENT or not self._locks:
-            return True
-        locks = (self._locks.get(target) for target in self.targets(exchange.target))
-        return all(lock is None or lock.holder in (None, exchange.series) for lock in locks)
-
-    def _interposed(self, exchange: X | None, now: float, put_back: Callable[[X], None]) -> X | None:
+    def _interposed(self, exchange: X, now: float, put_back: Callable[[X], None]) -> X | None:
         """Where a copy of an earlier reply would answer this command, a fence goes first."""
-        if exchange is None or exchange.lane in STOPS or not self.wants_fence(exchange, now):
+        if exchange.lane in STOPS or not self.wants_fence(exchange, now):
             return exchange
         if self.gate.refuses(exchange, now):
             return exchange
@@ -254,11 +238,12 @@ class Session(ABC, Generic[X, F]):
         """What brings the line into step again."""
         if self._fence.state is State.SILENT:
             return None
-        with acting(FENCE):
-            first = self.goes_before_fence()
-            if first is not None:
-                return first
-            fence = self._fence_query = self.fence_query()
+        first = self.goes_before_fence()
+        if first is not None:
+            first.origin = FENCE
+            return first
+        fence = self._fence_query = self.fence_query()
+        fence.origin = FENCE
         fence.timeout_s = max(self.reply_timeout_s, self.late_reply_s / FENCE_TRIES)
         self._fence.take(Event.ASKED)
         self.counters["fences"] += 1
@@ -268,6 +253,7 @@ class Session(ABC, Generic[X, F]):
         """Note that the frame has been handed to the port, and until when its reply is waited for."""
         self.counters["frames_sent"] += 1
         self._written += 1
+        self.heard_out = False
         exchange.number, exchange.doubt = self._written, None
         exchange.deadline = exchange.due_at = deadline
         if exchange.proves is not None:
@@ -294,22 +280,22 @@ class Session(ABC, Generic[X, F]):
         """Credit a reply; None if it ends no exchange."""
         for exchange in self._sent:
             outcome = exchange.credit(frame, now)
-            if outcome is None:
-                continue
-            self.note_reply(exchange, frame, now)
             if outcome is More.MORE:
                 exchange.await_until(now + exchange.timeout_s)
+                self.note_reply(exchange, frame, now)
                 return None
-            self.counters["replies"] += 1
-            return self._ended(exchange, outcome, frame, now)
+            if outcome is not None:
+                return self._ended(exchange, outcome, frame, now)
         if self._fence.take(Event.STRAY) is Action.DROP or not self._is_late(frame, now):
             self._stray(frame, now)
         return None
 
     def _ended(self, exchange: X, outcome: Any, frame: F, now: float) -> Settle | None:
         """An exchange has its reply."""
+        self.counters["replies"] += 1
         self._let_go(exchange)
-        self.learn(exchange, outcome, now)
+        self.heard_out = self.heard_out or exchange.number == self._written
+        self.learn(exchange, outcome, frame, now)
         if exchange is self._fence_query:
             if self.is_refusal_of_fence(frame):
                 self._fence_failed()
@@ -318,7 +304,7 @@ class Session(ABC, Generic[X, F]):
             self.fence_passed(exchange)
             if self._fence.take(Event.ECHO) is Action.SETTLE:
                 self._settle_suspect()
-        elif self.is_bracketed(exchange):
+        elif self.strict and exchange.lane is Lane.COMMAND:
             exchange.late_answer, self._suspect = outcome, exchange
             self._lose_step(exchange.target)
             return _nothing

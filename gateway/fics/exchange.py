@@ -53,26 +53,21 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
             return "What it would have told is gone: read the details of the latest error (ERD)."
         return remedy_of(self.command)
 
-    @property
-    def reply_names(self) -> set[str]:
-        """Those of a refusal, of an answer, and of what ends several."""
-        name = self.command.code or self.command.wire_name()
-        return {name, self.command.answered_as or name, self.command.ends_with}
-
     def mistakes(self, said: Said) -> bool:
         """Whether a copy would be credited, and be wrong (decision 12).
 
         Equal reads are not kept apart, as long as nothing is done in between: a copy tells what was true a
         moment before. What has to be fresh is kept apart even from them.
         """
+        return not self._is_right(said) and credit(self.command, said.frame) is not None
+
+    def _is_right(self, said: Said) -> bool:
         command = self.command
-        if credit(command, said.frame) is None:
-            return False
         if isinstance(said.frame, Refusal | Failure):
-            return True
+            return False
         if said.exchange.frame == self.frame:
-            return not command.may_repeat() or self.fresh or said.number < self.outdated_before
-        return not (type(said.exchange.command) is type(command) and command.is_told_apart())
+            return command.may_repeat() and not self.fresh and said.number >= self.outdated_before
+        return type(said.exchange.command) is type(command) and command.is_told_apart()
 
     def shares(self, other: Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | Failure]) -> bool:
         """Equal stops are written once; reads are shared before they are put."""

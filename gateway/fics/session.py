@@ -6,6 +6,7 @@ Answers are matched by name. A fence is the query of a variable, whose number co
 import random
 from collections import deque
 from collections.abc import Callable, Iterable
+from functools import lru_cache
 from itertools import cycle
 from math import inf
 from typing import Any
@@ -110,8 +111,9 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
             target=target,
             epoch=self.epoch(target) if lane is Lane.COMMAND else 0,
             timeout_s=min(QUICK_S, self.reply_timeout_s) if quick else self.reply_timeout_s,
-            repeats=0 if may_be_silent else _repeats(command),
+            repeats=READ_REPEATS if command.retry is Retry.READ and not may_be_silent else 0,
             rank=_RANKS.get(type(command), 0) if lane is Lane.STOP else 0,
+            reply_names=command.reply_names(),
         )
 
     def goes_before_stop(self) -> FicsExchange | None:
@@ -196,9 +198,8 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         last = tries == FENCE_TRIES - 1
         fresh = self._fresh_queries()
         query = (fresh or NEVER_FORBIDDEN)[0] if last or (forbidden and fresh) else None
-        fence = self.exchange(
-            GetVariable(number=self._fresh_variable()) if query is None else query(), Lane.READ
-        )
+        question = _question_of(self._fresh_variable()) if query is None else query()
+        fence = self.exchange(question, Lane.READ)
         fence.self_identifying = True
         return fence
 
@@ -278,8 +279,9 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         said = Said(exchange, frame, type(frame).__name__, exchange.number, until)  # whatever it says
         self._copies.note(ROBOT, frame.name, said, now)
 
-    def learn(self, exchange: FicsExchange, outcome: Any, _now: float) -> None:
+    def learn(self, exchange: FicsExchange, outcome: Any, frame: ReplyFrame, now: float) -> None:
         """The robot is there; and an upload that only its refusal shows has to be ended."""
+        self.note_reply(exchange, frame, now)
         if not (exchange is self._fence_query and isinstance(outcome, Refusal)):
             self.offline.discard(ROBOT)
         if isinstance(outcome, Answered):
@@ -313,16 +315,17 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         self._withdraw_commands(unsent)
 
 
+@lru_cache(VARIABLES)
+def _question_of(variable: int) -> GetVariable:
+    return GetVariable(number=variable)
+
+
 def offline_error(robot_id: str) -> RobotOffline:
     """The error of a request to a robot that does not answer."""
     return RobotOffline(
         f"Robot {robot_id} gives no usable answer; nothing was sent.",
         "Check its power, its cable, its port and its teaching terminal.",
     )
-
-
-def _repeats(command: FicsCommand[Any]) -> int:
-    return READ_REPEATS if command.retry is Retry.READ else 0
 
 
 def _ends_upload(exchange: FicsExchange) -> bool:

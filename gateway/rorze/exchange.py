@@ -48,7 +48,7 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
     @property
     def remedy(self) -> str:
         """A command that steps the position index may have changed that, too."""
-        if self.command.steps_index():
+        if self.command.steps_index:
             return "Read status, position and the position index (3ID) before anything else."
         return remedy_of(self.command)
 
@@ -66,11 +66,6 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
         except WireFault:
             return None
         return Answered(replies, now, late=self.doubt is not None)
-
-    @property
-    def reply_names(self) -> tuple[str]:
-        """The code."""
-        return (self.command.code,)
 
     def mistakes(self, said: Said) -> bool:
         """Whether a copy would be credited, and be wrong (decision 10).

@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 from itertools import cycle
 from math import inf
 from typing import Any
@@ -58,6 +59,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         )
         self.bodies = list(bodies)
         self.groups = dict(groups or {})
+        self.scheduler.members = self.groups
         self.byte_time_s = 0.0
         self.introducer = introducer
         self.silent: set[int] = set()
@@ -103,12 +105,12 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             epoch=self.epoch(body),
             timeout_s=self.reply_timeout_s + 2 * command.takes_s,
             repeats=READ_REPEATS if command.may_repeat() else 0,
+            reply_names=(command.code,),
         )
 
     def self_identifying_read(self, body: int) -> RorzeExchange:
         """Build a read whose reply nothing else can be mistaken for: its number is used once in 2048."""
-        slot = PositionReference(position=next(self._nonces))
-        exchange = self.exchange(body, GetNumberedPositionEntry(entry=slot), Lane.READ)
+        exchange = self.exchange(body, _question_of(next(self._nonces)), Lane.READ)
         exchange.self_identifying = True
         exchange.repeats = 0
         return exchange
@@ -121,10 +123,6 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         """Queue an exchange of the line's own set-up ahead of everything but stops and fences."""
         exchange.repeats = READ_REPEATS  # absolute and harmless: saying it again changes nothing
         super().put_first(exchange)
-
-    def targets(self, target: int) -> Iterable[int]:
-        """The members of a group, and the group."""
-        return (target, *self.groups.get(target, ()))
 
     def was_written(self, exchange: RorzeExchange, now: float) -> Awaited:
         """The replies to many stops come one after the other, with the ends of their moves between them."""
@@ -143,7 +141,7 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     def wants_fence(self, exchange: RorzeExchange, now: float) -> bool:
         """Before what a copy would answer, and before what is bracketed."""
-        opens_bracket = self.is_bracketed(exchange) and exchange.target not in self._fenced
+        opens_bracket = self.strict and exchange.lane is Lane.COMMAND and exchange.target not in self._fenced
         return opens_bracket or self._copies.could_answer(exchange, exchange.target, now)
 
     # what comes back
@@ -164,8 +162,9 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
             said = Said(exchange, frame, frame, exchange.number, until)  # a status is not a bit of it
             self._copies.note(exchange.target, frame.code, said, now)
 
-    def learn(self, exchange: RorzeExchange, _outcome: Any, now: float) -> None:
+    def learn(self, exchange: RorzeExchange, _outcome: Any, frame: ReplyFrame, now: float) -> None:
         """A body has answered: it is there."""
+        self.note_reply(exchange, frame, now)
         body = exchange.target
         self._heard_at[body] = now
         if exchange.self_identifying:
@@ -197,15 +196,6 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     # strictness
 
-    @property
-    def strict(self) -> bool:
-        """Whether a reply came twice here, so that every acknowledgement is bracketed by fences."""
-        return self._strict_until is not None
-
-    def is_bracketed(self, exchange: RorzeExchange) -> bool:
-        """Whether a fence has to prove that its reply was the last before its waiters have it."""
-        return self._strict_until is not None and exchange.lane is Lane.COMMAND
-
     def _stray(self, frame: ReplyFrame, now: float, kind: str = "strays") -> None:
         """A reply that has been credited before has come twice."""
         if frame == self._last.get(frame.body) or self._copies.include(frame.body, frame):
@@ -214,12 +204,12 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         super()._stray(frame, now, kind)
 
     def _be_strict(self, now: float) -> None:
-        was_strict, self._strict_until = self.strict, now + STRICT_S
+        was_strict, self.strict, self._strict_until = self.strict, True, now + STRICT_S
         if not was_strict:
             self.on_strict(True)
 
     def _be_lenient(self) -> None:
-        was_strict, self._strict_until = self.strict, None
+        was_strict, self.strict, self._strict_until = self.strict, False, None
         if was_strict:
             self.on_strict(False)
 
@@ -309,16 +299,17 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
 
     # the end
 
-    def is_heard_out(self) -> bool:
-        """Whether all that was written has been answered: every frame has a reply."""
-        return not self._sent
-
     def break_off(self, lost: NoReply, unsent: Cancelled) -> None:
         """The port has gone: what was written may have been executed, what waited was not."""
         super().break_off(lost, unsent)
         self._copies.forget(LINK_MASTER)  # set up anew, maybe without bodies that could prove anything
         self._be_lenient()
         self.offline |= self.silent  # nobody finds out any more, but the probes
+
+
+@lru_cache(NONCES)
+def _question_of(nonce: int) -> GetNumberedPositionEntry:
+    return GetNumberedPositionEntry(entry=PositionReference(position=nonce))
 
 
 def offline_error(body: int) -> BodyOffline:

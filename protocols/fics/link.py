@@ -1,8 +1,7 @@
 """The line protocol of C-HOST: bytes to frames and back, in both modes (C-HOST manual 1-1-1, 1-2, 2)."""
 
 import re
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -99,51 +98,59 @@ def frame(text: str, terminator: Terminator = "cr") -> bytes:
     return text.encode("ascii") + TERMINATORS[terminator]
 
 
-class _Reader(ABC):
+class _Reader:
     """Cuts the bytes of a Fics into frames; how they were split on the way makes no difference."""
 
-    def __init__(self) -> None:
+    def __init__(self, classify: Callable[[str, str | None], Frame]) -> None:
         self._lines = Lines(LONGEST_LINE)
+        self._classify = classify
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes, give the frames that are complete now."""
-        lines = (line.strip(_PADDING) for line in self._lines.feed(data))
-        return [self._frame(line) for line in lines if line]
+        lines = [line.strip(_PADDING) for line in self._lines.feed(data)]
+        return [_frame(line, self._classify) for line in lines if line]
 
     def pending(self) -> int:
         """Bytes of a line that has begun and not ended."""
         return self._lines.pending()
 
-    def _frame(self, line: bytes) -> Frame:
-        if len(line) > LONGEST_LINE:
-            return Garbage(line, "a line too long for an answer")
-        match = _REPLY.fullmatch(line.decode("ascii", "replace"))
-        return self._classify(match[1], match[2]) if match else Garbage(line, "something that is no answer")
-
-    @abstractmethod
-    def _classify(self, name: str, payload: str | None) -> Frame:
-        """Say what a line is; the payload is None after a bare name."""
-
 
 class Ver2Reader(_Reader):
     """Reads Ver.2 mode, where only queries are answered, and errors have to be asked for."""
 
-    def _classify(self, name: str, payload: str | None) -> Frame:
-        return Completion(name) if payload is None else Answer(name, payload)
+    def __init__(self) -> None:
+        super().__init__(_in_ver_2)
 
 
 class Ver3Reader(_Reader):
     """Reads Ver.3 mode, where completions, refusals and failures come between the answers."""
 
-    def _classify(self, name: str, payload: str | None) -> Frame:
-        if payload is None:
-            return Completion(name)
-        if name != TAKES_ERRORS and _REFUSED.fullmatch(payload):
-            return Refusal(name, payload)
-        # Of a unit with one axis, `VST 100` is a time if it was asked for: see `credit`.
-        if _FAILED.fullmatch(payload) and not _can_answer(name, payload):
-            return Failure(name, payload)
-        return Answer(name, payload)
+    def __init__(self) -> None:
+        super().__init__(_in_ver_3)
+
+
+@lru_cache(FRAMES_KEPT)
+def _frame(line: bytes, classify: Callable[[str, str | None], Frame]) -> Frame:
+    """What a line is; the payload is None after a bare name."""
+    if len(line) > LONGEST_LINE:
+        return Garbage(line, "a line too long for an answer")
+    match = _REPLY.fullmatch(line.decode("ascii", "replace"))
+    return classify(match[1], match[2]) if match else Garbage(line, "something that is no answer")
+
+
+def _in_ver_2(name: str, payload: str | None) -> Frame:
+    return Completion(name) if payload is None else Answer(name, payload)
+
+
+def _in_ver_3(name: str, payload: str | None) -> Frame:
+    if payload is None:
+        return Completion(name)
+    if name != TAKES_ERRORS and _REFUSED.fullmatch(payload):
+        return Refusal(name, payload)
+    # Of a unit with one axis, `VST 100` is a time if it was asked for: see `credit`.
+    if _FAILED.fullmatch(payload) and not _can_answer(name, payload):
+        return Failure(name, payload)
+    return Answer(name, payload)
 
 
 def _can_answer(name: str, payload: str) -> bool:

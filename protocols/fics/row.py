@@ -6,6 +6,7 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import ClassVar, Final, TypeVar
 
+from protocols.members import at_hand
 from protocols.table import Ack, Command, Effect, Reply, Retry
 
 R_co = TypeVar("R_co", bound=Reply, covariant=True)
@@ -13,6 +14,7 @@ R_co = TypeVar("R_co", bound=Reply, covariant=True)
 NAME_LENGTH = 3
 
 
+@at_hand
 class WhenAnswered(StrEnum):
     """When a command is answered, in either communication mode (C-HOST manual 1-1-1, 1-7)."""
 
@@ -24,6 +26,7 @@ class WhenAnswered(StrEnum):
     """Ver.2: never. Ver.3: with its bare name as soon as it is accepted, as JOG is."""
 
 
+@at_hand
 class Block(StrEnum):
     """What keeps the system from taking a command: the letters of the manual's table (C-HOST manual 1-7)."""
 
@@ -103,6 +106,11 @@ class FicsCommand(Command[R_co], args=""):
     def _text(self) -> str:
         parameters = self.written()
         return f"{self.code} {parameters}" if self.code and parameters else self.code or parameters
+
+    def reply_names(self) -> tuple[str, ...]:
+        """Those of a refusal, of an answer, and of what ends several."""
+        name = self.code or self.wire_name()
+        return (name, self.answered_as, self.ends_with) if self.answered_as or self.ends_with else (name,)
 
     def wire_name(self) -> str:
         """The three characters it begins with; a macro's are its own."""

@@ -7,6 +7,7 @@ from pydantic import Field
 
 from protocols.fics.notation import Digits, Token, Unit, Whole, Within
 from protocols.fics.row import Deed, Query
+from protocols.members import at_hand
 from protocols.table import Effect, Reply, Retry, Wire
 
 FOLDER_WIDTH = 14
@@ -40,6 +41,7 @@ class SelectUnit(
     unit: Unit = Field(description="Number of the unit, from 1.")
 
 
+@at_hand
 class HostMode(IntEnum):
     """How the host is answered (C-HOST manual 1-1-1)."""
 

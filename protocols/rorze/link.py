@@ -4,7 +4,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import chain
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -135,7 +134,7 @@ def encode(body: int, command: RorzeCommand[Any], introducer: str = "&") -> byte
         raise ValueError(
             f"{body:02X} is no address a command can go to: bodies are 00-77, groups 80-9E, the link 7F"
         )
-    return frame(body, command.code + command.written(), introducer)
+    return frame(body, command.frame_text, introducer)
 
 
 @lru_cache(LINES_KEPT)
@@ -164,7 +163,10 @@ class LinkReader:
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes, give the frames that are complete now."""
-        return list(chain.from_iterable(map(_split, self._lines.feed(data))))
+        frames: list[Frame] = []
+        for line in self._lines.feed(data):
+            frames += _split(line)
+        return frames
 
     def pending(self) -> int:
         """Bytes of a frame that has begun and not ended."""

@@ -1,6 +1,7 @@
 """The columns of the RC-420 command table, and the body numbers a command can be addressed to."""
 
 from collections.abc import Mapping
+from functools import cached_property
 from types import MappingProxyType
 from typing import ClassVar, Final, Literal, TypeVar
 
@@ -67,6 +68,11 @@ class RorzeCommand(Command[R_co]):
         columns |= {"takes_s": takes_s, "retry": retry, "echo": echo, "example": example}
         cls._take_columns(columns | {"effect": effect, "starts": starts})
 
+    @cached_property
+    def frame_text(self) -> str:
+        """Code and parameters as they stand on the wire; they are written out once."""
+        return self.code + self.written()
+
     def rules_out(self, error: int | None) -> bool:
         """Whether it cannot be refused so as it was written: something else has arrived (RC-420 manual 21).
 
@@ -74,17 +80,18 @@ class RorzeCommand(Command[R_co]):
         """
         return error in OF_THE_FORM and error not in self.errors
 
+    @cached_property
     def steps_index(self) -> bool:
         """Whether it steps the position index, with `P[+]` or `P[-]` (RC-420 manual 13.4.3)."""
         return any(map(_steps, self.__dict__.values()))
 
     def retry_class(self) -> Retry:
         """The retry class of this very command: each time it steps the position index is another step."""
-        return Retry.NEVER if self.steps_index() else self.retry
+        return Retry.NEVER if self.steps_index else self.retry
 
     def is_only_question(self) -> bool:
         """Whether every command of its code asks the same, and changes nothing: a read without parameters."""
-        return self.retry is Retry.READ and not self.__dict__
+        return self.retry is Retry.READ and not self.__pydantic_fields__
 
 
 def _steps(value: object) -> bool:

@@ -1,6 +1,6 @@
 """What a toy axis needs beside the core: how its answers are read, and what its fence is."""
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable
 from itertools import cycle
 from typing import Any
 
@@ -39,14 +39,8 @@ class ToyExchange(Exchange[ToyCommand, str, Reply | GatewayError]):
     def sent(self) -> str:
         return f"{self.command.code} was sent to the axis"
 
-    # what could be taken for its reply: nothing, for this axis says nothing twice
-
-    @property
-    def reply_names(self) -> Iterable[Hashable]:
-        return (self.command.code,)
-
     def mistakes(self, said: Said) -> bool:
-        return False
+        return False  # this axis says nothing twice
 
 
 class ToySession(Session[ToyExchange, str]):

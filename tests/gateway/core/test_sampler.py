@@ -44,9 +44,9 @@ class Value(Source):
     async def read(self, due: Sequence[Source]) -> Sequence[Source]:
         assert current().work == "live"
         self.asked[self.subject] += 1
-        self.line.load.begin(LIVE.work, asyncio.get_running_loop().time())
+        began_at = asyncio.get_running_loop().time()
         await asyncio.sleep(ASKING_S)
-        self.line.load.end(asyncio.get_running_loop().time())
+        self.line.load.note(LIVE.work, began_at, asyncio.get_running_loop().time())
         if self.fails:
             raise LineDown("gone", "wait")
         return [self, *(it for it in self.together if it in due)]

@@ -49,10 +49,6 @@ class LetterExchange(Exchange[Command[Any], Letter, Letter]):
     def sent(self) -> str:
         return f"{self.command.code} was sent"
 
-    @property
-    def reply_names(self) -> tuple[str]:
-        return (self.command.code,)
-
     def mistakes(self, _said: Said) -> bool:
         return not self.command.may_repeat()
 
@@ -77,7 +73,9 @@ class LetterSession(Session[LetterExchange, Letter]):
     def exchange(self, command: Command[Any], lane: Lane) -> LetterExchange:
         repeats = READ_REPEATS if command.may_repeat() else 0
         frame = command.code.encode()
-        return LetterExchange(command, frame, lane, AXIS, self.epoch(AXIS), repeats=repeats)
+        return LetterExchange(
+            command, frame, lane, AXIS, self.epoch(AXIS), repeats=repeats, reply_names=(command.code,)
+        )
 
     def fence_query(self) -> LetterExchange:
         fence = self.exchange(Ask(), Lane.READ)
