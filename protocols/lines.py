@@ -1,6 +1,16 @@
 """How a stream of bytes is cut into lines that end with CR."""
 
+from dataclasses import dataclass
+
 CR = b"\r"
+
+
+@dataclass(frozen=True, slots=True)
+class Garbage:
+    """Bytes that are no line of a protocol."""
+
+    data: bytes
+    why: str
 
 
 class Lines:

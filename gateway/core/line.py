@@ -15,13 +15,13 @@ from gateway.core.admission import Admission
 from gateway.core.errors import Cancelled, GatewayError, InvalidRequest, LineDown, NoReply, Overtaking
 from gateway.core.exchange import F, X
 from gateway.core.journal.intents import Intents
-from gateway.core.lanes import STOPS, Lane
+from gateway.core.lanes import Lane
 from gateway.core.line_state import LineState
-from gateway.core.load import Load
 from gateway.core.origin import ORIGIN, PROBE, SET_UP, acting, current
 from gateway.core.sequence_lock import SequenceLock, Series, all_held
 from gateway.core.session import Session
 from gateway.core.trace_filter import Talk
+from protocols.lines import Garbage
 from transports.base import Transport, TransportError, TransportLost, TransportRefused
 from transports.recorder import Recorder
 
@@ -41,13 +41,13 @@ EXPIRY_STEP_S = 0.05
 
 W_co = TypeVar("W_co", covariant=True)
 W = TypeVar("W")
-"""What a reader cuts out of what comes: replies, and what is none."""
+"""What a reader cuts out of what comes: replies, and messages that nobody has asked for."""
 
 
 class Reader(Protocol[W_co]):
     """Cuts what comes into frames."""
 
-    def feed(self, data: bytes, /) -> Iterable[W_co]:
+    def feed(self, data: bytes, /) -> Iterable[W_co | Garbage]:
         """Take bytes, give the frames that are complete now."""
 
     def pending(self) -> int:
@@ -326,10 +326,7 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Where what has an effect is written down first, if anywhere."""
         self._expiry: asyncio.TimerHandle | None = None
         self._expiry_at = 0.0
-        self.load = Load()
-        self._busy_with: str | None = None
-        """What the frame is for that takes the line now, if any does."""
-        self._busy_since = 0.0
+        self.load = session.load
 
     @property
     def reply_timeout_s(self) -> float:
@@ -409,9 +406,6 @@ class LineDriver(PortLoop, Generic[X, W, F]):
             if self._send(exchange.frame, now):
                 if self.intents is not None:
                     self.intents.note_written(exchange)
-                self._note_load(now)
-                self._busy_with = "stops" if exchange.lane in STOPS else exchange.origin.work
-                self._busy_since = now
                 deadline = self._tx_free_at + exchange.timeout_s
                 self._session.written(exchange, now, deadline)
                 self._wake_at(deadline)
@@ -426,13 +420,14 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Bytes from the port."""
         self._last_rx_at = self._loop.time()
         for frame in self._reader.feed(data):
-            self._take(frame)
+            if isinstance(frame, Garbage):
+                self._hear_noise(frame.why)
+            else:
+                self._take(frame)
 
     def _pass_deadlines(self, now: float) -> float | None:
         resumes_at = self._last_rx_at + GAP_S if self._reader.pending() else None
         self._session.pass_deadlines(now, resumes_at)
-        if not self._session.awaits_replies():
-            self._note_load(now)
         return self._session.deadline()
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
@@ -506,17 +501,9 @@ class LineDriver(PortLoop, Generic[X, W, F]):
         """Hear a reply; the next frame goes out before its waiters have it."""
         settle = self._session.heard(reply, self._last_rx_at)
         self._heard_out = self._session.heard_out
-        if settle is not None:
-            self._note_load(self._last_rx_at)
         self._pump()
         if settle is not None:
             settle()
-
-    def _note_load(self, now: float) -> None:
-        """The line is free again, or another frame goes out before the reply."""
-        if self._busy_with is not None:
-            self.load.note(self._busy_with, self._busy_since, now)
-            self._busy_with = None
 
     def _hear_noise(self, what: str) -> None:
         """Hear what can be no reply."""

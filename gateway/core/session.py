@@ -20,6 +20,7 @@ from gateway.core.exchange import Exchange, F, More, Proof, X
 from gateway.core.fence import FENCE_TRIES, Action, Event, Fence, State
 from gateway.core.gate import Gate
 from gateway.core.lanes import IMPATIENT, STOPS, Lane
+from gateway.core.load import Load
 from gateway.core.origin import FENCE
 from gateway.core.scheduler import Scheduler, is_abandoned
 from gateway.core.sequence_lock import SequenceLock, current_series
@@ -67,6 +68,10 @@ class Session(ABC, Generic[X, F]):
         self.offline: set[int] = set()
         """Targets that are not asked any more, but to find out whether they are back."""
         self.counters: Counter[str] = Counter()
+        self.load = Load()
+        self._busy_with: str | None = None
+        """What the frame is for that takes the line now, if any does."""
+        self._busy_since = 0.0
         self.strict = False
         """Whether a fence has to prove that the reply to a command was the last."""
         self.heard_out = False
@@ -251,6 +256,9 @@ class Session(ABC, Generic[X, F]):
 
     def written(self, exchange: X, now: float, deadline: float) -> None:
         """Note that the frame has been handed to the port, and until when its reply is waited for."""
+        self._note_load(now)
+        self._busy_with = "stops" if exchange.lane in STOPS else exchange.origin.work
+        self._busy_since = now
         self.counters["frames_sent"] += 1
         self._written += 1
         self.heard_out = False
@@ -271,6 +279,12 @@ class Session(ABC, Generic[X, F]):
         return proof.doubts == self.doubts and proof.last == self._written and now < proof.holds_until
 
     # what comes back
+
+    def _note_load(self, now: float) -> None:
+        """The line is free again, or another frame goes out before the reply."""
+        if self._busy_with is not None:
+            self.load.note(self._busy_with, self._busy_since, now)
+            self._busy_with = None
 
     def awaits_replies(self) -> bool:
         """Whether anything was written that is neither answered nor given up."""
@@ -293,6 +307,7 @@ class Session(ABC, Generic[X, F]):
     def _ended(self, exchange: X, outcome: Any, frame: F, now: float) -> Settle | None:
         """An exchange has its reply."""
         self.counters["replies"] += 1
+        self._note_load(now)
         self._let_go(exchange)
         self.heard_out = self.heard_out or exchange.number == self._written
         self.learn(exchange, outcome, frame, now)
@@ -370,6 +385,8 @@ class Session(ABC, Generic[X, F]):
             self.counters["timeouts"] += 1
             self.was_missed(exchange, now)
             self._doubt(exchange, exchange.unusable(NoReply, "no reply came"))
+        if not self._sent:
+            self._note_load(now)
 
     # doubt and certainty
 

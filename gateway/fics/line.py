@@ -17,7 +17,7 @@ from gateway.core.origin import acting
 from gateway.fics.exchange import ROBOT, SET_UP, Answered, FicsExchange, Outcome, ReplyFrame
 from gateway.fics.session import FicsSession, offline_error
 from protocols.fics.alarms import TakeCurrentError
-from protocols.fics.link import Frame, Garbage, Refusal, Terminator, Ver2Reader, Ver3Reader
+from protocols.fics.link import Refusal, Terminator, Ver2Reader, Ver3Reader
 from protocols.fics.row import BLOCK_ERRORS, Block, FicsCommand
 from protocols.fics.system import (
     CommunicationMode,
@@ -51,7 +51,7 @@ Whether that was heard is seen by the question for the mode, which no robot in a
 """
 
 
-class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
+class FicsLine(LineDriver[FicsExchange, ReplyFrame, ReplyFrame]):
     """One port with its robot."""
 
     _session: FicsSession
@@ -328,10 +328,5 @@ class FicsLine(LineDriver[FicsExchange, Frame, ReplyFrame]):
         self._session.give_up(motion)
         self._pump()
 
-    # reading
-
-    def _take(self, frame: Frame) -> None:
-        if isinstance(frame, Garbage):
-            self._hear_noise(frame.why)
-        else:
-            self._hear(frame)
+    def _take(self, frame: ReplyFrame) -> None:
+        self._hear(frame)

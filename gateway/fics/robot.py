@@ -15,6 +15,7 @@ from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
 from gateway.fics.durations import Durations
 from gateway.fics.errors import NotDone
+from gateway.fics.exchange import ReplyFrame
 from gateway.fics.jogs import Jogs
 from gateway.fics.line import FicsLine
 from gateway.fics.macros import Macros
@@ -29,7 +30,7 @@ from gateway.fics.units import RobotUnit
 from gateway.fics.uploads import UPLOAD
 from protocols.fics.alarms import CurrentError, ResetErrors, TakeCurrentError
 from protocols.fics.jog import StartJog, StopJog
-from protocols.fics.link import Completion, Frame, Garbage
+from protocols.fics.link import Completion
 from protocols.fics.positions import (
     LAST_POSITION,
     BeginPositionUpload,
@@ -245,10 +246,8 @@ class Robot:
         else:
             self._publish(what, f"/lines/{self.line.id}", dict(facts), None)
 
-    def _note_stray(self, frame: Frame) -> None:
+    def _note_stray(self, frame: ReplyFrame) -> None:
         """An answer to no question of ours came: others may select units, or change the mode."""
-        if isinstance(frame, Garbage):
-            return
         if frame.name == GetUnit.code:
             self.selection.doubt()
         elif frame.name == GetCommunicationMode.code:

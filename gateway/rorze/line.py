@@ -20,13 +20,9 @@ from gateway.rorze.exchange import Answered, Outcome, ReplyFrame, RorzeExchange
 from gateway.rorze.session import RorzeSession, offline_error
 from protocols.rorze.link import (
     POISON,
-    Frame,
-    Garbage,
     LinkReader,
-    MoveEnded,
+    Message,
     Refusal,
-    StatusChanged,
-    UnknownMessage,
 )
 from protocols.rorze.link_master import IdentifyControllers, SetGroup, SetReplyFormat
 from protocols.rorze.row import LINK_MASTER, RorzeCommand
@@ -61,7 +57,7 @@ PROBE_SHARE = 0.1
 """Share of the line's time that probes may take while anybody else answers."""
 
 
-class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
+class Line(LineDriver[RorzeExchange, ReplyFrame | Message, ReplyFrame]):
     """One port with its RC-400 and bodies."""
 
     _session: RorzeSession
@@ -101,7 +97,7 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
         """
         self.followed = 0
         """How many of its bodies have a move that is not over."""
-        self.on_message: Callable[[MoveEnded | StatusChanged | UnknownMessage], None] = lambda _: None
+        self.on_message: Callable[[Message], None] = lambda _: None
         self._news_of_silence = asyncio.Event()
         self._nobody_answers = False
         session.on_online, session.on_offline = self._came_back, self._fell_silent
@@ -313,11 +309,9 @@ class Line(LineDriver[RorzeExchange, Frame, ReplyFrame]):
 
     # reading
 
-    def _take(self, frame: Frame) -> None:
+    def _take(self, frame: ReplyFrame | Message) -> None:
         if isinstance(frame, ReplyFrame):
             self._hear(frame)
-        elif isinstance(frame, Garbage):
-            self._hear_noise(frame.why)
         else:
             self.counters["messages"] += 1
             self.on_message(frame)

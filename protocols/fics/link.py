@@ -10,6 +10,7 @@ from typing import Any, Final, Literal
 from protocols.fics.commands import ROWS
 from protocols.fics.row import NAME_LENGTH, FicsCommand, WhenAnswered
 from protocols.lines import CR, Lines
+from protocols.lines import Garbage as Garbage
 from protocols.table import Reply, WireFault
 
 Terminator = Literal["cr", "crlf"]
@@ -52,14 +53,6 @@ class Failure:
 
     name: str
     error: str
-
-
-@dataclass(frozen=True, slots=True)
-class Garbage:
-    """Bytes that are no line of this protocol."""
-
-    data: bytes
-    why: str
 
 
 Frame = Answer | Completion | Refusal | Failure | Garbage

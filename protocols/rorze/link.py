@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from protocols.lines import CR as CR
+from protocols.lines import Garbage as Garbage
 from protocols.lines import Lines
 from protocols.rorze.row import (
     EVENT,
@@ -86,14 +87,6 @@ class UnknownMessage:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Garbage:
-    """Bytes that are no frame."""
-
-    data: bytes
-    why: str
-
-
 _PROGRAM_TEXT = re.compile(r">&7CUSD\[([0-6][0-9A-F]|7[0-7]):([ -~]*)\]")
 """An assumption: no manual gives the frame in which a user program's text (SDC, SDD) reaches the host."""
 
@@ -111,7 +104,9 @@ def program_text(message: UnknownMessage) -> ProgramText | None:
     return None if match is None else ProgramText(int(match[1], 16), match[2])
 
 
-Frame = Answer | Refusal | GroupAnswer | MoveEnded | StatusChanged | UnknownMessage | Garbage
+Message = MoveEnded | StatusChanged | UnknownMessage
+"""What comes unasked."""
+Frame = Answer | Refusal | GroupAnswer | Message | Garbage
 
 _STARTS = tuple(f">{introducer}".encode() for introducer in INTRODUCERS)
 _PREFIX = r"(?:&(?P<two>[0-9A-F]{2})|[$#](?P<one>[0-9A-F]))"

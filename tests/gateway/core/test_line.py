@@ -13,6 +13,7 @@ from gateway.core.errors import GatewayError, HeldUp, InvalidRequest, LineDown, 
 from gateway.core.gate import Gate
 from gateway.core.lanes import Lane
 from gateway.core.line import GAP_S, LineDriver
+from gateway.core.load import Load
 from gateway.core.loop_watch import SUSPENDED_S, LoopWatch
 from gateway.core.origin import current
 from gateway.core.session import Session
@@ -57,6 +58,7 @@ class Speech:
     def __init__(self) -> None:
         self.counters: Counter[str] = Counter()
         self.gate: Gate[Any] = Gate()
+        self.load = Load()
         self.in_step = True
         self.waiting: list[Said] = []
         self.asked: list[float] = []
