@@ -391,7 +391,7 @@ class Command(Spoken, Generic[R_co]):
 
     def may_repeat(self) -> bool:
         """Whether the gateway may repeat it."""
-        return self.retry_class() is Retry.READ
+        return self.retry is Retry.READ and self.retry_class() is Retry.READ
 
     def read_reply(self, text: str) -> R_co:
         """Decode the payload of the reply to this very command.

@@ -21,7 +21,8 @@ class Copies(Generic[X, F]):
 
     def note(self, speaker: int, name: Hashable, said: Said, now: float) -> None:
         """A reply was credited, or may come; of one command and one kind the last is remembered."""
-        others = self._said.setdefault(speaker, {}).setdefault(name, {})
+        names = self._said.get(speaker) or self._said.setdefault(speaker, {})
+        others = names.get(name) or names.setdefault(name, {})
         if len(others) >= self._remembered:
             for key in [key for key, it in others.items() if it.until <= now]:
                 del others[key]

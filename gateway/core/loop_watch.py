@@ -3,6 +3,7 @@
 import asyncio
 import time
 from collections.abc import Callable
+from functools import partial
 from math import inf
 
 BEAT_S = 0.05
@@ -16,11 +17,8 @@ knows how old a request is, and longer while the loop is late with what has pile
 LATE_S = 0.1
 
 _CLOCK: int = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
-
-
-def boot_time() -> float:
-    """Seconds on a clock that goes on while the computer sleeps: Linux and macOS call it differently."""
-    return time.clock_gettime(_CLOCK)
+boot_time: Callable[[], float] = partial(time.clock_gettime, _CLOCK)
+"""Seconds on a clock that goes on while the computer sleeps: Linux and macOS call it differently."""
 
 
 class LoopWatch:

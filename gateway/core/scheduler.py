@@ -159,8 +159,10 @@ class Scheduler(Generic[X]):
         return LANES
 
     def _note_turn(self, taken: Lane, now: float) -> None:
-        waiting = [lane for lane in IMPATIENT if lane is not taken and self.lanes[lane]]
-        self._passed_over = {lane: self._passed_over.get(lane, now) for lane in waiting}
+        since = self._passed_over
+        self._passed_over = {
+            lane: since.get(lane, now) for lane in IMPATIENT if lane is not taken and self.lanes[lane]
+        }
 
     def remove(self, unwanted: Callable[[X], bool]) -> list[X]:
         """Take out everything unwanted, in whatever lane it waits."""

@@ -206,7 +206,7 @@ class Session(ABC, Generic[X, F]):
         return None
 
     def _choose(self, now: float, *, ready: bool) -> X | None:
-        if self._is_held_up():
+        if self._awaiting is not None or (self._sent and any(map(self.holds_up, self._sent))):
             return self._interjected() if self.interject_stops else None
         if ready and self._fence.in_step and not self._urgent:
             wanted = self.scheduler.next_wanted(now, self.may_follow if self._sent else None)
@@ -219,10 +219,6 @@ class Session(ABC, Generic[X, F]):
         if self._urgent:
             return self._interposed(self._urgent.popleft(), now, self._urgent.appendleft)
         return self.scheduler.next(STOPS, self.may_follow)
-
-    def _is_held_up(self) -> bool:
-        """Whether nothing but stops may go before a reply has come."""
-        return self._awaiting is not None or (bool(self._sent) and any(map(self.holds_up, self._sent)))
 
     def _interjected(self) -> X | None:
         """A stop before the reply under way; repeated ones leave gaps, or fences would never have a turn."""
@@ -256,7 +252,8 @@ class Session(ABC, Generic[X, F]):
 
     def written(self, exchange: X, now: float, deadline: float) -> None:
         """Note that the frame has been handed to the port, and until when its reply is waited for."""
-        self._note_load(now)
+        if self._busy_with is not None:
+            self._note_load(now)
         self._busy_with = "stops" if exchange.lane in STOPS else exchange.origin.work
         self._busy_since = now
         self.counters["frames_sent"] += 1

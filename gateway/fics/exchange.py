@@ -16,6 +16,7 @@ ROBOT, SET_UP = 0, 1
 """The targets of a robot's line: itself, and its own set-up, which no stop takes back."""
 
 ReplyFrame = Answer | Completion | Refusal | Failure
+_NOT_DONE = (Refusal, Failure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +64,7 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
 
     def _is_right(self, said: Said) -> bool:
         command = self.command
-        if isinstance(said.frame, Refusal | Failure):
+        if isinstance(said.frame, _NOT_DONE):
             return False
         if said.exchange.frame == self.frame:
             return command.may_repeat() and not self.fresh and said.number >= self.outdated_before
@@ -76,9 +77,9 @@ class FicsExchange(Exchange[FicsCommand[Any], ReplyFrame, Answered | Refusal | F
     def credit(self, frame: ReplyFrame, _: float = 0.0) -> Answered | Refusal | Failure | More | None:
         """Read a frame as an answer to this command; None if it is for another."""
         found = credit(self.command, frame)
-        if found is None or isinstance(found, Refusal | Failure):
+        if found is None or isinstance(found, _NOT_DONE):
             return found
-        if isinstance(found, Reply):
+        if not isinstance(found, Completion):
             self.parts.append(found)
             if self.command.ends_with:
                 return More.MORE

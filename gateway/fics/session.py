@@ -217,7 +217,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def fence_passed(self, fence: FicsExchange) -> None:
         """What was to be answered at once and was not never will be; a decelerating stop is at standstill."""
-        self._variables_forbidden = isinstance(fence.command, NEVER_FORBIDDEN)
+        self._variables_forbidden = type(fence.command) in NEVER_FORBIDDEN
         for stop in [it for it in self._sent if it.number < fence.number and it.lane is Lane.STOP]:
             if not isinstance(stop.command, StopAllDecelerating):
                 self._doubt(stop, stop.unusable(NoReply, "no reply came"))
@@ -236,7 +236,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
 
     def _is_silent(self, command: FicsCommand[Any]) -> bool:
         """Whether it gets no answer in this mode; a change of mode is answered as the new mode answers."""
-        mode = command.mode if isinstance(command, SetCommunicationMode) else self.mode
+        mode = command.mode if type(command) is SetCommunicationMode else self.mode
         return mode == HostMode.VER_2 and not command.is_query()
 
     def was_written(self, exchange: FicsExchange, now: float) -> Awaited:
@@ -244,9 +244,9 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         command, silent = exchange.command, self._is_silent(exchange.command)
         exchange.parts.clear()  # of an earlier attempt
         self._now = now
-        if isinstance(command, NEVER_FORBIDDEN):
+        if type(command) in NEVER_FORBIDDEN:
             self._answers_until[command.code] = now + exchange.timeout_s + self.late_reply_s
-        if isinstance(command, GetVariable) and exchange is not self._fence_query:
+        if type(command) is GetVariable and exchange is not self._fence_query:
             self._asked_for.append(command.number)
         if command.retry is not Retry.READ:
             self._note_action(exchange, now, silent=silent)
@@ -257,7 +257,7 @@ class FicsSession(Session[FicsExchange, ReplyFrame]):
         if silent:
             exchange.settle(Answered(confirmed=False))
             return Awaited.NEVER
-        if isinstance(command, StopAllDecelerating):
+        if type(command) is StopAllDecelerating:
             exchange.await_until((exchange.deadline or now) + STANDSTILL_S)
         elif _is_answered_at_its_end(command):
             self._forget_motion()

@@ -72,8 +72,8 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
 
         It is right where the very same was asked, and asking changes nothing: that was true a moment ago.
         """
-        if said.exchange.frame == self.frame and self.command.may_repeat():
-            return False
+        if said.exchange.frame == self.frame:
+            return not self.command.may_repeat()
         return self.credit(said.frame, 0.0) is not None
 
     def _member_replies(self, frame: GroupAnswer) -> dict[int, Reply | Refusal]:

@@ -124,12 +124,14 @@ class RorzeSession(Session[RorzeExchange, ReplyFrame]):
         exchange.repeats = READ_REPEATS  # absolute and harmless: saying it again changes nothing
         super().put_first(exchange)
 
-    def was_written(self, exchange: RorzeExchange, now: float) -> Awaited:
+    def was_written(self, exchange: RorzeExchange, _now: float) -> Awaited:
         """The replies to many stops come one after the other, with the ends of their moves between them."""
-        if exchange.lane in STOPS and exchange.deadline is not None:
+        if exchange.lane not in STOPS:
+            return Awaited.FIRST
+        if exchange.deadline is not None:
             queue_s = len(self._sent) * STOP_REPLY_BYTES * self.byte_time_s - self.reply_timeout_s / 2
             exchange.await_until(exchange.deadline + max(0.0, queue_s))
-        return super().was_written(exchange, now)
+        return Awaited.BESIDE
 
     def holds_up(self, sent: RorzeExchange) -> bool:
         """Only a link that takes one frame at a time has to wait for what the dead do not say."""

@@ -100,8 +100,8 @@ class _Reader:
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes, give the frames that are complete now."""
-        lines = [line.strip(_PADDING) for line in self._lines.feed(data)]
-        return [_frame(line, self._classify) for line in lines if line]
+        classify = self._classify
+        return [_frame(line, classify) for it in self._lines.feed(data) if (line := it.strip(_PADDING))]
 
     def pending(self) -> int:
         """Bytes of a line that has begun and not ended."""
