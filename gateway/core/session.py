@@ -210,14 +210,18 @@ class Session(ABC, Generic[X, F]):
             return self._interjected() if self.interject_stops else None
         if ready and self._fence.in_step and not self._urgent:
             wanted = self.scheduler.next_wanted(now, self.may_follow if self._sent else None)
-            return None if wanted is None else self._interposed(wanted, now, self.scheduler.put_back)
+            if wanted is None or wanted.lane in STOPS or not self.wants_fence(wanted, now):
+                return wanted
+            return self._interposed(wanted, now, self.scheduler.put_back)
         stop = self.scheduler.next(NEW_STOPS, self.may_follow)
         if stop is not None:
             return stop
         if not self._fence.in_step:
             return self._recovery()
         if self._urgent:
-            return self._interposed(self._urgent.popleft(), now, self._urgent.appendleft)
+            first = self._urgent.popleft()
+            wants_fence = self.wants_fence(first, now)
+            return self._interposed(first, now, self._urgent.appendleft) if wants_fence else first
         return self.scheduler.next(STOPS, self.may_follow)
 
     def _interjected(self) -> X | None:
@@ -225,9 +229,7 @@ class Session(ABC, Generic[X, F]):
         return self.scheduler.next(NEW_STOPS if self._awaiting is None else STOPS, self.may_follow)
 
     def _interposed(self, exchange: X, now: float, put_back: Callable[[X], None]) -> X | None:
-        """Where a copy of an earlier reply would answer this command, a fence goes first."""
-        if exchange.lane in STOPS or not self.wants_fence(exchange, now):
-            return exchange
+        """A fence goes before what a copy of an earlier reply would answer, if that may be written at all."""
         if self.gate.refuses(exchange, now):
             return exchange
         put_back(exchange)
@@ -304,8 +306,8 @@ class Session(ABC, Generic[X, F]):
     def _ended(self, exchange: X, outcome: Any, frame: F, now: float) -> Settle | None:
         """An exchange has its reply."""
         self.counters["replies"] += 1
-        self._note_load(now)
         self._let_go(exchange)
+        self._note_load(now)
         self.heard_out = self.heard_out or exchange.number == self._written
         self.learn(exchange, outcome, frame, now)
         if exchange is self._fence_query:
