@@ -202,3 +202,42 @@ def test_a_lost_port_leaves_nothing_behind(it: Bench) -> None:
     assert isinstance(written.result(), NoReply)
     assert isinstance(waiting.result(), Cancelled)
     assert not it.session.has_something()
+
+
+def test_nothing_is_in_the_port_when_the_reply_to_the_last_frame_has_come(it: Bench) -> None:
+    it.ask(Do())
+    it.write()
+    assert not it.session.heard_out
+    it.hear("D")
+    assert it.session.heard_out
+    it.ask(Ask(), Lane.READ)
+    it.write()
+    assert not it.session.heard_out
+
+
+def test_the_reply_to_what_went_before_a_stop_leaves_the_stop_in_the_port(it: Bench) -> None:
+    it.ask(Do())
+    it.write()
+    it.ask(Ask(), Lane.STOP)
+    it.write()
+    it.hear("D")
+    assert not it.session.heard_out
+    it.hear("A")
+    assert it.session.heard_out
+
+
+def test_an_exchange_takes_the_line_until_its_reply_a_frame_beside_it_or_its_deadline(it: Bench) -> None:
+    it.ask(Do())
+    it.write()
+    it.now = 1.0
+    it.ask(Ask(), Lane.STOP)
+    it.write()
+    it.now = 3.0
+    it.hear("A")
+    it.hear("D")
+    assert dict(it.session.load.busy_s) == {"health": 1.0, "stops": 2.0}
+    it.ask(Ask(), Lane.READ)
+    it.write()
+    it.fall_silent()
+    assert it.session.load.busy_s["health"] == 1.5
+    assert it.session.load.took.up_to()[-1][1] == 3

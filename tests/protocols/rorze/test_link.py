@@ -26,6 +26,7 @@ from protocols.rorze.link import (
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
 from protocols.rorze.status import SetUserComment
+from protocols.table import Spoken
 
 T = TypeVar("T")
 
@@ -350,3 +351,12 @@ def test_what_one_side_encodes_the_other_side_reads(body: int, text: str) -> Non
 def test_a_comment_keeps_its_inner_spaces_on_the_way() -> None:
     sent = encode(0x3F, SetUserComment(comment_number=2, text="Serial No.00000152"))
     assert RequestReader().feed(sent) == [Request("&", 0x3F, "9VS2,Serial No.00000152")]
+
+
+def test_a_command_is_written_out_once_however_often_it_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
+    command = MoveClockwise(distance=500)
+    frame = encode(1, command)
+    monkeypatch.delattr(Spoken, "written")
+    assert encode(1, command) == frame == b"&011+M500\r"
+    with pytest.raises(AttributeError):
+        encode(1, MoveClockwise(distance=500))
