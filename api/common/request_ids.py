@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Iterable
-from secrets import token_hex
 from time import perf_counter
 from typing import Final
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.common.traffic import Traffic, kind_of
+from gateway.core.ids import hex_digits
 from gateway.core.origin import ORIGIN, Origin
 
 HEADER: Final = "X-Request-Id"
@@ -35,7 +35,7 @@ def request_id_of(headers: Headers) -> str:
             return value.decode("ascii")
         if name == _TRACE_NAME:
             trace = _TRACE.fullmatch(value)
-    return trace[1].decode("ascii") if trace else token_hex(16)
+    return trace[1].decode("ascii") if trace else hex_digits(32)
 
 
 def header_of(request_id: str) -> tuple[bytes, bytes]:

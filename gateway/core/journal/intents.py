@@ -1,7 +1,6 @@
 """What a line does with an effect: in the journal before its first byte, and so is what became of it."""
 
 import asyncio
-import secrets
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -12,6 +11,7 @@ from typing import Any, Final, Generic, Protocol
 
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.exchange import X
+from gateway.core.ids import sorted_by_time
 from gateway.core.journal import writes
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.writes import Write
@@ -242,4 +242,4 @@ def _name_of(outcome: object) -> str:
 
 def _new_id() -> str:
     """Ids sort by time."""
-    return f"{time.time_ns() // 1_000_000:012x}{secrets.token_hex(4)}"
+    return sorted_by_time(time.time_ns() // 1_000_000)
