@@ -21,6 +21,8 @@ _TRACE: Final = re.compile(
 _START: Final = "http.response.start"
 _STARTS: Final = frozenset({_START, "websocket.accept", "websocket.http.response.start"})
 
+_HAS_BEGUN: Final = "motion-gateway.answer-has-begun"
+
 Headers = Iterable[tuple[bytes, bytes]]
 
 
@@ -43,6 +45,11 @@ def header_of(request_id: str) -> tuple[bytes, bytes]:
     return _NAME, request_id.encode("ascii")
 
 
+def has_begun(scope: Scope) -> bool:
+    """Whether the head of the answer to a request has gone."""
+    return _HAS_BEGUN in scope
+
+
 class RequestIds:
     """Gives every request and every WebSocket its id, and lets what is done for it be done in its name."""
 
@@ -59,6 +66,7 @@ class RequestIds:
 
         async def answer(message: Message) -> None:
             if message["type"] in _STARTS:
+                scope[_HAS_BEGUN] = True
                 message["headers"] = [*message.get("headers", ()), header_of(request_id)]
                 if message["type"] == _START:
                     traffic.note(scope["method"], message["status"], perf_counter() - began_at)
