@@ -36,8 +36,8 @@ class Book(Protocol):
     def note(self, *entries: Write) -> None:
         """Write soon; nobody waits."""
 
-    async def write(self, *entries: Write) -> None:
-        """Write, and return when that is durable; raises JournalUnavailable."""
+    def write(self, *entries: Write) -> "asyncio.Future[None]":
+        """Write; done when that is durable, or with JournalUnavailable."""
 
 
 class _Undertaking(Generic[X]):
@@ -90,7 +90,7 @@ class Intents(Generic[X]):
     def __init__(self, book: Book, address_of: Callable[[int], str]) -> None:
         self._book = book
         self._address_of = address_of
-        self._held: dict[X, asyncio.Task[None]] = {}
+        self._held: dict[X, asyncio.Future[None]] = {}
 
     @contextmanager
     def undertaking(self, commands: Callable[[], Iterable[X]]) -> Iterator[None]:
@@ -137,9 +137,10 @@ class Intents(Generic[X]):
         to_come = [] if whole is None else whole.still_to_come(exchange)
         intents = {own: exchange} | {f"{own}{place:04x}": it for place, it in enumerate(to_come, 1)}
         self._follow(exchange, whole)
-        self._held[exchange] = asyncio.create_task(
-            self._write(exchange, intents, whole, admit), name=f"intent {own}"
+        self._held[exchange] = durable = self._book.write(
+            *(self._entry(it, intent_id) for intent_id, it in intents.items())
         )
+        durable.add_done_callback(partial(self._go_on, exchange, intents, whole, admit))
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Admit no more what is not wanted any more."""
@@ -157,17 +158,18 @@ class Intents(Generic[X]):
             self._follow(exchange)
             self._book.note(self._entry(exchange, exchange.intent), writes.written(exchange.intent, now))
 
-    async def _write(
+    def _go_on(
         self,
         exchange: X,
         intents: Mapping[str, X],
         whole: _Undertaking[X] | None,
         admit: Callable[[X], None],
+        durable: "asyncio.Future[None]",
     ) -> None:
+        """The intents are durable, or cannot be written."""
         _, *others = intents
-        try:
-            await self._book.write(*(self._entry(it, intent_id) for intent_id, it in intents.items()))
-        except JournalUnavailable as error:
+        error = durable.exception()
+        if isinstance(error, JournalUnavailable):
             self._drop(others)
             if self._held.pop(exchange, None) is not None:
                 exchange.settle(error)
