@@ -4,7 +4,6 @@ from functools import partial
 from typing import Any, Final
 
 from fastapi import FastAPI, HTTPException
-from starlette.middleware.cors import CORSMiddleware
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from api import (
@@ -25,10 +24,12 @@ from api import (
     system,
 )
 from api.bodies import groups, info, memories, moves, patterns, programs, settings, speed_sets, text_commands
-from api.common import problems, request_ids, schemas
+from api.common import problems, schemas
 from api.common.access import Access
+from api.common.entrance import Entrance, open_to
 from api.common.proxies import Proxies
-from api.common.repeats import REPLAYED, Repeats
+from api.common.repeats import Repeats
+from api.common.request_ids import RequestIds
 from api.common.route_index import RouteIndex
 from api.common.routes import unguarded
 from api.common.security import SameSite
@@ -58,11 +59,17 @@ class Application(FastAPI):
 
     def build_middleware_stack(self) -> ASGIApp:
         """Put the ids around everything, the answer to a fault of the gateway itself included."""
-        self.router.middleware_stack = RouteIndex(self.router.routes, self.router.middleware_stack)
-        stack, plant = super().build_middleware_stack(), self.state.plant
-        if plant.journal is not None:
-            stack = Repeats(stack, Keys(plant, plant.journal), self.state.access)
-        return Proxies(request_ids.RequestIds(stack, self.state.traffic), plant.config.server)
+        plant, server = self.state.plant, self.state.plant.config.server
+        origins, journal = server.allowed_origins, plant.journal
+        entrance = Entrance(
+            SameSite(server.names, origins),
+            RouteIndex(self.router.routes, self.router),
+            self.exception_handlers,
+            for_pages=open_to(origins) if origins else None,
+            repeated=partial(Repeats, Keys(plant, journal), self.state.access) if journal else None,
+        )
+        stack = RequestIds(entrance, self.state.traffic)
+        return Proxies(stack, server) if Proxies.concern(server) else stack
 
     def openapi(self) -> dict[str, Any]:
         """Describe the routes, once, as generators of clients need it, and the key that they take."""
@@ -122,16 +129,6 @@ def create_app(plant: Plant, credentials: Credentials | None = None) -> FastAPI:
     app.router.default = _nowhere
     if bare := list(unguarded(app.routes)):
         raise TypeError(f"Routes without a right: {bare}")
-    server = plant.config.server
-    if server.allowed_origins:
-        app.add_middleware(
-            CORSMiddleware,
-            allow_origins=server.allowed_origins,
-            allow_methods=["*"],
-            allow_headers=["*"],
-            expose_headers=[request_ids.HEADER, REPLAYED],
-        )
-    app.add_middleware(SameSite, allowed_hosts=server.names, allowed_origins=server.allowed_origins)
     return app
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from logging.handlers import QueueHandler, QueueListener
-from queue import Full, Queue
+from queue import SimpleQueue
 from typing import Any, Final, Literal, TextIO
 
 Format = Literal["text", "json"]
@@ -94,12 +94,12 @@ class _Hand(QueueHandler):
         record.msg, record.args = record.getMessage(), None
         return record
 
+    queue: SimpleQueue[Any]
+
     def enqueue(self, record: logging.LogRecord) -> None:
         """Put it down, or lose it where nobody has read for long."""
-        try:
-            self.queue.put_nowait(record)
-        except Full:
-            return
+        if self.queue.qsize() < MOST_WAITING:
+            self.queue.put(record)
 
 
 def _is_journal(stream: TextIO) -> bool:
@@ -123,7 +123,7 @@ def logging_to(stream: TextIO, level: str, wanted: Format) -> Iterator[None]:
     """Write what is logged to a stream until this ends; what waits then is written before."""
     writer = logging.StreamHandler(stream)
     writer.setFormatter(formatter_for(wanted, stream))
-    queue: Queue[logging.LogRecord] = Queue(MOST_WAITING)
+    queue: SimpleQueue[Any] = SimpleQueue()
     hand, listener = _Hand(queue), QueueListener(queue, writer)
     root = logging.getLogger()
     before = root.level

@@ -4,6 +4,7 @@ import logging
 import time
 from collections.abc import Collection, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from typing import Any
 
 from pydantic_core import from_json
@@ -14,6 +15,7 @@ from gateway.core.family import AnyLine, Family
 from gateway.core.journal import writes
 from gateway.core.journal.intents import Intents
 from gateway.core.journal.opening import Opened
+from gateway.core.journal.writes import Write
 from gateway.core.move_record import MoveRecord, MoveStatus
 from gateway.wind_down import SUBJECT
 
@@ -63,8 +65,7 @@ class Memory:
         self.journal.note(writes.event(event.number, time.time(), event.type, event.subject, event.json))
 
     def _keep_move(self, move: MoveRecord) -> None:
-        at, final = move.created_at.timestamp(), move.status.final
-        self.journal.note(writes.move(move.id, at, move.body_id, move.model_dump_json(), final=final))
+        self.journal.note_newest(move.id, partial(_written, move))
 
     def _keep_alarm(self, alarm: Alarm) -> None:
         self.journal.note(
@@ -108,6 +109,11 @@ class Memory:
         )
         told = {"last_seen_at": seen_at, "moves": open_moves, "commands": commands}
         self._events.publish("gateway.crashed", SUBJECT, told)
+
+
+def _written(move: MoveRecord) -> Write:
+    at, final = move.created_at.timestamp(), move.status.final
+    return writes.move(move.id, at, move.body_id, move.model_dump_json(), final=final)
 
 
 def _note_preparation(record: dict[str, Any], frames: Sequence[str]) -> None:

@@ -30,18 +30,16 @@ class ModelBook:
     def note(self, *entries: Write) -> None:
         self.noted += entries
 
-    async def write(self, *entries: Write) -> None:
+    def write(self, *entries: Write) -> asyncio.Future[None]:
         self.require()
         self.waits += 1
-        done: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        loop = asyncio.get_running_loop()
+        done: asyncio.Future[None] = loop.create_future()
         self._waiting.append((entries, done))
         if self._writer is None:
             self._writer = asyncio.create_task(self._commit())
-        try:
-            async with asyncio.timeout(WRITTEN_WITHIN_S):
-                await asyncio.shield(done)
-        except TimeoutError:
-            raise JournalUnavailable("the disk is slow") from None
+        loop.call_later(WRITTEN_WITHIN_S, _give_up, done)
+        return done
 
     async def _commit(self) -> None:
         """One commit after the other, each with all that waits."""
@@ -85,3 +83,8 @@ def _is(entry: Write, sql: str) -> bool:
 def _named(entry: Write) -> dict[str, Any]:
     names = entry.sql.partition("(")[2].partition(")")[0].split(", ")
     return dict(zip(names, entry.values, strict=False))  # the disk itself knows how old it is
+
+
+def _give_up(done: asyncio.Future[None]) -> None:
+    if not done.done():
+        done.set_exception(JournalUnavailable("the disk is slow"))

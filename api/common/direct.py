@@ -1,4 +1,4 @@
-"""Endpoints called with what stands in path and body, without FastAPI's search for all that could be there.
+"""Endpoints called with what stands in path, query and body, without FastAPI's search for all else.
 
 FastAPI looks for dependencies, queries, headers and cookies at every request, which takes longer than all
 the rest of a read. It still answers each request of which something is wrong.
@@ -10,12 +10,14 @@ from inspect import iscoroutinefunction
 from typing import Any, Final
 
 from fastapi import Request, Response
-from fastapi._compat import ModelField
+from fastapi._compat import ModelField, field_annotation_is_scalar
 from fastapi.routing import APIRoute
 from pydantic.fields import FieldInfo
+from starlette.datastructures import QueryParams
 
 NOTHING: Final = object()
 """Stands for the body of a request that has none."""
+NO_QUERY: Final = QueryParams()
 
 
 class NotPlain(Exception):
@@ -23,12 +25,13 @@ class NotPlain(Exception):
 
 
 class DirectCall:
-    """A route's endpoint, which takes nothing from a request without a query but path and body."""
+    """A route's endpoint, which takes nothing from a request but path, query and body."""
 
     def __init__(self, route: APIRoute) -> None:
         takes, self._endpoint = route.dependant, route.endpoint
         self._request_name = takes.request_param_name
         self._checked = [it for it in takes.path_params if not _is_text(it.field_info)]
+        self._query = {it.alias: it for it in takes.query_params if _is_one_value(it.field_info)}
         self._body = takes.body_params[0] if takes.body_params else None
 
     @classmethod
@@ -41,7 +44,11 @@ class DirectCall:
         return None if not answers or needs_query or any(others) else cls(route)
 
     def begin(
-        self, request: Request, path_params: Mapping[str, Any], body: object = NOTHING
+        self,
+        request: Request,
+        path_params: Mapping[str, Any],
+        body: object = NOTHING,
+        query: QueryParams = NO_QUERY,
     ) -> Awaitable[Response]:
         """Begin to answer.
 
@@ -50,6 +57,11 @@ class DirectCall:
         values: dict[str, Any] = {**path_params}
         for field in self._checked:
             values[field.name] = _valid(field, values[field.name])
+        for name, value in query.multi_items():
+            asked = self._query.get(name)
+            if asked is None or asked.name in values:
+                raise NotPlain
+            values[asked.name] = _valid(asked, value)
         if self._body is not None:
             values[self._body.name] = _valid(self._body, body)
         if self._request_name is not None:
@@ -61,6 +73,11 @@ class DirectCall:
 def _is_text(field: FieldInfo) -> bool:
     """Whether every part of a path is good for it."""
     return field.annotation is str and not field.metadata
+
+
+def _is_one_value(field: FieldInfo) -> bool:
+    """Whether it takes what stands in a query once."""
+    return field_annotation_is_scalar(field.annotation)
 
 
 def _valid(field: ModelField, given: object) -> object:

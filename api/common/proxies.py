@@ -24,6 +24,11 @@ class Proxies:
         self._refused = RequestIds(_refuse)
         self._is_trusted = lru_cache(1024)(self._find_trusted)
 
+    @staticmethod
+    def concern(server: Server) -> bool:
+        """Whether there may be any, or a path of theirs."""
+        return bool(server.trusted_proxies or server.root_path)
+
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on as its client has sent it."""
         peer = scope["client"][0] if scope.get("client") else ""

@@ -12,7 +12,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.common.access import Access
-from api.common.idempotency import HONOURED, LONGEST_KEY, takes_key
+from api.common.idempotency import HONOURED, LONGEST_KEY, WITH_EFFECT, takes_key
 from api.common.problems import plain_problem, problem_of, response_to
 from api.common.results import render
 from api.common.strict_json import read_body
@@ -26,6 +26,7 @@ from gateway.rorze.scaras.record import ScaraMove
 REPLAYED: Final = "Idempotency-Replayed"
 MOST_BYTES: Final = 262_144
 """No route takes a longer body."""
+_HEADER: Final = b"idempotency-key"
 
 
 @dataclass(eq=False)
@@ -79,17 +80,17 @@ class _First:
 
 
 class Repeats:
-    """Looks at the key of each request with an effect; stops pass at once, for to stop twice does no harm."""
+    """Looks at the keys of requests with an effect; never of stops, for to stop twice does no harm."""
 
-    def __init__(self, app: ASGIApp, keys: Keys, access: Access) -> None:
+    def __init__(self, keys: Keys, access: Access, app: ASGIApp) -> None:
         self._app, self._keys, self._access = app, keys, access
         self._under_way: dict[str, _First] = {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Carry the request out, or give the answer that it had before."""
         given = _key_of(scope)
-        caller = None if given is None else self._access.caller_of(scope)
-        if given is None or caller is None:
+        caller = self._access.caller_of(scope)
+        if caller is None:
             await self._app(scope, receive, send)
             return
         request = Request(scope, receive)
@@ -136,17 +137,22 @@ class Repeats:
             await send(message)
 
         with acting(replace(current(), key=key.name)):
-            await self._app({**request.scope, HONOURED: True}, receive, note)
+            request.scope[HONOURED] = True
+            await self._app(request.scope, receive, note)
         kept = await self._keys.end(key, answer.status, answer.location, answer.text())
         return answer if kept else None
 
 
-def _key_of(scope: Scope) -> str | None:
-    """The key of a request that does something, and stops nothing."""
-    if scope["type"] != "http" or not takes_key(scope["method"], scope["path"]):
-        return None
-    values = [value for name, value in scope["headers"] if name == b"idempotency-key"]
-    return b",".join(values).decode("latin-1") if values else None
+def has_key(scope: Scope) -> bool:
+    """Whether a request does something, stops nothing, and has a key."""
+    if scope["type"] != "http" or scope["method"] not in WITH_EFFECT:
+        return False
+    named = any(name == _HEADER for name, _ in scope["headers"])
+    return named and takes_key(scope["method"], scope["path"])
+
+
+def _key_of(scope: Scope) -> str:
+    return b",".join(value for name, value in scope["headers"] if name == _HEADER).decode("latin-1")
 
 
 def _require_good(key: str) -> None:

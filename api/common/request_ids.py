@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Iterable
-from secrets import token_hex
 from time import perf_counter
 from typing import Final
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.common.traffic import Traffic, kind_of
+from gateway.core.ids import hex_digits
 from gateway.core.origin import ORIGIN, Origin
 
 HEADER: Final = "X-Request-Id"
@@ -20,6 +20,8 @@ _TRACE: Final = re.compile(
 )
 _START: Final = "http.response.start"
 _STARTS: Final = frozenset({_START, "websocket.accept", "websocket.http.response.start"})
+
+_HAS_BEGUN: Final = "motion-gateway.answer-has-begun"
 
 Headers = Iterable[tuple[bytes, bytes]]
 
@@ -35,12 +37,17 @@ def request_id_of(headers: Headers) -> str:
             return value.decode("ascii")
         if name == _TRACE_NAME:
             trace = _TRACE.fullmatch(value)
-    return trace[1].decode("ascii") if trace else token_hex(16)
+    return trace[1].decode("ascii") if trace else hex_digits(32)
 
 
 def header_of(request_id: str) -> tuple[bytes, bytes]:
     """Give the header of the answer."""
     return _NAME, request_id.encode("ascii")
+
+
+def has_begun(scope: Scope) -> bool:
+    """Whether the head of the answer to a request has gone."""
+    return _HAS_BEGUN in scope
 
 
 class RequestIds:
@@ -59,6 +66,7 @@ class RequestIds:
 
         async def answer(message: Message) -> None:
             if message["type"] in _STARTS:
+                scope[_HAS_BEGUN] = True
                 message["headers"] = [*message.get("headers", ()), header_of(request_id)]
                 if message["type"] == _START:
                     traffic.note(scope["method"], message["status"], perf_counter() - began_at)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final, TypeVar
 
+from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
 from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.types import Receive, Scope, Send
@@ -51,6 +52,7 @@ class HttpRoute(Guarded, APIRoute):
             **(options.pop("openapi_extra", None) or {}),
         }
         super().__init__(path, endpoint, right=right, openapi_extra=extra, **options)
+        self.app = AsyncExitStackMiddleware(self.app)  # FastAPI's own handling cannot do without
 
 
 class SocketRoute(Guarded, APIWebSocketRoute):

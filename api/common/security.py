@@ -5,7 +5,7 @@ from typing import Final
 from urllib.parse import quote
 
 from starlette.responses import Response
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import Scope
 
 from api.common.problems import TYPE_PREFIX, plain_problem, response_to
 
@@ -19,20 +19,12 @@ class SameSite:
     Origin, where there is one, must be that of the gateway itself or one of the configuration.
     """
 
-    def __init__(self, app: ASGIApp, allowed_hosts: Iterable[str], allowed_origins: Iterable[str]) -> None:
-        self._app = app
+    def __init__(self, allowed_hosts: Iterable[str], allowed_origins: Iterable[str]) -> None:
         self._hosts = LOOPBACK | {host.lower() for host in allowed_hosts}
         self._origins = {origin.lower() for origin in allowed_origins}
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, or refuse it."""
-        reason = self._reason_against(scope) if scope["type"] in ("http", "websocket") else None
-        if reason is None:
-            await self._app(scope, receive, send)
-        else:
-            await _refusal(scope, reason)(scope, receive, send)
-
-    def _reason_against(self, scope: Scope) -> str | None:
+    def reason_against(self, scope: Scope) -> str | None:
+        """Say why a request or a WebSocket is refused; None where it is not."""
         host = origin = site = ""
         for name, value in scope["headers"]:
             if name == b"host":
@@ -58,7 +50,7 @@ def _without_port(host: str) -> str:
     return name if colon and port.isdecimal() else host
 
 
-def _refusal(scope: Scope, reason: str) -> Response:
+def refusal(scope: Scope, reason: str) -> Response:
     """Answer with a problem; a WebSocket that is not open yet, too."""
     problem = plain_problem(403, f"{reason} Nothing was sent.", quote(scope["path"]))
     problem.type, problem.title, problem.remedy = f"{TYPE_PREFIX}not-from-there", "Not from there", ""

@@ -10,7 +10,7 @@ from fastapi import HTTPException, Request, Response
 from starlette.requests import ClientDisconnect
 from starlette.types import Message, Receive, Scope, Send
 
-from api.common.direct import NOTHING, DirectCall, NotPlain
+from api.common.direct import NO_QUERY, NOTHING, DirectCall, NotPlain
 from api.common.idempotency import WITH_EFFECT, require_no_key
 from api.common.query_params import require_known
 from api.common.routes import HttpRoute
@@ -177,14 +177,16 @@ class StrictRoute(HttpRoute):
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer directly what can be, and leave the rest to FastAPI."""
-        if self._direct is None or scope["query_string"]:
+        if self._direct is None:
             await self._by_fastapi(scope, receive, send)
             return
-        request = await self._checked(Request(scope, receive, send))
+        asked = Request(scope, receive, send)
+        request = await self._checked(asked)
+        query = asked.query_params if scope["query_string"] else NO_QUERY
         has_body = self.body_field is not None and await request.body()
         content = await request.json() if has_body else NOTHING
         try:
-            answering = self._direct.begin(request, scope["path_params"], content)
+            answering = self._direct.begin(request, scope["path_params"], content, query)
         except NotPlain:
             read_again = receive if self.body_field is None else _again(await request.body())
             await self._by_fastapi(scope, read_again, send)

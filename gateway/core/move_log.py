@@ -1,7 +1,6 @@
 """The moves that are remembered: those under way, and the newest of those that are over."""
 
 import asyncio
-import secrets
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from datetime import datetime
@@ -9,6 +8,7 @@ from itertools import islice
 from typing import Generic, TypeVar
 
 from gateway.core.errors import NotFound
+from gateway.core.ids import sorted_by_time
 from gateway.core.move_record import MoveRecord
 from gateway.core.waiting import happens
 
@@ -85,4 +85,4 @@ class MoveLog(Generic[M]):
 
 def new_id(now: datetime) -> str:
     """An id for a move that begins now; ids sort by time."""
-    return f"{int(now.timestamp() * 1000):012x}{secrets.token_hex(4)}"
+    return sorted_by_time(int(now.timestamp() * 1000))

@@ -23,7 +23,7 @@ from gateway.rorze.bodies import Body, Group, MotorState
 from gateway.rorze.calls import calls_for_body
 from gateway.rorze.line import Line
 from gateway.rorze.move_proof import MISSING_END_FRAME_S, Case, Stretch, Verdict
-from gateway.rorze.pace import follow_s
+from gateway.rorze.pace import follow_s, look_s
 from gateway.rorze.power import ProofTooOld
 from gateway.rorze.samples import BodyWay
 from gateway.rorze.soft_limits import name_limits
@@ -289,6 +289,8 @@ class Moves:
             verdict = await case.without_reply(result)
             if verdict is not None:
                 self._end(case, verdict)
+        elif not case.move.status.final:
+            await case.body.end_seems_due(look_s(case.body.line))
         if not case.move.status.final:
             await self._follow(case)
 

@@ -37,6 +37,11 @@ def wire_s(line: Line, wire_bytes: int, exchanges: int = 1) -> float:
     return wire_bytes * (line.transport.byte_time_s or SLOWEST_BYTE_S) + exchanges * TURNAROUND_S
 
 
+def look_s(line: Line) -> float:
+    """How long a look takes; a move that has just begun may be over by then, and nobody has to ask twice."""
+    return wire_s(line, LOOK_BYTES, exchanges=2)
+
+
 def is_prompt(line: Line) -> bool:
     """Whether few enough bodies are there to tell within two seconds that one has lost its power.
 

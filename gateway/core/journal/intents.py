@@ -1,7 +1,6 @@
 """What a line does with an effect: in the journal before its first byte, and so is what became of it."""
 
 import asyncio
-import secrets
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -12,6 +11,7 @@ from typing import Any, Final, Generic, Protocol
 
 from gateway.core.errors import GatewayError, NoReply
 from gateway.core.exchange import X
+from gateway.core.ids import sorted_by_time
 from gateway.core.journal import writes
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.writes import Write
@@ -36,8 +36,8 @@ class Book(Protocol):
     def note(self, *entries: Write) -> None:
         """Write soon; nobody waits."""
 
-    async def write(self, *entries: Write) -> None:
-        """Write, and return when that is durable; raises JournalUnavailable."""
+    def write(self, *entries: Write) -> "asyncio.Future[None]":
+        """Write; done when that is durable, or with JournalUnavailable."""
 
 
 class _Undertaking(Generic[X]):
@@ -90,7 +90,7 @@ class Intents(Generic[X]):
     def __init__(self, book: Book, address_of: Callable[[int], str]) -> None:
         self._book = book
         self._address_of = address_of
-        self._held: dict[X, asyncio.Task[None]] = {}
+        self._held: dict[X, asyncio.Future[None]] = {}
 
     @contextmanager
     def undertaking(self, commands: Callable[[], Iterable[X]]) -> Iterator[None]:
@@ -137,9 +137,10 @@ class Intents(Generic[X]):
         to_come = [] if whole is None else whole.still_to_come(exchange)
         intents = {own: exchange} | {f"{own}{place:04x}": it for place, it in enumerate(to_come, 1)}
         self._follow(exchange, whole)
-        self._held[exchange] = asyncio.create_task(
-            self._write(exchange, intents, whole, admit), name=f"intent {own}"
+        self._held[exchange] = durable = self._book.write(
+            *(self._entry(it, intent_id) for intent_id, it in intents.items())
         )
+        durable.add_done_callback(partial(self._go_on, exchange, intents, whole, admit))
 
     def cancel(self, unwanted: Callable[[X], bool], reason: GatewayError) -> None:
         """Admit no more what is not wanted any more."""
@@ -157,17 +158,18 @@ class Intents(Generic[X]):
             self._follow(exchange)
             self._book.note(self._entry(exchange, exchange.intent), writes.written(exchange.intent, now))
 
-    async def _write(
+    def _go_on(
         self,
         exchange: X,
         intents: Mapping[str, X],
         whole: _Undertaking[X] | None,
         admit: Callable[[X], None],
+        durable: "asyncio.Future[None]",
     ) -> None:
+        """The intents are durable, or cannot be written."""
         _, *others = intents
-        try:
-            await self._book.write(*(self._entry(it, intent_id) for intent_id, it in intents.items()))
-        except JournalUnavailable as error:
+        error = durable.exception()
+        if isinstance(error, JournalUnavailable):
             self._drop(others)
             if self._held.pop(exchange, None) is not None:
                 exchange.settle(error)
@@ -242,4 +244,4 @@ def _name_of(outcome: object) -> str:
 
 def _new_id() -> str:
     """Ids sort by time."""
-    return f"{time.time_ns() // 1_000_000:012x}{secrets.token_hex(4)}"
+    return sorted_by_time(time.time_ns() // 1_000_000)

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -24,7 +25,7 @@ LOOK_S = 5.0
 """How often a quiet journal sees that its file is there, and one in trouble tries again."""
 SYNCED_WITHIN_S = 1.0
 """What nobody waits for is safe from a loss of power after this time."""
-NOTED_WITHIN_S = 0.005
+NOTED_WITHIN_S = 0.02
 """What nobody waits for is gathered for so long."""
 MOST_AT_ONCE = 1000
 """Entries of one commit."""
@@ -77,6 +78,8 @@ class Journal:
     """How long the last commit that somebody waited for has taken."""
     _noted: list[Write] = field(default_factory=list)
     """What nobody waits for, and the writer does not have yet: to wake it costs more than to write."""
+    _newest: dict[str, Callable[[], Write]] = field(default_factory=dict)
+    """The same of rows of which only the newest state counts."""
     _waiting: "SimpleQueue[_Entry | _Question | None]" = field(default_factory=SimpleQueue)
     _thread: threading.Thread | None = None
     _unsynced_since: float | None = None
@@ -105,7 +108,7 @@ class Journal:
 
     def waiting(self) -> int:
         """How many entries wait to be written."""
-        return self._waiting.qsize() + bool(self._noted)
+        return self._waiting.qsize() + bool(self._noted or self._newest)
 
     def require(self) -> None:
         """Make sure that what has an effect can be written down.
@@ -117,31 +120,36 @@ class Journal:
 
     def note(self, *entries: Write) -> None:
         """Write soon; nobody waits."""
-        if not self._noted:
-            asyncio.get_running_loop().call_later(NOTED_WITHIN_S, self._hand_over)
+        self._hand_over_soon()
         self._noted += entries
 
-    async def write(self, *entries: Write) -> None:
-        """Write, and return when a loss of power cannot undo it.
+    def note_newest(self, row: str, write: Callable[[], Write]) -> None:
+        """Write a row soon, as `write` gives it then; nobody waits."""
+        self._hand_over_soon()
+        self._newest[row] = write
 
-        :raises JournalUnavailable: the disk does not take it, or not in time.
+    def write(self, *entries: Write) -> "asyncio.Future[None]":
+        """Write; what is given is done when a loss of power cannot undo it.
+
+        It ends with JournalUnavailable where the disk does not take it, or not in time.
+
+        :raises JournalUnavailable: it is known that the disk will not.
         """
         self.require()
-        began_at = time.monotonic()
         done: asyncio.Future[None] = self._loop.create_future()
         self._put(_Entry(entries, done))
-        try:
-            async with asyncio.timeout(WRITTEN_WITHIN_S):
-                await asyncio.shield(done)
-        except TimeoutError:
-            self._in_trouble(f"the disk has taken nothing for {WRITTEN_WITHIN_S:g} s")
-            raise JournalUnavailable(self.trouble or "") from None
-        except (DiskFull, DiskFailed) as error:
-            raise JournalUnavailable(str(error)) from None
-        finally:
-            self.lag_s = time.monotonic() - began_at
-            if done.done() and not done.cancelled():
-                done.exception()
+        overdue = self._loop.call_later(WRITTEN_WITHIN_S, self._give_up, done)
+        done.add_done_callback(partial(self._end_of, overdue, time.monotonic()))
+        return done
+
+    def _give_up(self, done: "asyncio.Future[None]") -> None:
+        self._in_trouble(f"the disk has taken nothing for {WRITTEN_WITHIN_S:g} s")
+        if not done.done():
+            done.set_exception(JournalUnavailable(self.trouble or ""))
+
+    def _end_of(self, overdue: asyncio.TimerHandle, began_at: float, _: "asyncio.Future[None]") -> None:
+        overdue.cancel()
+        self.lag_s = time.monotonic() - began_at
 
     async def rows(self, sql: str, *values: Value) -> list[tuple[Any, ...]]:
         """Read rows, after all that was written before."""
@@ -154,11 +162,16 @@ class Journal:
         self._hand_over()
         self._waiting.put(item)
 
+    def _hand_over_soon(self) -> None:
+        if not (self._noted or self._newest):
+            asyncio.get_running_loop().call_later(NOTED_WITHIN_S, self._hand_over)
+
     def _hand_over(self) -> None:
         """Let the writer have what was noted."""
-        if self._noted:
-            self._waiting.put(_Entry(self._noted))
-            self._noted = []
+        newest, self._newest = self._newest, {}
+        noted, self._noted = [*self._noted, *(write() for write in newest.values())], []
+        if noted:
+            self._waiting.put(_Entry(noted))
 
     # the writer's thread
 
@@ -267,7 +280,7 @@ class Journal:
                 if error is None:
                     entry.done.set_result(None)
                 else:
-                    entry.done.set_exception(error)
+                    entry.done.set_exception(JournalUnavailable(str(error)))
 
     def _in_trouble(self, why: str) -> None:
         if self.trouble is None:

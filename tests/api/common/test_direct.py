@@ -6,6 +6,7 @@ from typing import Annotated
 import pytest
 from fastapi import Body, Header, Path, Query, Request, Response
 from pydantic import BaseModel, ConfigDict
+from starlette.datastructures import QueryParams
 
 from api.common.direct import NOTHING, DirectCall, NotPlain
 from api.common.routes import HttpRoute
@@ -49,15 +50,19 @@ async def heeding_header(name: str, lease: Annotated[str | None, Header()] = Non
     return Response(f"{name} {lease}")
 
 
+async def listed(kinds: Annotated[list[str] | None, Query()] = None) -> Response:
+    return Response(f"{kinds}")
+
+
 def direct(path: str, endpoint: object) -> DirectCall | None:
     return DirectCall.of(HttpRoute(path, endpoint, right=Right.VIEW))  # type: ignore[arg-type]
 
 
-def said(path: str, endpoint: object, names: dict[str, str], body: object = NOTHING) -> str:
+def said(path: str, endpoint: object, names: dict[str, str], body: object = NOTHING, query: str = "") -> str:
     call = direct(path, endpoint)
     assert call is not None
     request = Request({"type": "http", "path": "/asked", "headers": []})
-    begun = call.begin(request, names, body)
+    begun = call.begin(request, names, body, QueryParams(query))
 
     async def answer() -> Response:
         return await begun
@@ -65,7 +70,7 @@ def said(path: str, endpoint: object, names: dict[str, str], body: object = NOTH
     return bytes(asyncio.run(answer()).body).decode()
 
 
-def test_path_and_body_are_all_that_is_taken() -> None:
+def test_path_and_body_are_taken() -> None:
     assert said("/{name}", plain, {"name": "3F"}) == "/asked 3F"
     assert said("/{unit}", numbered, {"unit": "6"}) == "7 None"
     assert said("/{name}", wishing, {"name": "a"}, {"amount": 3}) == "a 3"
@@ -89,6 +94,22 @@ def test_what_is_wrong_is_left_to_fastapi(
 ) -> None:
     with pytest.raises(NotPlain):
         said(path, endpoint, names, body)
+
+
+def test_a_query_is_taken_as_its_parameters_are() -> None:
+    assert said("/{unit}", numbered, {"unit": "6"}, query="wait=2.5") == "7 2.5"
+    assert said("/{unit}", numbered, {"unit": "6"}, query="wait=%31") == "7 1.0"
+
+
+@pytest.mark.parametrize("query", ["wait=soon", "wait=", "wait=1&wait=2", "wiat=1", "unit=7", "kinds=a"])
+def test_a_query_with_something_wrong_is_left_to_fastapi(query: str) -> None:
+    with pytest.raises(NotPlain):
+        said("/{unit}", numbered, {"unit": "6"}, query=query)
+
+
+def test_a_query_with_a_list_is_left_to_fastapi() -> None:
+    with pytest.raises(NotPlain):
+        said("/", listed, {}, query="kinds=a")
 
 
 def test_what_may_take_more_than_that_is_not_called_directly() -> None:

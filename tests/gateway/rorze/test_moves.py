@@ -66,6 +66,16 @@ async def test_the_end_is_noticed_at_once_when_the_link_master_announces_it() ->
 
 
 @in_virtual_time
+async def test_a_move_that_is_over_in_a_moment_is_asked_about_once() -> None:
+    async with rig() as it:
+        sent = len(it.wire.sent)
+        move = await finished(it, MoveClockwise(distance=1))
+        frames = it.wire.frames(sent)
+        assert frames[frames.index(move.frame.removesuffix("\\r")) + 1 :] == ["&3F9CD", "&3F6PD", "&3F9MD"]
+        assert (move.status, move.completion) == (MoveStatus.SUCCEEDED, "frame")
+
+
+@in_virtual_time
 async def test_without_announcements_the_end_is_found_by_polling_and_the_link_set_up_again() -> None:
     async with rig() as it:
         it.machine.power_off(asyncio.get_running_loop().time())

@@ -87,7 +87,7 @@ async def test_all_that_waits_shares_one_commit() -> None:
     disk = ShakyDisk()
     disk.may_go_on.clear()
     async with journal_on(disk) as journal:
-        first = asyncio.create_task(journal.write(intent(0)))
+        first = journal.write(intent(0))
         await asyncio.sleep(0)
         others = asyncio.gather(*(journal.write(intent(number)) for number in range(1, 101)))
         await asyncio.sleep(0.02)
@@ -95,6 +95,22 @@ async def test_all_that_waits_shares_one_commit() -> None:
         await first
         await others
     assert len([durable for _, durable in disk.commits if durable]) <= 3
+
+
+async def test_of_a_row_that_changes_often_the_newest_state_is_written_once(tmp_path: Path) -> None:
+    state = "queued"
+
+    def newest() -> Write:
+        return writes.move("m1", 1.0, "arm.3F", state, final=False)
+
+    async with journal_on(SqliteDisk(tmp_path)) as journal:
+        journal.note_newest("m1", newest)
+        state = "sent"
+        journal.note_newest("m1", newest)
+        assert journal.waiting() == 1
+        assert await journal.rows("SELECT record FROM moves") == [("sent",)]
+        state = "moving"
+        assert await journal.rows("SELECT record FROM moves") == [("sent",)]
 
 
 async def test_what_nobody_waits_for_does_not_wait_for_the_disk() -> None:

@@ -1,0 +1,84 @@
+"""The one way in: every check of a request once, in one order, and every error told as a problem.
+
+Starlette's and FastAPI's layers would do the same one around the other, each at its own price.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from starlette.middleware.cors import CORSMiddleware
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocket
+
+from api.common.repeats import REPLAYED, has_key
+from api.common.request_ids import HEADER, has_begun
+from api.common.route_index import RouteIndex
+from api.common.security import SameSite, refusal
+
+Layer = Callable[[ASGIApp], ASGIApp]
+Telling = Callable[[Any, Any], Any]
+"""Makes of a request, or a WebSocket, and what went wrong with it an answer, as for Starlette."""
+
+
+def open_to(origins: Sequence[str]) -> Layer:
+    """Let pages of these origins read what they are answered."""
+    return partial(
+        CORSMiddleware,
+        allow_origins=origins,
+        allow_methods=["*"],
+        allow_headers=["*"],
+        expose_headers=[HEADER, REPLAYED],
+    )
+
+
+class Entrance:
+    """Leads requests and WebSockets to their routes; `repeated` is for those with an Idempotency-Key."""
+
+    def __init__(
+        self,
+        same_site: SameSite,
+        routes: RouteIndex,
+        telling: Mapping[Any, Telling],
+        *,
+        for_pages: Layer | None = None,
+        repeated: Layer | None = None,
+    ) -> None:
+        self._same_site, self._routes, self._telling = same_site, routes, telling
+        self._answering = for_pages(self._answer) if for_pages else self._answer
+        self._repeated = repeated(self._answering) if repeated else self._answering
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Refuse, or pass on."""
+        if scope["type"] == "lifespan":
+            await self._routes(scope, receive, send)
+            return
+        reason = self._same_site.reason_against(scope)
+        if reason is not None:
+            await refusal(scope, reason)(scope, receive, send)
+        elif has_key(scope):
+            await self._repeated(scope, receive, send)
+        else:
+            await self._answering(scope, receive, send)
+
+    async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await self._routes(scope, receive, send)
+        except Exception as error:
+            if has_begun(scope):
+                raise
+            await self._tell(error, scope, receive, send)
+
+    async def _tell(self, error: Exception, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer with what went wrong; what nobody has foreseen is for the server's log, too."""
+        of = Request if scope["type"] == "http" else WebSocket
+        kind = next(kind for kind in type(error).__mro__ if kind in self._telling)
+        answer: Response | None = await self._telling[kind](of(scope, receive, send), error)
+        if answer is not None:
+            await answer(scope, receive, send)
+        if kind is Exception:
+            raise error
+        # Many requests may be told one and the same: what led to it would grow with each.
+        error.__traceback__ = None

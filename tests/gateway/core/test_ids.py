@@ -1,0 +1,16 @@
+"""Ids: of the length that is asked for, and no two alike."""
+
+from gateway.core.ids import hex_digits, sorted_by_time
+
+
+def test_no_two_ids_are_alike() -> None:
+    made = [hex_digits(32) for _ in range(1000)]
+    assert {len(it) for it in made} == {32}
+    assert all(int(it, 16) >= 0 for it in made)
+    assert len(set(made)) == len(made)
+
+
+def test_ids_sort_by_time() -> None:
+    made = [sorted_by_time(at_ms) for at_ms in (1, 255, 256, 1_800_000_000_000)]
+    assert made == sorted(made)
+    assert {len(it) for it in made} == {20}
