@@ -52,6 +52,8 @@ def _deepest(places: Mapping[str, object]) -> list[str]:
 
 def _said(errors: list[ErrorDetails], shape: object) -> str:
     """Say what is expected at one place, where several forms may be possible."""
+    if any(it["type"].startswith("float_") for it in errors):  # a whole number is one, too
+        errors = [it for it in errors if not it["type"].startswith("int_")]
     *others, last = errors
     if errors[0]["type"] == "extra_forbidden":
         return _unknown_key(errors[0], shape)

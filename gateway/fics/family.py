@@ -137,7 +137,8 @@ class Fics(Family):
         """
         if robot_id not in self._robots:
             raise NotFound(
-                f"There is no robot {robot_id}; {there_are(self._robots)}.", "GET /robots lists them."
+                f"There is no robot {robot_id}; {there_are(self._robots)}; nothing was sent.",
+                "GET /robots lists them.",
             )
         return self._robots[robot_id]
 

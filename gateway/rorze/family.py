@@ -250,7 +250,8 @@ class Rorze(Family):
         found = self._scaras.get(scara_id.lower())
         if found is None:
             raise NotFound(
-                f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}.", "GET /scaras lists them."
+                f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}; nothing was sent.",
+                "GET /scaras lists them.",
             )
         return found
 
