@@ -121,7 +121,11 @@ async def get_scan(request: Request, line_id: LineId, scan_id: str, wait: Wait =
 async def get_trace(
     request: Request,
     line_id: LineId,
-    last: Annotated[int, Query(ge=1, le=MAX_TRACE_ENTRIES, description="How many records.")] = 1000,
+    limit: Annotated[int, Query(ge=1, le=MAX_TRACE_ENTRIES, description="How many records.")] = 1000,
+    last: Annotated[
+        int | None,
+        Query(ge=1, le=MAX_TRACE_ENTRIES, deprecated=True, description="Another word for `limit`."),
+    ] = None,
     since: Annotated[AwareDatetime | None, Query(description="Only records not before this time.")] = None,
     bodies: TracedBodies = None,
     request_id: TracedRequest = None,
@@ -129,7 +133,7 @@ async def get_trace(
     """Give the newest bytes of the line, a robot's too, both ways, with their times."""
     plant = plant_of(request)
     passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
-    entries = await traces.newest(plant, line_id, passing, last, since)
+    entries = await traces.newest(plant, line_id, passing, last or limit, since)
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
     content = await asyncio.to_thread(_trace, line_id, entries)
     return Response(content, media_type="application/json")
