@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Union
 
 from fastapi import Header, Query, Request, Response
 from pydantic import AwareDatetime, BaseModel, Field
@@ -23,10 +23,9 @@ from api.common.requests import (
     wait_s,
 )
 from gateway.core.rights import Right
-from gateway.fics.family import RobotLineInfo
+from gateway.families import FAMILIES
 from gateway.operations import bodies as body_operations
 from gateway.operations import traces
-from gateway.rorze.family import LineInfo
 from gateway.rorze.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
@@ -47,7 +46,8 @@ TracedRequest = Annotated[
 router = new_router("lines")
 
 
-AnyLineInfo = Annotated[LineInfo | RobotLineInfo, Field(discriminator="protocol")]
+_INFOS: Any = Union[tuple(family.line_info for family in FAMILIES.values())]  # noqa: UP007
+AnyLineInfo = Annotated[_INFOS, Field(discriminator="protocol")]
 
 
 class LineList(BaseModel):
