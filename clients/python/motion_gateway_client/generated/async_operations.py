@@ -573,6 +573,7 @@ class AsyncOperations(Protocol):
         self,
         line_id: str,
         *,
+        limit: int | None = None,
         last: int | None = None,
         since: str | None = None,
         bodies: str | None = None,
@@ -582,7 +583,7 @@ class AsyncOperations(Protocol):
         answer: Trace = await self.call(
             "GET",
             filled("/lines/{line_id}/trace", line_id=line_id),
-            query={"last": last, "since": since, "bodies": bodies, "request_id": request_id},
+            query={"limit": limit, "last": last, "since": since, "bodies": bodies, "request_id": request_id},
         )
         return answer
 

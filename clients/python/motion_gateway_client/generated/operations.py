@@ -563,6 +563,7 @@ class Operations(Protocol):
         self,
         line_id: str,
         *,
+        limit: int | None = None,
         last: int | None = None,
         since: str | None = None,
         bodies: str | None = None,
@@ -572,7 +573,7 @@ class Operations(Protocol):
         answer: Trace = self.call(
             "GET",
             filled("/lines/{line_id}/trace", line_id=line_id),
-            query={"last": last, "since": since, "bodies": bodies, "request_id": request_id},
+            query={"limit": limit, "last": last, "since": since, "bodies": bodies, "request_id": request_id},
         )
         return answer
 

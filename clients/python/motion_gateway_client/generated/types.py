@@ -3735,7 +3735,7 @@ class Problem(TypedDict):
     moved: Literal["no", "yes", "unknown"]
     """Whether the motor did anything because of this request."""
     remedy: str
-    """What to do next; may be empty."""
+    """What to do next."""
     retryable: bool
     """Whether the same request may succeed later."""
     request_id: NotRequired[str | None]
@@ -5712,7 +5712,7 @@ class Snapshot(TypedDict):
     """None where only some bodies or robots are wanted."""
     bodies: list[BodyNow]
     robots: list[RobotNow]
-    moves: list[Move | RobotMove]
+    moves: list[Move | ScaraMove | RobotMove]
     """Those that are not over."""
 
 

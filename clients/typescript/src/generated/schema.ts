@@ -11437,7 +11437,7 @@ export interface components {
             moved: "no" | "yes" | "unknown";
             /**
              * Remedy
-             * @description What to do next; may be empty.
+             * @description What to do next.
              */
             remedy: string;
             /**
@@ -16458,7 +16458,7 @@ export interface components {
              * Moves
              * @description Those that are not over.
              */
-            moves: (components["schemas"]["Move"] | components["schemas"]["RobotMove"])[];
+            moves: (components["schemas"]["Move"] | components["schemas"]["ScaraMove"] | components["schemas"]["RobotMove"])[];
         };
         /**
          * SpeedAccepted
@@ -19098,7 +19098,12 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description How many records. */
-                last?: number;
+                limit?: number;
+                /**
+                 * @deprecated
+                 * @description Another word for `limit`.
+                 */
+                last?: number | null;
                 /** @description Only records not before this time. */
                 since?: string | null;
                 /** @description Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of their groups, too. */
