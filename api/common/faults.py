@@ -16,9 +16,7 @@ MOST_FAULTS = 20
 """So many places of a request are told at once."""
 MOST_ERRORS = 200
 """So many errors are looked at: there may be one for every few bytes of a request."""
-Location = tuple[str | int, ...]
 _MUST_BE: Final = "must be "
-_NO_KEYS: Final = "is not known here"
 
 
 class InvalidBody(RequestValidationError):
