@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Union
 
 from fastapi import Header, Query, Request, Response
 from pydantic import AwareDatetime, BaseModel, Field
@@ -23,10 +23,9 @@ from api.common.requests import (
     wait_s,
 )
 from gateway.core.rights import Right
-from gateway.fics.family import RobotLineInfo
+from gateway.families import FAMILIES
 from gateway.operations import bodies as body_operations
 from gateway.operations import traces
-from gateway.rorze.family import LineInfo
 from gateway.rorze.scans import Scan
 
 MAX_TRACE_ENTRIES = 10_000
@@ -47,7 +46,8 @@ TracedRequest = Annotated[
 router = new_router("lines")
 
 
-AnyLineInfo = Annotated[LineInfo | RobotLineInfo, Field(discriminator="protocol")]
+_INFOS: Any = Union[tuple(family.line_info for family in FAMILIES.values())]  # noqa: UP007
+AnyLineInfo = Annotated[_INFOS, Field(discriminator="protocol")]
 
 
 class LineList(BaseModel):
@@ -121,7 +121,11 @@ async def get_scan(request: Request, line_id: LineId, scan_id: str, wait: Wait =
 async def get_trace(
     request: Request,
     line_id: LineId,
-    last: Annotated[int, Query(ge=1, le=MAX_TRACE_ENTRIES, description="How many records.")] = 1000,
+    limit: Annotated[int, Query(ge=1, le=MAX_TRACE_ENTRIES, description="How many records.")] = 1000,
+    last: Annotated[
+        int | None,
+        Query(ge=1, le=MAX_TRACE_ENTRIES, deprecated=True, description="Another word for `limit`."),
+    ] = None,
     since: Annotated[AwareDatetime | None, Query(description="Only records not before this time.")] = None,
     bodies: TracedBodies = None,
     request_id: TracedRequest = None,
@@ -129,7 +133,7 @@ async def get_trace(
     """Give the newest bytes of the line, a robot's too, both ways, with their times."""
     plant = plant_of(request)
     passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
-    entries = await traces.newest(plant, line_id, passing, last, since)
+    entries = await traces.newest(plant, line_id, passing, last or limit, since)
     # Writing thousands of records as text takes milliseconds, in which no stop may wait.
     content = await asyncio.to_thread(_trace, line_id, entries)
     return Response(content, media_type="application/json")

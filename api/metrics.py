@@ -20,10 +20,8 @@ from api.common.version import VERSION
 from gateway.core.histogram import Histogram
 from gateway.core.line_state import LineState
 from gateway.core.origin import Work
-from gateway.fics.family import Fics
 from gateway.figures import OUTCOMES
 from gateway.plant import Plant
-from gateway.rorze.family import Rorze
 
 COUNTED: Final = (
     *("duplicates", "fences", "frames_sent", "garbage", "late_replies", "messages", "openings", "repeats"),
@@ -121,23 +119,20 @@ class PlantCollector(Collector):
         yield from (moves, stops)
 
     def _of_what_moves(self) -> Iterator[Metric]:
-        bodies = GaugeMetricFamily(
-            "motion_gateway_bodies", "Bodies of a line by condition.", labels=("line", "kind")
-        )
-        robots = GaugeMetricFamily(
-            "motion_gateway_robots", "Robots of a line by condition.", labels=("line", "kind")
-        )
-        rorze = self._plant.family(Rorze)
-        for line in rorze.lines.values():
-            own = rorze.bodies_of(line)
-            bodies.add_metric((line.id, "configured"), len(own))
-            bodies.add_metric((line.id, "offline"), sum(not body.online for body in own))
-            bodies.add_metric((line.id, "moving"), sum(body.moving is True for body in own))
-        for robot in self._plant.family(Fics).robots():
-            robots.add_metric((robot.line.id, "configured"), 1)
-            robots.add_metric((robot.line.id, "offline"), not robot.online)
-            robots.add_metric((robot.line.id, "moving"), robot.moving is True)
-        yield from (bodies, robots)
+        for protocol, family in self._plant.families.items():
+            what, seen = family.collections[0], list(family.seen())
+            gauge = GaugeMetricFamily(
+                f"motion_gateway_{what}",
+                f"{what.capitalize()} of a line by condition.",
+                labels=("line", "kind"),
+            )
+            for line in self._plant.config.lines:
+                if line.protocol == protocol:
+                    own = [it.now for it in seen if it.line_id == line.id]
+                    gauge.add_metric((line.id, "configured"), len(own))
+                    gauge.add_metric((line.id, "offline"), sum(not it.online for it in own))
+                    gauge.add_metric((line.id, "moving"), sum(it.moving is True for it in own))
+            yield gauge
 
 
 class GatewayCollector(Collector):

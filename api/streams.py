@@ -2,8 +2,10 @@
 
 import asyncio
 from collections.abc import AsyncIterator, Sequence
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
 from math import nan
-from typing import Annotated
+from typing import Annotated, Final
 
 from fastapi import Header, Query, Request, Response, WebSocket
 from starlette.responses import StreamingResponse
@@ -17,6 +19,7 @@ from gateway.core.addresses import canonical_address, there_are
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription
 from gateway.core.rights import Right
+from gateway.event_types import EVENT_TYPES
 from gateway.plant import Plant
 
 router = new_router("events")
@@ -71,7 +74,7 @@ async def list_events(
     With `sample` the values that are watched follow the events, as read within a second.
     """
     plant = plant_of(request)
-    wanted = _addresses(plant, bodies), _split(types)
+    wanted = _addresses(plant, bodies), _types(types)
     page = await plant.events.since(after, *wanted, limit)
     values = [] if sample is None else await plant.events.values(*wanted, sample)
     events = ",".join(event.json for event in (*page.events, *values))
@@ -90,7 +93,7 @@ async def stream_events(
 ) -> Response:
     """Send events as they happen (text/event-stream); a browser resumes with Last-Event-ID."""
     plant = plant_of(request)
-    wanted = _addresses(plant, bodies), _split(types)
+    wanted = _addresses(plant, bodies), _types(types)
     events = plant.events.subscribe(last_event_id or after, *wanted, sample)
     return StreamingResponse(
         _server_sent(events),
@@ -131,7 +134,7 @@ async def follow_events(websocket: WebSocket) -> None:
     await websocket.accept(SUBPROTOCOL if SUBPROTOCOL in offered else None)
     try:
         require_known(websocket, ("after", "bodies", "types", "sample"))
-        wanted = _addresses(plant, query.get("bodies")), _split(query.get("types"))
+        wanted = _addresses(plant, query.get("bodies")), _types(query.get("types"))
         events = plant.events.subscribe(query.get("after"), *wanted, _rate(query.get("sample")))
     except InvalidRequest as error:
         await websocket.close(CLOSE_INVALID, error.detail.encode()[:MAX_REASON_BYTES].decode(errors="ignore"))
@@ -183,6 +186,22 @@ def _addresses(plant: Plant, text: str | None) -> list[str] | None:
     return wanted
 
 
+def _types(text: str | None) -> list[str] | None:
+    """Read types of events that there are: who waits for a misspelt alarm would wait for ever.
+
+    :raises InvalidRequest: one of them is none.
+    """
+    wanted = _split(text)
+    for type_ in wanted or ():
+        if not any(fnmatchcase(name, type_) for name in EVENT_TYPES):
+            similar = get_close_matches(type_, [*EVENT_TYPES, *_STARS], n=1)
+            meant = f"; did you mean {similar[0]}?" if similar else "."
+            raise InvalidRequest(
+                f"types: {type_!r} is no type of events{meant}", "Give types such as line.down or body.move.*"
+            )
+    return wanted
+
+
 def _rate(text: str | None) -> float | None:
     """Read how often live values are wanted.
 
@@ -204,3 +223,6 @@ def _rate(text: str | None) -> float | None:
 
 def _split(text: str | None) -> list[str] | None:
     return [part.strip() for part in text.split(",")] if text else None
+
+
+_STARS: Final = {f"{name.rpartition('.')[0]}.*" for name in EVENT_TYPES if "." in name}

@@ -164,7 +164,8 @@ def _of_its_family(given: object) -> Line:
         return given
     if not isinstance(given, dict):
         return Line.model_validate(given)
-    protocol = given.get("protocol", Line.model_fields["protocol"].default)
+    given = {"protocol": next(iter(FAMILIES)), **given}
+    protocol = given["protocol"]
     if protocol not in FAMILIES:
         known = " or ".join(repr(name) for name in FAMILIES)
         raise Fault(f"must be {known}, not {protocol!r}", "protocol")

@@ -7,4 +7,4 @@ from gateway.fics.family import Fics
 from gateway.rorze.family import Rorze
 
 FAMILIES: Final[dict[str, type[Family]]] = {"rorze": Rorze, "fics": Fics}
-"""A family of another maker is one more entry."""
+"""A family of another maker is one more entry; a line that names no protocol is of the first."""

@@ -297,7 +297,10 @@ class Plant:
         :raises NotFound: there is none of this id.
         """
         if line_id not in self._ports:
-            raise NotFound(f"There is no line {line_id}; {there_are(self._ports)}.", "GET /lines lists them.")
+            raise NotFound(
+                f"There is no line {line_id}; {there_are(self._ports)}; nothing was sent.",
+                "GET /lines lists them.",
+            )
         return self._ports[line_id]
 
     def info(self, line_id: str) -> PortInfo:

@@ -117,4 +117,4 @@ def unknown(name: str, known: Collection[str]) -> str:
     similar = get_close_matches(name, known, n=1, cutoff=_SIMILAR)
     if similar:
         return f"did you mean {similar[0]}?"
-    return f"known are {', '.join(known)}" if known else "nothing is known here"
+    return f"known are {', '.join(known)}" if known else "it takes none"

@@ -59,19 +59,19 @@ class CaptureState(BaseModel):
     between: CaptureBounds | None = Field(description="Null: everywhere.")
 
 
-class Captures(BaseModel):
+class CaptureList(BaseModel):
     """The captures of both inputs."""
 
     body_id: str
     captures: list[CaptureState]
 
 
-@router.get("/bodies/{body_id}/captures", Right.VIEW, response_model=Captures)
+@router.get("/bodies/{body_id}/captures", Right.VIEW, response_model=CaptureList)
 async def list_captures(request: Request, body_id: BodyId) -> Response:
     """Ask the controller how both inputs capture, and what they have captured (CPD, CFD, CSD, 3ND)."""
     found = await body_captures.read_all(plant_of(request), origin_of(request), body_id)
     states = [_state(request, body_id, it) for it in found]
-    return json_response(Captures(body_id=states[0].body_id, captures=states))
+    return json_response(CaptureList(body_id=states[0].body_id, captures=states))
 
 
 @router.get("/bodies/{body_id}/captures/{port}", Right.VIEW, response_model=CaptureState)

@@ -144,7 +144,7 @@ class Unanswered(BaseModel):
     detail: str = Field(description="Why.")
 
 
-class Positions(BaseModel):
+class LinePositions(BaseModel):
     """Where all motors of a line stand."""
 
     line_id: str
@@ -162,7 +162,7 @@ class MotorStatus(BaseModel):
     age_ms: float = Field(description="How old the answer was when it was passed on.")
 
 
-class Statuses(BaseModel):
+class LineStatuses(BaseModel):
     """The controller status of all bodies of a line."""
 
     line_id: str
@@ -302,20 +302,20 @@ async def change_speed_of_move(request: Request, body_id: BodyId, speed: SpeedRe
     return json_response(SpeedAccepted(body_id=_body(request, body_id).address, command=command.code))
 
 
-@router.get("/lines/{line_id}/positions", Right.VIEW, response_model=Positions)
+@router.get("/lines/{line_id}/positions", Right.VIEW, response_model=LinePositions)
 async def get_positions(request: Request, line_id: LineId) -> Response:
     """Ask all bodies of a line where they stand (6PD), in the fewest frames."""
     told, unanswered = await _sweep(request, line_id, WHERE)
     positions = [_position(body, reply.pulses, at) for body, (reply, at) in told.items()]
-    return json_response(Positions(line_id=line_id, positions=positions, unanswered=unanswered))
+    return json_response(LinePositions(line_id=line_id, positions=positions, unanswered=unanswered))
 
 
-@router.get("/lines/{line_id}/statuses", Right.VIEW, response_model=Statuses)
+@router.get("/lines/{line_id}/statuses", Right.VIEW, response_model=LineStatuses)
 async def get_statuses(request: Request, line_id: LineId) -> Response:
     """Ask all bodies of a line for their status (9CD), in the fewest frames."""
     told, unanswered = await _sweep(request, line_id, GetControllerStatus())
     statuses = [_motor_status(body, reply.bits or 0, at) for body, (reply, at) in told.items()]
-    return json_response(Statuses(line_id=line_id, statuses=statuses, unanswered=unanswered))
+    return json_response(LineStatuses(line_id=line_id, statuses=statuses, unanswered=unanswered))
 
 
 @router.get("/bodies", Right.VIEW, any_scope=True, response_model=BodyList)

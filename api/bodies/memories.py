@@ -27,7 +27,7 @@ class Memory(BaseModel):
     value: int | None = Field(description="A timer counts tenths of a second down.")
 
 
-class Memories(BaseModel):
+class MemoryList(BaseModel):
     """Memories of one bank."""
 
     body_id: str
@@ -42,13 +42,13 @@ class MemoryChange(RequestModel, json_schema_extra=example(value=12)):
     )
 
 
-@router.get("/bodies/{body_id}/memories", Right.VIEW, response_model=Memories)
+@router.get("/bodies/{body_id}/memories", Right.VIEW, response_model=MemoryList)
 async def get_memories(request: Request, body_id: BodyId, first: First = "D0", count: Count = 1) -> Response:
     """Read memories of the user program, one by one (UDD)."""
     found = await programs.read_memories(plant_of(request), origin_of(request), body_id, first, count)
     address = plant_of(request).family(Rorze).body(body_id).address
     memories = [Memory(name=name, value=value) for name, value in found]
-    return json_response(Memories(body_id=address, memories=memories))
+    return json_response(MemoryList(body_id=address, memories=memories))
 
 
 @router.put("/bodies/{body_id}/memories/{name}", Right.OPERATE, response_model=Memory)

@@ -29,21 +29,21 @@ CurveSpeed = Annotated[
 Points = Annotated[int, Query(ge=2, le=2_000, description="How many moments, evenly spread.")]
 
 
-class Patterns(BaseModel):
+class PatternList(BaseModel):
     """Acceleration patterns of a body."""
 
     body_id: str
     patterns: list[Pattern] = Field(description="In the order of their numbers.")
 
 
-@router.get("/bodies/{body_id}/patterns", Right.VIEW, response_model=Patterns)
+@router.get("/bodies/{body_id}/patterns", Right.VIEW, response_model=PatternList)
 async def list_patterns(
     request: Request, body_id: BodyId, first: First = 0, last: Last = STANDARD
 ) -> Response:
     """Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set."""
     plant = plant_of(request)
     found = await body_settings.read_patterns(plant, origin_of(request), body_id, first, last)
-    return json_response(Patterns(body_id=found[0].body_id, patterns=found))
+    return json_response(PatternList(body_id=found[0].body_id, patterns=found))
 
 
 @router.get("/bodies/{body_id}/patterns/{n}", Right.VIEW, response_model=Pattern)

@@ -21,21 +21,21 @@ Last = Annotated[int, Query(ge=0, le=STANDARD, description="The last of the list
 Flash = Annotated[bool, Query(description="Write all settings of the body to flash memory afterwards (FIS).")]
 
 
-class SpeedSets(BaseModel):
+class SpeedSetList(BaseModel):
     """Speed parameter sets of a body."""
 
     body_id: str
     speed_sets: list[SpeedSet] = Field(description="In the order of their numbers.")
 
 
-@router.get("/bodies/{body_id}/speed-sets", Right.VIEW, response_model=SpeedSets)
+@router.get("/bodies/{body_id}/speed-sets", Right.VIEW, response_model=SpeedSetList)
 async def list_speed_sets(
     request: Request, body_id: BodyId, first: First = 0, last: Last = STANDARD
 ) -> Response:
     """Ask a body for its speed parameter sets, five frames for each."""
     plant = plant_of(request)
     found = await body_settings.read_speed_sets(plant, origin_of(request), body_id, first, last)
-    return json_response(SpeedSets(body_id=found[0].body_id, speed_sets=found))
+    return json_response(SpeedSetList(body_id=found[0].body_id, speed_sets=found))
 
 
 @router.get("/bodies/{body_id}/speed-sets/{n}", Right.VIEW, response_model=SpeedSet)

@@ -16,9 +16,7 @@ MOST_FAULTS = 20
 """So many places of a request are told at once."""
 MOST_ERRORS = 200
 """So many errors are looked at: there may be one for every few bytes of a request."""
-Location = tuple[str | int, ...]
 _MUST_BE: Final = "must be "
-_NO_KEYS: Final = "is not known here"
 
 
 class InvalidBody(RequestValidationError):
@@ -52,6 +50,8 @@ def _deepest(places: Mapping[str, object]) -> list[str]:
 
 def _said(errors: list[ErrorDetails], shape: object) -> str:
     """Say what is expected at one place, where several forms may be possible."""
+    if any(it["type"].startswith("float_") for it in errors):  # a whole number is one, too
+        errors = [it for it in errors if not it["type"].startswith("int_")]
     *others, last = errors
     if errors[0]["type"] == "extra_forbidden":
         return _unknown_key(errors[0], shape)

@@ -78,7 +78,7 @@ class Problem(BaseModel):
     detail: str = Field(description="What happened, and what was and was not done to the motor.")
     instance: str = Field(description="The path that was asked for.")
     moved: Moved = Field(description="Whether the motor did anything because of this request.")
-    remedy: str = Field(description="What to do next; may be empty.")
+    remedy: str = Field(description="What to do next.")
     retryable: bool = Field(description="Whether the same request may succeed later.")
     request_id: str | None = Field(
         default_factory=lambda: current().request_id,

@@ -38,7 +38,7 @@ class Channel(BaseModel):
     bits: list[bool] = Field(description="Bit 0 first.")
 
 
-class Channels(BaseModel):
+class ChannelList(BaseModel):
     """Inputs or outputs of a robot."""
 
     robot_id: str
@@ -51,7 +51,7 @@ class OutputState(RequestModel, json_schema_extra=example(on=True)):
     on: bool
 
 
-class Variables(BaseModel):
+class VariableList(BaseModel):
     """Variables of a robot."""
 
     robot_id: str
@@ -64,7 +64,7 @@ class VariableSetting(RequestModel, json_schema_extra=example(value=12.5)):
     value: Number
 
 
-@router.get("/robots/{robot_id}/inputs", Right.VIEW, response_model=Channels)
+@router.get("/robots/{robot_id}/inputs", Right.VIEW, response_model=ChannelList)
 async def get_inputs(
     request: Request, robot_id: RobotId, first: FirstChannel = 1, count: ChannelCount = 1
 ) -> Response:
@@ -72,7 +72,7 @@ async def get_inputs(
     return await _read(request, robot_id, GetInputChannel, first, count)
 
 
-@router.get("/robots/{robot_id}/outputs", Right.VIEW, response_model=Channels)
+@router.get("/robots/{robot_id}/outputs", Right.VIEW, response_model=ChannelList)
 async def get_outputs(
     request: Request, robot_id: RobotId, first: FirstChannel = 1, count: ChannelCount = 1
 ) -> Response:
@@ -80,21 +80,21 @@ async def get_outputs(
     return await _read(request, robot_id, GetOutputChannel, first, count)
 
 
-@router.put("/robots/{robot_id}/outputs/{channel}/{bit}", Right.OPERATE, response_model=Channels)
+@router.put("/robots/{robot_id}/outputs/{channel}/{bit}", Right.OPERATE, response_model=ChannelList)
 async def switch_output(
     request: Request,
     robot_id: RobotId,
-    channel: Annotated[ChannelNumber, Path(description="Channel of eight bits, from 1.")],
-    bit: Annotated[Bit, Path(description="Bit of the channel, 0-7.")],
+    channel: Annotated[ChannelNumber, Path(description="Channel of eight bits, from 1.", examples=[1])],
+    bit: Annotated[Bit, Path(description="Bit of the channel, 0-7.", examples=[7])],
     output: OutputState,
 ) -> Response:
     """Switch an output on or off (IOT), and read its channel back; `not-done` where it is not as asked."""
     command = SwitchOutput(channel=channel, bit=bit, on=output.on)
     told = await robots.switch_output(plant_of(request), origin_of(request), robot_id, command)
-    return json_response(Channels(robot_id=robot_id, channels=[_channel(channel, told)]))
+    return json_response(ChannelList(robot_id=robot_id, channels=[_channel(channel, told)]))
 
 
-@router.get("/robots/{robot_id}/variables", Right.VIEW, response_model=Variables)
+@router.get("/robots/{robot_id}/variables", Right.VIEW, response_model=VariableList)
 async def get_variables(
     request: Request,
     robot_id: RobotId,
@@ -103,7 +103,7 @@ async def get_variables(
 ) -> Response:
     """Ask the robot for variables, one by one (VAR)."""
     values = await robots.variables(plant_of(request), origin_of(request), robot_id, first, count)
-    return tagged(Variables(robot_id=robot_id, variables=list(values.values())))
+    return tagged(VariableList(robot_id=robot_id, variables=list(values.values())))
 
 
 @router.put(
@@ -115,7 +115,7 @@ async def get_variables(
 async def set_variable(
     request: Request,
     robot_id: RobotId,
-    number: Annotated[Variable, Path(description=NUMBER)],
+    number: Annotated[Variable, Path(description=NUMBER, examples=[99])],
     variable: VariableSetting,
 ) -> Response:
     """Set a variable (VAR), and read it back; `not-done` where it is not as asked.
@@ -123,7 +123,7 @@ async def set_variable(
     `If-Match` is the ETag of this variable alone, as `?first=` gives it; it is read first then.
     """
     command = SetVariable(number=number, value=variable.value)
-    expects = expected_by(request, lambda value: Variables(robot_id=robot_id, variables=[value]))
+    expects = expected_by(request, lambda value: VariableList(robot_id=robot_id, variables=[value]))
     plant = plant_of(request)
     return json_response(await robots.set_variable(plant, origin_of(request), robot_id, command, expects))
 
@@ -133,7 +133,7 @@ async def _read(
 ) -> Response:
     found = await robots.channels(plant_of(request), origin_of(request), robot_id, row, first, count)
     channels = [_channel(number, told) for number, told in found.items()]
-    return json_response(Channels(robot_id=robot_id, channels=channels))
+    return json_response(ChannelList(robot_id=robot_id, channels=channels))
 
 
 def _channel(number: int, told: ChannelBits) -> Channel:

@@ -68,12 +68,12 @@ class _Reading:
             self.publish("progress", self.record)
 
 
-class Backups:
+class Backups(Works[Backup]):
     """The backups of a plant, one at a time of each target."""
 
     def __init__(self, publish: Callable[[str, Backup], None]) -> None:
+        super().__init__(HISTORY, "backup", lambda it: it.target)
         self._publish: Callable[[str, Backup], None] = lambda what, record: publish(what, _short(record))
-        self._works: Works[Backup] = Works(HISTORY)
         self._closed = False
 
     async def start(self, target: str, preamble: str, sources: Sequence[Source]) -> Backup:
@@ -89,7 +89,7 @@ class Backups:
         now = datetime.now(UTC)
         addresses = [source.address for source in sources]
         record = Backup(id=new_id(now), target=target, controllers=addresses, started_at=now)
-        task = self._works.begin(record, self._run(record, preamble, sources), "backup")
+        task = self.begin(record, self._run(record, preamble, sources), "backup")
         task.add_done_callback(partial(self._ended, record))
         self._publish("started", record)
         return record
@@ -100,20 +100,6 @@ class Backups:
                 f"A backup of {target} is being read; nothing was sent.", "Wait for its end or cancel it."
             )
 
-    def get(self, target: str, backup_id: str) -> Backup:
-        """Find a backup; `current` is the one under way, or the last.
-
-        :raises NotFound: there is none, or it is no longer kept.
-        """
-        found = self._works.find(backup_id, lambda it: it.target == target)
-        if found is None:
-            raise NotFound(f"{target} has no backup {backup_id}.")
-        return found
-
-    async def wait(self, backup: Backup, timeout_s: float) -> None:
-        """Wait until a backup is read, or the time is up."""
-        await self._works.wait(backup, timeout_s)
-
     async def cancel(self, target: str) -> Backup:
         """Read no more, and give the record.
 
@@ -122,17 +108,17 @@ class Backups:
         record = self._current(target)
         if record is None:
             raise NotFound(f"No backup of {target} is being read.")
-        self._works.break_off(record)
-        await self._works.wait(record, inf)
+        self.break_off(record)
+        await self.wait(record, inf)
         return record
 
     def _current(self, target: str) -> Backup | None:
-        return next((it for it in self._works.under_way() if it.target == target), None)
+        return next((it for it in self.under_way() if it.target == target), None)
 
     async def close(self) -> None:
         """Break off those that are being read."""
         self._closed = True
-        await self._works.close()
+        await super().close()
 
     async def _run(self, record: Backup, preamble: str, sources: Sequence[Source]) -> None:
         reading = _Reading(record, self._publish)

@@ -22,6 +22,8 @@ class GatewayError(Exception):
     title_ja: ClassVar[str] = ""
     moved: Moved = "no"
     retryable: bool = False
+    usual_remedy: ClassVar[str] = "Read the state there is now, and decide anew."
+    """What to do next, where an error has nothing better to say."""
     detail_ja: str = ""
     """Empty where it is told in English only."""
     remedy_ja: str = ""
@@ -29,7 +31,7 @@ class GatewayError(Exception):
     def __init__(self, detail: str, remedy: str = "", next_calls: Sequence[NextCall] = ()) -> None:
         super().__init__(detail)
         self.detail = detail
-        self.remedy = remedy
+        self.remedy = remedy or self.usual_remedy
         self.next = tuple(next_calls)
 
     def in_japanese(self, detail: str, remedy: str = "") -> Self:
@@ -43,6 +45,7 @@ class NotFound(GatewayError):
 
     kind = "not-found"
     title = "No such thing"
+    usual_remedy = "Ask for something that there is; the collections list it."
 
 
 class Ambiguous(GatewayError):
@@ -57,6 +60,7 @@ class InvalidRequest(GatewayError):
 
     kind = "invalid-request"
     title = "The request is not valid"
+    usual_remedy = "Correct the request; /docs tells what can be asked."
 
 
 class Outdated(GatewayError):

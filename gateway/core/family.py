@@ -5,7 +5,7 @@ import random
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Collection, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
 from pydantic import BaseModel, Field
 
@@ -79,6 +79,21 @@ def why_it_moves(*, stopped: bool, moving: bool | None, under_way: bool) -> str 
     return ENDS_ITSELF if under_way else NOT_OURS
 
 
+class Now(Protocol):
+    """What a family tells of something on a line, at the least."""
+
+    online: bool
+    moving: bool | None
+
+
+class Seen(NamedTuple):
+    """Something on a line, as it is known now."""
+
+    line_id: str
+    address: str
+    now: Now
+
+
 class PortInfo(BaseModel):
     """A line as it is now; a family adds what is on it."""
 
@@ -102,7 +117,13 @@ class Family(ABC):
 
     line_table: ClassVar[type[tables.Line]]
     """What the configuration says of a line."""
-    collections: ClassVar[Collection[str]]
+    line_info: ClassVar[type[PortInfo]]
+    """What is told of a line."""
+    now: ClassVar[type[Record]]
+    """What a snapshot tells of each of what is `seen`, which is among the first of `collections`."""
+    move_records: ClassVar[Sequence[type[MoveRecord]]]
+    """What `move_logs` keep."""
+    collections: ClassVar[Sequence[str]]
     """The resources its targets are among, such as `bodies`."""
     commands: ClassVar[Sequence[tuple[Place, Row]]]
     """Its whole command table, by what the commands are addressed to."""
@@ -143,6 +164,10 @@ class Family(ABC):
     @abstractmethod
     def addresses(self) -> Iterable[str]:
         """All addresses by which events can be wanted."""
+
+    @abstractmethod
+    def seen(self) -> Iterable[Seen]:
+        """Tell of what is on its lines; no controller is asked."""
 
     @abstractmethod
     def info(self, line: Any) -> PortInfo:

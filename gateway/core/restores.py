@@ -124,12 +124,12 @@ class _Work:
             self.publish("progress", self.record)
 
 
-class Restores(Generic[C]):
+class Restores(Works[Restore], Generic[C]):
     """The restores of a family, one at a time for each controller."""
 
     def __init__(self, publish: Callable[[str, Restore], None]) -> None:
+        super().__init__(HISTORY, "restore", lambda it: it.target)
         self._publish: Callable[[str, Restore], None] = lambda what, record: publish(what, _short(record))
-        self._works: Works[Restore] = Works(HISTORY)
         self._current: dict[str, tuple[_Work, C]] = {}
         """By the address of each controller."""
 
@@ -176,7 +176,7 @@ class Restores(Generic[C]):
         except BaseException:
             self._forget(work)
             raise
-        self._works.begin(record, self._run(work, controllers), "restore")
+        self.begin(record, self._run(work, controllers), "restore")
         self._publish("started", record)
         return record
 
@@ -200,22 +200,6 @@ class Restores(Generic[C]):
         work, controller = self._current.get(address, (None, None))
         return None if work is None or work.record.phase == "awaiting_power_cycle" else controller
 
-    # found again
-
-    def get(self, target: str, restore_id: str) -> Restore:
-        """Find a restore; `current` is the one under way, or the last.
-
-        :raises NotFound: there is none, or it is no longer kept.
-        """
-        found = self._works.find(restore_id, lambda it: it.target == target)
-        if found is None:
-            raise NotFound(f"{target} has no restore {restore_id}.")
-        return found
-
-    async def wait(self, restore: Restore, timeout_s: float) -> None:
-        """Wait until a restore is over, or the time is up."""
-        await self._works.wait(restore, timeout_s)
-
     async def cancel(self, target: str) -> Restore:
         """Write no more, and give the record; what the controllers hold then is still read.
 
@@ -224,18 +208,14 @@ class Restores(Generic[C]):
         :raises NotFound: none is under way.
         """
         work = next((it for it, _ in self._current.values() if it.record.target == target), None)
-        if work is None or not self._works.is_under_way(work.record):
+        if work is None or not self.goes_on(work.record):
             raise NotFound(f"No backup is being restored to {target}.")
         record = work.record
         if work.unwanted:
-            self._works.break_off(record)
+            self.break_off(record)
         work.unwanted = True
         await self.wait(record, CANCELLED_WITHIN_S)
         return record
-
-    async def close(self) -> None:
-        """Break off the restores that run."""
-        await self._works.close()
 
     def _forget(self, work: _Work) -> None:
         self._current = {address: it for address, it in self._current.items() if it[0] is not work}

@@ -83,7 +83,7 @@ class Line(Table):
 
     id: Slug
     address: Annotated[str, AfterValidator(_check_address)]
-    protocol: str = "rorze"
+    protocol: str
     """What is spoken on it: the name of its family."""
     reply_timeout_s: float = Field(0.5, gt=0, le=60)
     """From a command's last byte to the deadline of its reply; flash commands are given longer."""

@@ -5,6 +5,8 @@ from collections import OrderedDict
 from collections.abc import Callable, Coroutine, Iterator
 from typing import Any, Generic, Protocol, TypeVar
 
+from gateway.core.errors import NotFound
+
 
 class Recorded(Protocol):
     """A record of work."""
@@ -20,9 +22,11 @@ W = TypeVar("W", bound=Recorded)
 class Works(Generic[W]):
     """The work of one kind: all that is under way, and the newest of what is over."""
 
-    def __init__(self, history: int) -> None:
+    def __init__(self, history: int, what: str, subject_of: Callable[[W], str]) -> None:
         self._history = history
         """Records that are kept; those under way always are."""
+        self._what, self._subject_of = what, subject_of
+        """What people call the work, and to what it is done."""
         self._records: OrderedDict[str, W] = OrderedDict()
         self._tasks: dict[str, asyncio.Task[None]] = {}
 
@@ -40,14 +44,25 @@ class Works(Generic[W]):
         """The records of what is not over, oldest first."""
         return (self._records[record_id] for record_id in self._tasks)
 
-    def is_under_way(self, record: W) -> bool:
+    def goes_on(self, record: W) -> bool:
         """Whether the work of a record is not over."""
         return record.id in self._tasks
 
-    def find(self, record_id: str, is_meant: Callable[[W], bool] = lambda _: True) -> W | None:
-        """Find a record among those that are meant, if it is kept; `current` is the newest."""
-        newest = filter(is_meant, reversed(self._records.values()))
+    def find(self, subject: str, record_id: str = "current") -> W | None:
+        """Find a record of what is done to something, if it is kept; `current` is the newest."""
+        newest = (it for it in reversed(self._records.values()) if self._subject_of(it) == subject)
         return next((it for it in newest if record_id in ("current", it.id)), None)
+
+    async def get(self, subject: str, record_id: str, timeout_s: float = 0.0) -> W:
+        """Give a record, as `find` does, when its work is over, or as it is when the time is up.
+
+        :raises NotFound: there is none, or it is no longer kept.
+        """
+        found = self.find(subject, record_id)
+        if found is None:
+            raise NotFound(f"{subject} has no {self._what} {record_id}, or it is no longer kept.")
+        await self.wait(found, timeout_s)
+        return found
 
     async def wait(self, record: W, timeout_s: float) -> None:
         """Wait until work is over, or the time is up."""

@@ -10,7 +10,17 @@ from pydantic import Field
 from gateway.core.addresses import there_are
 from gateway.core.alarms import Cause
 from gateway.core.errors import InvalidRequest, NotFound
-from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, is_within, why_it_moves
+from gateway.core.family import (
+    Family,
+    LeftMoving,
+    Place,
+    PortInfo,
+    Seen,
+    Site,
+    facts_of,
+    is_within,
+    why_it_moves,
+)
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog
 from gateway.core.parts import Part
@@ -35,6 +45,7 @@ from gateway.fics.macros import Macros
 from gateway.fics.move_record import RobotMove
 from gateway.fics.moves import RobotMoves
 from gateway.fics.robot import Robot
+from gateway.fics.robot_now import RobotNow
 from gateway.fics.watch import watch
 from protocols.fics.commands import ROWS, Row, of_the_robot
 from protocols.fics.jog import StartJog
@@ -63,6 +74,9 @@ class Fics(Family):
     """All lines with robots."""
 
     line_table = config.Line
+    line_info = RobotLineInfo
+    now = RobotNow
+    move_records = (RobotMove,)
     collections = ("robots",)
     event_types = TYPES
     commands = tuple((ROBOT if of_the_robot(row) else UNIT, row) for row in ROWS)
@@ -137,7 +151,8 @@ class Fics(Family):
         """
         if robot_id not in self._robots:
             raise NotFound(
-                f"There is no robot {robot_id}; {there_are(self._robots)}.", "GET /robots lists them."
+                f"There is no robot {robot_id}; {there_are(self._robots)}; nothing was sent.",
+                "GET /robots lists them.",
             )
         return self._robots[robot_id]
 
@@ -163,6 +178,10 @@ class Fics(Family):
         for robot in self.robots():
             yield robot.id
             yield from (unit.address for unit in robot.units)
+
+    def seen(self) -> Iterator[Seen]:
+        """Tell of all robots."""
+        return (Seen(it.line.id, it.id, RobotNow.of(it)) for it in self.robots())
 
     def info(self, line: FicsLine) -> RobotLineInfo:
         """Tell the state of a line."""

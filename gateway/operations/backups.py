@@ -130,12 +130,10 @@ class _Nobody:
 
 
 async def get_backup(plant: Plant, target: str, backup_id: str, wait_s: float) -> Backup:
-    """Give a backup of a target's path, or the `current` one; errors as of `Backups.get`."""
+    """Give a backup of a target's path, or the `current` one; errors as of `Works.get`."""
     require(plant, Right.VIEW, target)
     _, target = _restores(plant, target)
-    found = plant.backups.get(target, backup_id)
-    await plant.backups.wait(found, wait_s)
-    return found
+    return await plant.backups.get(target, backup_id, wait_s)
 
 
 @needs(Right.VIEW)
@@ -245,12 +243,10 @@ async def start(plant: Plant, wanted: Wanted, flash: bool, power_cycle: bool, wa
 
 
 async def get(plant: Plant, target: str, restore_id: str, wait_s: float) -> Restore:
-    """Give a restore of a target's path, or the `current` one; errors as of `Restores.get`."""
+    """Give a restore of a target's path, or the `current` one; errors as of `Works.get`."""
     require(plant, Right.VIEW, target)
     restores, target = _restores(plant, target)
-    found = restores.get(target, restore_id)
-    await restores.wait(found, wait_s)
-    return found
+    return await restores.get(target, restore_id, wait_s)
 
 
 @needs(Right.SETUP, leased=False)

@@ -85,12 +85,9 @@ async def start_scan(plant: Plant, line_id: str) -> Scan:
 
 
 async def get_scan(plant: Plant, line_id: str, scan_id: str, wait_s: float) -> Scan:
-    """Give a scan when it is over, or as it is when the time is up; errors as of `Scans.get`."""
+    """Give a scan when it is over, or as it is when the time is up; errors as of `Works.get`."""
     require(plant, Right.VIEW, line_id)
-    scans = plant.family(Rorze).scans
-    found = scans.get(_line(plant, line_id), scan_id)
-    await scans.wait(found, wait_s)
-    return found
+    return await plant.family(Rorze).scans.get(_line(plant, line_id).id, scan_id, wait_s)
 
 
 def _line(plant: Plant, line_id: str) -> Line:

@@ -61,12 +61,9 @@ async def upload(plant: Plant, body_id: str, program: Assembled, flash: bool, wa
 
 
 async def get_upload(plant: Plant, body_id: str, upload_id: str, wait_s: float) -> ProgramUpload:
-    """Give an upload, or the `current` one; errors as of `ProgramUploads.get`."""
+    """Give an upload, or the `current` one; errors as of `Works.get`."""
     require(plant, Right.VIEW, body_id)
-    uploads = plant.family(Rorze).uploads
-    found = uploads.get(_body(plant, body_id), upload_id)
-    await uploads.wait(found, wait_s)
-    return found
+    return await plant.family(Rorze).uploads.get(_body(plant, body_id).address, upload_id, wait_s)
 
 
 @needs(Right.SETUP)
@@ -86,12 +83,9 @@ async def run(plant: Plant, body_id: str, command: RunProgram | StepProgram, wai
 
 
 async def get_run(plant: Plant, body_id: str, run_id: str, wait_s: float) -> ProgramRun:
-    """Give a run when it is over, or as it is when the time is up; errors as of `ProgramRuns.get`."""
+    """Give a run when it is over, or as it is when the time is up; errors as of `Works.get`."""
     require(plant, Right.VIEW, body_id)
-    runs = plant.family(Rorze).runs
-    found = runs.get(_body(plant, body_id), run_id)
-    await runs.wait(found, wait_s)
-    return found
+    return await plant.family(Rorze).runs.get(_body(plant, body_id).address, run_id, wait_s)
 
 
 @needs(Right.VIEW)

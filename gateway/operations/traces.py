@@ -45,13 +45,13 @@ def filter_of(
 
 
 async def newest(
-    plant: Plant, line_id: str, passing: TraceFilter, last: int, since: datetime | None
+    plant: Plant, line_id: str, passing: TraceFilter, limit: int, since: datetime | None
 ) -> list[TraceEntry]:
     """Give the newest records of a line that pass, oldest first."""
     require(plant, Right.VIEW, line_id)
     recorder = plant.recorders[line_id]
     records = recorder.records(since)
-    return await asyncio.to_thread(lambda: _formatted(list(passing.pass_on(records))[-last:]))
+    return await asyncio.to_thread(lambda: _formatted(list(passing.pass_on(records))[-limit:]))
 
 
 def follow(plant: Plant, line_id: str, passing: TraceFilter, after: int | None) -> AsyncIterator[News | None]:

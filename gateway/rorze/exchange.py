@@ -6,7 +6,7 @@ from typing import Any
 from gateway.core.errors import GatewayError
 from gateway.core.exchange import Exchange, Said, remedy_of
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
-from protocols.rorze.row import FIRST_GROUP, LAST_GROUP, RorzeCommand
+from protocols.rorze.row import RorzeCommand
 from protocols.table import Reply, WireFault
 
 ReplyFrame = Answer | Refusal | GroupAnswer
@@ -81,8 +81,3 @@ class RorzeExchange(Exchange[RorzeCommand[Any], ReplyFrame, Answered | Refusal])
             member: self.command.read_reply(answer.payload) if isinstance(answer, Answer) else answer
             for member, answer in frame.members.items()
         }
-
-
-def is_group(body: int) -> bool:
-    """Whether the number is a virtual body's."""
-    return FIRST_GROUP <= body <= LAST_GROUP

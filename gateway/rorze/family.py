@@ -10,7 +10,17 @@ from pydantic import Field
 from gateway.core.addresses import numbered_address, there_are
 from gateway.core.alarms import Cause
 from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
-from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of, is_within, why_it_moves
+from gateway.core.family import (
+    Family,
+    LeftMoving,
+    Place,
+    PortInfo,
+    Seen,
+    Site,
+    facts_of,
+    is_within,
+    why_it_moves,
+)
 from gateway.core.move_log import MoveLog
 from gateway.core.move_record import Move, MoveStatus
 from gateway.core.origin import Origin, acting
@@ -24,6 +34,7 @@ from gateway.rorze import config
 from gateway.rorze.alarms import causes
 from gateway.rorze.backup_restore import BodyRestore
 from gateway.rorze.bodies import Body, Group
+from gateway.rorze.body_now import BodyNow
 from gateway.rorze.body_watch import BodyWatch, watch_sweep
 from gateway.rorze.event_settings import watch_events
 from gateway.rorze.event_types import TYPES
@@ -84,6 +95,9 @@ class Rorze(Family):
     """All lines with RC-400s, and what is on them."""
 
     line_table = config.Line
+    line_info = LineInfo
+    now = BodyNow
+    move_records = (Move, ScaraMove)
     collections = ("bodies", "groups", "scaras")
     event_types = TYPES
     commands = tuple(
@@ -250,7 +264,8 @@ class Rorze(Family):
         found = self._scaras.get(scara_id.lower())
         if found is None:
             raise NotFound(
-                f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}.", "GET /scaras lists them."
+                f"There is no SCARA robot {scara_id}; {there_are(self._scaras)}; nothing was sent.",
+                "GET /scaras lists them.",
             )
         return found
 
@@ -273,6 +288,10 @@ class Rorze(Family):
         things: list[Body | Group] = [*self.bodies(), *self.groups()]
         for thing in things:
             yield from (thing.address, thing.short)
+
+    def seen(self) -> Iterator[Seen]:
+        """Tell of all bodies."""
+        return (Seen(it.line.id, it.address, BodyNow.of(it)) for it in self.bodies())
 
     def info(self, line: Line) -> LineInfo:
         """Tell the state of a line."""

@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound
+from gateway.core.errors import BodyBusy, GatewayError, NoReply
 from gateway.core.move_log import new_id
 from gateway.core.origin import current
 from gateway.core.records import Record
@@ -75,12 +75,12 @@ def cause_of(status: int) -> str | None:
     return "+".join(name for bit, name in END_CAUSES.items() if status & bit) or "normal"
 
 
-class ProgramRuns:
+class ProgramRuns(Works[ProgramRun]):
     """The runs of all bodies."""
 
     def __init__(self, publish: Callable[[str, ProgramRun], None]) -> None:
+        super().__init__(HISTORY, "program run", lambda it: it.body_id)
         self._publish = publish
-        self._works: Works[ProgramRun] = Works(HISTORY)
 
     async def start(self, body: Body, command: RunProgram | StepProgram) -> ProgramRun:
         """Run a program, or one instruction of it.
@@ -98,7 +98,7 @@ class ProgramRuns:
         refusal = body.power.refusal(body.address, command)
         if refusal is not None:
             raise refusal
-        last = self._last(body)
+        last = self.find(body.address)
         if last is not None and last.status == "running" and await self._look(body, last):
             raise BodyBusy(
                 f"The program run {last.id} of {body.address} is not over.", "Wait for it or stop it."
@@ -113,7 +113,7 @@ class ProgramRuns:
             single_step=isinstance(command, StepProgram),
             started_at=now,
         )
-        self._works.begin(run, self._follow(body, run), "program run")
+        self.begin(run, self._follow(body, run), "program run")
         self._publish("started", run)
         return run
 
@@ -125,25 +125,11 @@ class ProgramRuns:
             if not await runs(body):
                 raise
 
-    def get(self, body: Body, run_id: str) -> ProgramRun:
-        """Find a run of a body.
-
-        :raises NotFound: there is none, or it is no longer kept.
-        """
-        run = self._works.find(run_id, lambda it: it.body_id == body.address)
-        if run is None:
-            raise NotFound(f"{body.address} has no program run {run_id}.")
-        return run
-
-    async def wait(self, run: ProgramRun, timeout_s: float) -> None:
-        """Wait until a run is over, or the time is up."""
-        await self._works.wait(run, timeout_s)
-
     async def state(self, body: Body) -> ProgramState:
         """Ask a body where its program is (URD, UND); errors as of `Body.ask`."""
         status, _ = await body.ask(GetProgramStatus())
         at, _ = await body.ask(GetProgramAddress())
-        run = self._last(body)
+        run = self.find(body.address)
         return ProgramState(
             body_id=body.address,
             running=bool(status.status & RUNS),
@@ -154,13 +140,6 @@ class ProgramRuns:
             elapsed_s=None if run is None else _elapsed_s(run),
             run=run,
         )
-
-    async def close(self) -> None:
-        """Follow no longer; programs run on."""
-        await self._works.close()
-
-    def _last(self, body: Body) -> ProgramRun | None:
-        return self._works.find("current", lambda it: it.body_id == body.address)
 
     async def _follow(self, body: Body, run: ProgramRun) -> None:
         """Ask until the program has ended; one that cannot be asked is asked on."""

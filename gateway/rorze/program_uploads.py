@@ -126,12 +126,12 @@ class _Work:
         return lines[address] if address < len(lines) else (lines[-1] if lines else 0) + 1
 
 
-class ProgramUploads:
+class ProgramUploads(Works[ProgramUpload]):
     """The uploads of all bodies, one at a time for each."""
 
     def __init__(self, publish: Callable[[str, ProgramUpload], None]) -> None:
+        super().__init__(HISTORY, "program upload", lambda it: it.body_id)
         self._publish = publish
-        self._works: Works[ProgramUpload] = Works(HISTORY)
         self._current: dict[Body, _Work] = {}
 
     async def start(self, body: Body, program: Assembled, *, flash: bool = False) -> ProgramUpload:
@@ -159,7 +159,7 @@ class ProgramUploads:
         except BaseException:
             del self._current[body]
             raise
-        self._works.begin(record, self._run(work), "program upload")
+        self.begin(record, self._run(work), "program upload")
         self._publish("started", record)
         return record
 
@@ -185,22 +185,6 @@ class ProgramUploads:
             return False
         return exchange.command.effect is Effect.MOTION or isinstance(exchange.command, KEPT_OUT)
 
-    # found again
-
-    def get(self, body: Body, upload_id: str) -> ProgramUpload:
-        """Find an upload of a body; `current` is the one under way, or the last.
-
-        :raises NotFound: there is none, or it is no longer kept.
-        """
-        found = self._works.find(upload_id, lambda it: it.body_id == body.address)
-        if found is None:
-            raise NotFound(f"{body.address} has no program upload {upload_id}.")
-        return found
-
-    async def wait(self, upload: ProgramUpload, timeout_s: float) -> None:
-        """Wait until an upload is over, or the time is up."""
-        await self._works.wait(upload, timeout_s)
-
     async def cancel(self, body: Body) -> ProgramUpload:
         """End the upload under way before its next instruction, and give its record.
 
@@ -212,10 +196,6 @@ class ProgramUploads:
         work.unwanted = True
         await self.wait(work.record, CANCELLED_WITHIN_S)
         return work.record
-
-    async def close(self) -> None:
-        """Break off the uploads that run."""
-        await self._works.close()
 
     # the work
 

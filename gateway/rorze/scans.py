@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from gateway.core.errors import BodyBusy, GatewayError, LineDown, NotFound, NotSent
+from gateway.core.errors import BodyBusy, GatewayError, LineDown, NotSent
 from gateway.core.events import EventHub
 from gateway.core.records import Record
 from gateway.core.works import Works
@@ -44,12 +44,12 @@ class Scan(Record):
     ended_at: datetime | None = None
 
 
-class Scans:
+class Scans(Works[Scan]):
     """The scans of all lines; one at a time on each."""
 
     def __init__(self, events: EventHub) -> None:
+        super().__init__(HISTORY, "scan", lambda it: it.line_id)
         self._events = events
-        self._works: Works[Scan] = Works(HISTORY)
 
     def start(self, line: Line) -> Scan:
         """Begin to ask all 120 body numbers, between the line's other work.
@@ -57,7 +57,7 @@ class Scans:
         :raises BodyBusy: a scan of this line is running.
         :raises LineDown: the line is down.
         """
-        for running in self._works.under_way():
+        for running in self.under_way():
             if running.line_id == line.id:
                 raise BodyBusy(f"Scan {running.id} of line {line.id} is still running.", "Wait for it.")
         if line.state == "down":
@@ -65,26 +65,8 @@ class Scans:
                 f"Line {line.id} is down: {line.down_reason}. Nothing was sent.", "Check the cable."
             )
         scan = Scan(id=secrets.token_hex(6), line_id=line.id, started_at=datetime.now(UTC))
-        self._works.begin(scan, self._run(scan, line), "scan")
+        self.begin(scan, self._run(scan, line), "scan")
         return scan
-
-    def get(self, line: Line, scan_id: str) -> Scan:
-        """Find a scan of a line; `current` is the one under way, or the last.
-
-        :raises NotFound: there is none, or it is no longer kept.
-        """
-        scan = self._works.find(scan_id, lambda it: it.line_id == line.id)
-        if scan is None:
-            raise NotFound(f"Line {line.id} has no scan {scan_id}.", "Start a new one.")
-        return scan
-
-    async def wait(self, scan: Scan, timeout_s: float) -> None:
-        """Wait until a scan is over, or the time is up."""
-        await self._works.wait(scan, timeout_s)
-
-    async def close(self) -> None:
-        """Break off the scans that run."""
-        await self._works.close()
 
     async def _run(self, scan: Scan, line: Line) -> None:
         try:

@@ -59,11 +59,12 @@ async def test_a_scan_can_be_waited_for(stand: Stand) -> None:
 @on_stand()
 async def test_the_trace_holds_every_byte_with_its_direction(stand: Stand) -> None:
     await stand.get("/bodies/3F/position")
-    entries = (await stand.get("/lines/arm/trace?last=2")).json()["entries"]
+    entries = (await stand.get("/lines/arm/trace?limit=2")).json()["entries"]
     assert [(entry["kind"], entry["data"]) for entry in entries] == [
         ("tx", "&3F6PD\\r"),
         ("rx", ">&3F6PD+000000000\\r"),
     ]
+    assert (await stand.get("/lines/arm/trace?last=2")).json()["entries"] == entries
     later = (await stand.get("/lines/arm/trace?since=2100-01-01T00:00:00Z")).json()
     assert later == {"line_id": "arm", "entries": []}
 
@@ -76,7 +77,7 @@ async def test_the_trace_is_filtered_by_body_and_by_request(stand: Stand) -> Non
     mine = (await stand.get("/lines/arm/trace?request_id=mine")).json()["entries"]
     assert [entry["data"] for entry in mine][-2:] == ["&3F6PD\\r", ">&3F6PD+000000000\\r"]
     assert {entry["data"].lstrip(">")[:3] for entry in mine} == {"&3F"}
-    body = (await stand.get("/lines/arm/trace?bodies=3F&last=2")).json()["entries"]
+    body = (await stand.get("/lines/arm/trace?bodies=3F&limit=2")).json()["entries"]
     assert body == mine[-2:]
     of_others = (await stand.get("/lines/arm/trace?bodies=arm.01")).json()["entries"]
     assert not [entry for entry in of_others if "&3F" in entry["data"]]

@@ -83,7 +83,7 @@ def test_a_stop_is_the_next_frame_and_nothing_moves_after_it(gateway: Gateway, l
         it["subject"]: datetime.fromisoformat(it["time"]) for it in gateway.events("body.stop.requested")
     }
     assert len(requested) == len(BODIES)
-    trace = gateway.get("/lines/line1/trace?last=10000")["entries"]
+    trace = gateway.get("/lines/line1/trace?limit=10000")["entries"]
     sent = [(datetime.fromisoformat(it["at"]), it["data"]) for it in trace if it["kind"] == "tx"]
     first_stop = next(place for place, (_, frame) in enumerate(sent) if frame[3:6] == "5IS")
     # A stop for the group and one for each body, and no other frame among them.

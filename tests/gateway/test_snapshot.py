@@ -1,8 +1,10 @@
 """The plant at one moment, for who has missed something."""
 
+from typing import Any
+
 from gateway.core.events import SNAPSHOT, Event
 from gateway.core.lanes import Lane
-from gateway.snapshot import Snapshot
+from gateway.event_types import EVENT_TYPES
 from protocols.fics.moves import MoveRelative
 from protocols.rorze.moves import MoveClockwise
 from tests.fics_plants import fics_rig
@@ -12,11 +14,11 @@ from tests.tested_plant import TestedPlant
 LOST = "00000000-000000000001"
 
 
-async def taken(plant: TestedPlant, bodies: list[str] | None = None) -> Snapshot:
+async def taken(plant: TestedPlant, bodies: list[str] | None = None) -> Any:
     page = await plant.events.since(LOST, bodies)
     event: Event = page.events[1]
     assert (event.type, event.subject) == (SNAPSHOT, "/events")
-    return Snapshot.model_validate(event.data, strict=False)
+    return EVENT_TYPES[SNAPSHOT].data.model_validate(event.data, strict=False)
 
 
 @in_virtual_time

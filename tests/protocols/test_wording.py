@@ -89,7 +89,7 @@ def test_what_was_given_is_shown_shortly_and_can_be_printed(given: object) -> No
 def test_a_name_nobody_knows_is_told_with_the_one_that_was_meant() -> None:
     assert unknown("speeed", ["speed", "pattern"]) == "did you mean speed?"
     assert unknown("colour", ["speed", "pattern"]) == "known are speed, pattern"
-    assert unknown("colour", []) == "nothing is known here"
+    assert unknown("colour", []) == "it takes none"
 
 
 def test_a_time_without_its_zone_is_told_so() -> None:

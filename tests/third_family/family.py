@@ -9,7 +9,7 @@ from gateway.core import tables
 from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound
 from gateway.core.event_types import EventType, move_types
 from gateway.core.events import EventHub
-from gateway.core.family import Family, LeftMoving, Place, PortInfo, Site, facts_of
+from gateway.core.family import Family, LeftMoving, Place, PortInfo, Seen, Site, facts_of
 from gateway.core.lanes import Lane
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, MoveError, MoveRecord, MoveStatus
@@ -43,6 +43,14 @@ class ToyMove(MoveRecord):
     """A move of an axis."""
 
     place: int
+
+
+class ToyNow(Record):
+    """An axis, as far as is known."""
+
+    toy_id: str
+    online: bool
+    moving: bool | None
 
 
 class ToyStop(Record):
@@ -186,6 +194,9 @@ class Toys(Family):
     event_types = TYPES
 
     line_table = ToyTable
+    line_info = ToyInfo
+    now = ToyNow
+    move_records = (ToyMove,)
     collections = ("toys",)
     commands: ClassVar = tuple((Place("/toys/{toy_id}", ToyMove), row) for row in ROWS)
     stop_modes = Toy.stop_modes
@@ -215,6 +226,14 @@ class Toys(Family):
 
     def addresses(self) -> Iterator[str]:
         return iter(self.toys)
+
+    def seen(self) -> Iterator[Seen]:
+        for toy in self.toys.values():
+            moving = toy.move is not None
+            yield Seen(toy.line.id, toy.address, ToyNow(toy_id=toy.address, online=True, moving=moving))
+
+    def move_logs(self) -> Iterator[MoveLog[Any]]:
+        yield self.log
 
     def info(self, line: ToyLine) -> ToyInfo:
         (toy,) = (it.address for it in self.toys.values() if it.line is line)

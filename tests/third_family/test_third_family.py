@@ -134,3 +134,15 @@ async def test_its_line_is_told_with_the_others(bench: Bench) -> None:
     )
     assert (await bench.client.get("/lines/bench")).json()["toy_id"] == "t1"
     assert (await bench.client.get("/readyz")).status_code == 200
+
+
+@on_bench
+async def test_a_snapshot_tells_of_its_axes_and_figures_count_them(bench: Bench) -> None:
+    move = (await bench.post(f"{TOY}/commands/go", {"place": 9000})).json()
+    missed = (await bench.client.get("/events?after=00000000-000000000001&limit=2")).json()["events"]
+    assert [it["type"] for it in missed] == ["stream.gap", "stream.snapshot"]
+    now = missed[1]["data"]
+    assert (now["toys"], now["bodies"]) == ([{"toy_id": "t1", "online": True, "moving": True}], [])
+    assert [it["id"] for it in now["moves"]] == [move["id"]]
+    figures = (await bench.client.get("/metrics")).text
+    assert 'motion_gateway_toys{kind="moving",line="bench"} 1.0' in figures

@@ -99,9 +99,9 @@ def test_every_route_with_a_body_is_tried() -> None:
         ("/bodies/3E/position", "There is no body 3E; there are arm.00, arm.01, arm.3F; nothing was sent."),
         ("/bodies/leg.3F", "There is no body leg.3F; there are arm.00, arm.01, arm.3F; nothing was sent."),
         ("/groups/80", "There is no group 80; there are none; nothing was sent."),
-        ("/lines/leg", "There is no line leg; there is arm."),
-        ("/robots/r9", "There is no robot r9; there are none."),
-        ("/scaras/wafer", "There is no SCARA robot wafer; there are none."),
+        ("/lines/leg", "There is no line leg; there is arm; nothing was sent."),
+        ("/robots/r9", "There is no robot r9; there are none; nothing was sent."),
+        ("/scaras/wafer", "There is no SCARA robot wafer; there are none; nothing was sent."),
         ("/events?bodies=3E", "bodies: there is no 3E; there are 00, 01, 3F, arm.00, arm.01, arm.3F."),
     ],
 )
@@ -111,6 +111,43 @@ def test_who_asks_for_what_is_not_there_is_told_what_is_and_where_it_is_listed(p
         answer = await stand.get(path)
         assert answer.json()["detail"] == said
         assert answer.json()["remedy"].startswith("GET /")
+
+    story()
+
+
+@pytest.mark.parametrize(
+    ("types", "said"),
+    [
+        ("bodie.move.*", "types: 'bodie.move.*' is no type of events; did you mean body.move.*?"),
+        ("line.up,line.dwon", "types: 'line.dwon' is no type of events; did you mean line.down?"),
+        ("body.move.lift.*", "types: 'body.move.lift.*' is no type of events; did you mean body.move.*?"),
+        ("weather", "types: 'weather' is no type of events."),
+    ],
+)
+def test_nobody_waits_for_events_of_a_misspelt_type(types: str, said: str) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        answer = await stand.get(f"/events?types={types}")
+        assert (answer.status_code, answer.json()["detail"]) == (422, said)
+
+    story()
+
+
+def test_a_length_must_be_a_number() -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        move = {"kind": "absolute", "position": {"value": "5000", "unit": "pulse"}}
+        answer = await stand.post("/bodies/3F/moves", move)
+        assert answer.json()["detail"] == "position.value: must be a number, not '5000'; nothing was sent."
+
+    story()
+
+
+@pytest.mark.parametrize("path", ["/bodies/3F/positions?first=9&last=2", "/bodies/3F/program/uploads/7"])
+def test_every_refusal_tells_what_to_do_next(path: str) -> None:
+    @on_stand()
+    async def story(stand: Stand) -> None:
+        assert (await stand.get(path)).json()["remedy"]
 
     story()
 

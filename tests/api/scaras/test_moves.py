@@ -38,6 +38,14 @@ async def test_who_waits_has_the_end(stand: Stand) -> None:
 
 
 @on_cell
+async def test_a_client_that_has_missed_something_is_told_of_the_move_under_way(stand: Stand) -> None:
+    move = (await stand.post("/scaras/wafer/moves", LINE)).json()
+    missed = await stand.get("/events?after=00000000-000000000001&limit=2&bodies=wafer")
+    (_, snapshot) = missed.json()["events"]
+    assert [it["id"] for it in snapshot["data"]["moves"]] == [move["id"]]
+
+
+@on_cell
 async def test_a_point_with_an_unknown_key_is_answered_with_those_it_has(stand: Stand) -> None:
     points = [{"x_um": 255_000, "y": {"value": 300, "unit": "mm"}}]
     refused = await stand.post("/scaras/wafer/moves", {"kind": "path", "points": points})

@@ -55,7 +55,7 @@ async def test_controllers_are_read_one_after_the_other() -> None:
     record = await over(of, Machine("a"), Machine("b"))
     assert (record.status, record.text) == ("succeeded", "; a backup\n[a]\n[b]\n")
     assert (record.controllers, record.read, record.expected) == (["a", "b"], 6, 6)
-    assert of.get(TARGET, "current") is of.get(TARGET, record.id) is record
+    assert await of.get(TARGET, "current") is await of.get(TARGET, record.id) is record
     kinds = [what for what, _ in told]
     assert (kinds[0], set(kinds[1:-1]), kinds[-1]) == ("started", {"progress"}, "succeeded")
     assert {it.text for _, it in told} == {None}
@@ -82,7 +82,7 @@ async def test_a_controller_that_is_being_changed_is_not_read() -> None:
     with pytest.raises(BodyBusy):
         await of.start(TARGET, "", [Machine("a"), Machine("b", is_ready=False)])
     with pytest.raises(NotFound):
-        of.get(TARGET, "current")
+        await of.get(TARGET, "current")
     assert told == []
 
 
@@ -135,8 +135,8 @@ async def test_the_newest_are_kept_and_what_is_under_way_is_never_forgotten() ->
     of, _ = backups()
     slow = await of.start("/machines/slow", "", [Machine("s", answers=1000)])
     kept = [await over(of, Machine("a", answers=1)) for _ in range(HISTORY + 3)]
-    assert of.get("/machines/slow", slow.id) is slow
+    assert await of.get("/machines/slow", slow.id) is slow
     with pytest.raises(NotFound):
-        of.get(TARGET, kept[0].id)
-    assert of.get(TARGET, kept[-1].id) is kept[-1]
+        await of.get(TARGET, kept[0].id)
+    assert await of.get(TARGET, kept[-1].id) is kept[-1]
     await of.close()

@@ -83,9 +83,9 @@ async def test_what_differs_is_written_and_read_back() -> None:
     assert (record.status, record.phase, record.differences, record.saved) == ("verified", "done", [], True)
     assert (record.commands, record.written, record.read) == (1, 1, 3)
     assert [what for what, _ in told if what != "progress"] == ["started", "verified"]
-    assert of.get(TARGET, "current") is of.get(TARGET, record.id) is record
+    assert await of.get(TARGET, "current") is await of.get(TARGET, record.id) is record
     with pytest.raises(NotFound):
-        of.get("/machines/other", record.id)
+        await of.get("/machines/other", record.id)
 
 
 @in_virtual_time

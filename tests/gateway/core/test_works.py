@@ -3,6 +3,7 @@
 import asyncio
 from dataclasses import dataclass
 from math import inf
+from operator import attrgetter
 
 from gateway.core.works import Works
 from tests.plants import in_virtual_time
@@ -22,41 +23,41 @@ def begin(works: Works[Record], record_id: str, takes_s: float, of: str = "a") -
 
 @in_virtual_time
 async def test_a_record_is_found_while_its_work_goes_on_and_afterwards() -> None:
-    works: Works[Record] = Works(10)
+    works: Works[Record] = Works(10, "work", attrgetter("of"))
     record = begin(works, "1", 5.0)
-    assert works.is_under_way(record)
+    assert works.goes_on(record)
     assert list(works.under_way()) == [record]
     await works.wait(record, 1.0)
-    assert works.is_under_way(record)
+    assert works.goes_on(record)
     await works.wait(record, inf)
-    assert not works.is_under_way(record)
-    assert works.find("1") == record
-    assert works.find("2") is None
+    assert not works.goes_on(record)
+    assert works.find("a", "1") == record
+    assert works.find("a", "2") is None
 
 
 @in_virtual_time
 async def test_current_is_the_newest_of_those_that_are_meant() -> None:
-    works: Works[Record] = Works(10)
+    works: Works[Record] = Works(10, "work", attrgetter("of"))
     first, _, _ = begin(works, "1", 1.0, "a"), begin(works, "2", 1.0, "b"), begin(works, "3", 1.0, "b")
-    assert works.find("current", lambda it: it.of == "a") == first
-    assert works.find("2", lambda it: it.of == "a") is None
+    assert works.find("a") == first
+    assert works.find("a", "2") is None
     await works.close()
 
 
 @in_virtual_time
 async def test_the_oldest_records_are_forgotten_but_never_those_under_way() -> None:
-    works: Works[Record] = Works(2)
+    works: Works[Record] = Works(2, "work", attrgetter("of"))
     long = begin(works, "1", 100.0)
     for number in range(2, 6):
         await works.wait(begin(works, str(number), 1.0), inf)
-    assert works.find("1") == long
-    assert [works.find(str(number)) is not None for number in range(2, 6)] == [False, False, False, True]
+    assert works.find("a", "1") == long
+    assert [works.find("a", str(number)) is not None for number in range(2, 6)] == [False, False, False, True]
     await works.close()
 
 
 @in_virtual_time
 async def test_work_is_broken_off_one_by_one_or_all_at_once() -> None:
-    works: Works[Record] = Works(10)
+    works: Works[Record] = Works(10, "work", attrgetter("of"))
     first, second = begin(works, "1", 100.0), begin(works, "2", 100.0)
     works.break_off(first)
     await works.wait(first, inf)

@@ -33,7 +33,7 @@ async def test_a_scan_finds_who_answers_and_belongs_to_its_line() -> None:
         scan = await bodies.start_scan(it.plant, ME, "left")
         over = await bodies.get_scan(it.plant, "left", scan.id, 120.0)
         assert (over.status, [found.body_id for found in over.found]) == ("finished", ["left.3F"])
-        with pytest.raises(NotFound, match="Line right has no scan"):
+        with pytest.raises(NotFound, match="right has no scan"):
             await bodies.get_scan(it.plant, "right", scan.id, 0.0)
 
 

@@ -6,7 +6,7 @@ import pytest
 from gateway.core.errors import NoReply
 from gateway.core.lanes import Lane
 from gateway.core.scheduler import is_abandoned
-from gateway.rorze.exchange import Answered, is_group
+from gateway.rorze.exchange import Answered
 from protocols.rorze.link import Answer, GroupAnswer, Refusal
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.notation import PositionReference
@@ -107,10 +107,3 @@ async def test_only_a_read_is_abandoned_and_only_when_all_have_gone() -> None:
     second.cancel()
     assert is_abandoned(read)
     assert not is_abandoned(move)
-
-
-@pytest.mark.parametrize(
-    ("body", "group"), [(0x77, False), (0x7F, False), (0x80, True), (0x9E, True), (0x9F, False)]
-)
-def test_groups_are_80_to_9e(body: int, group: bool) -> None:
-    assert is_group(body) is group

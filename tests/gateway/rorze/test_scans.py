@@ -25,7 +25,7 @@ async def test_a_scan_finds_who_is_there_configured_or_not() -> None:
         assert scan.ended_at is not None
         [event] = it.events("line.scan")
         assert (event.type, event.subject) == ("line.scan.finished", "/lines/line1")
-        assert it.plant.scans.get(it.plant.line("line1"), scan.id) is scan
+        assert await it.plant.scans.get("line1", scan.id) is scan
 
 
 @in_virtual_time
@@ -89,4 +89,4 @@ async def test_a_scan_of_a_line_that_is_down_is_refused_and_one_that_goes_down_f
 async def test_a_scan_that_nobody_knows() -> None:
     async with rig() as it:
         with pytest.raises(NotFound, match="no scan 4711"):
-            it.plant.scans.get(it.plant.line("line1"), "4711")
+            await it.plant.scans.get("line1", "4711")

@@ -25,13 +25,13 @@ from motion_gateway_client.generated.types import (
     BodySettings,
     BodySettingsChange,
     BodyStatus,
+    CaptureList,
     CaptureRequest,
-    Captures,
     CaptureState,
     ChangedPattern,
     ChangedSettings,
     ChangedSpeedSet,
-    Channels,
+    ChannelList,
     CommandList,
     ContinuousMoveRequest,
     CurveDraft,
@@ -60,14 +60,16 @@ from motion_gateway_client.generated.types import (
     Length,
     LineInfo,
     LineList,
+    LinePositions,
     LineRestoreRequest,
+    LineStatuses,
     Liveness,
     MacroList,
     MacroRunRequest,
     MadeKey,
-    Memories,
     Memory,
     MemoryChange,
+    MemoryList,
     ModeChange,
     Move,
     MoveList,
@@ -80,7 +82,7 @@ from motion_gateway_client.generated.types import (
     PathDefinition,
     Pattern,
     PatternChange,
-    Patterns,
+    PatternList,
     PatternValues,
     PlannedMove,
     PlannedRobotMove,
@@ -89,7 +91,6 @@ from motion_gateway_client.generated.types import (
     PositionLabel,
     PositionMoveRequest,
     PositionName,
-    Positions,
     PositionsToStore,
     PositionTable,
     PositionUpload,
@@ -147,10 +148,9 @@ from motion_gateway_client.generated.types import (
     SpeedIncrease,
     SpeedSet,
     SpeedSetChange,
-    SpeedSets,
+    SpeedSetList,
     SpeedSetting,
     SpeedSetValues,
-    Statuses,
     StopRequest,
     StopResult,
     StoredPath,
@@ -162,7 +162,7 @@ from motion_gateway_client.generated.types import (
     UnitSettings,
     UnitStatus,
     Uploaded,
-    Variables,
+    VariableList,
     VariableSetting,
     VariableValue,
     Version,
@@ -227,14 +227,14 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def get_positions(self, line_id: str) -> Positions:
+    async def get_positions(self, line_id: str) -> LinePositions:
         """Ask all bodies of a line where they stand (6PD), in the fewest frames."""
-        answer: Positions = await self.call("GET", filled("/lines/{line_id}/positions", line_id=line_id))
+        answer: LinePositions = await self.call("GET", filled("/lines/{line_id}/positions", line_id=line_id))
         return answer
 
-    async def get_statuses(self, line_id: str) -> Statuses:
+    async def get_statuses(self, line_id: str) -> LineStatuses:
         """Ask all bodies of a line for their status (9CD), in the fewest frames."""
-        answer: Statuses = await self.call("GET", filled("/lines/{line_id}/statuses", line_id=line_id))
+        answer: LineStatuses = await self.call("GET", filled("/lines/{line_id}/statuses", line_id=line_id))
         return answer
 
     async def list_bodies(self, *, fresh: bool | None = None) -> BodyList:
@@ -573,6 +573,7 @@ class AsyncOperations(Protocol):
         self,
         line_id: str,
         *,
+        limit: int | None = None,
         last: int | None = None,
         since: str | None = None,
         bodies: str | None = None,
@@ -582,7 +583,7 @@ class AsyncOperations(Protocol):
         answer: Trace = await self.call(
             "GET",
             filled("/lines/{line_id}/trace", line_id=line_id),
-            query={"last": last, "since": since, "bodies": bodies, "request_id": request_id},
+            query={"limit": limit, "last": last, "since": since, "bodies": bodies, "request_id": request_id},
         )
         return answer
 
@@ -749,9 +750,9 @@ class AsyncOperations(Protocol):
 
     async def get_memories(
         self, body_id: str, *, first: str | None = None, count: int | None = None
-    ) -> Memories:
+    ) -> MemoryList:
         """Read memories of the user program, one by one (UDD)."""
-        answer: Memories = await self.call(
+        answer: MemoryList = await self.call(
             "GET",
             filled("/bodies/{body_id}/memories", body_id=body_id),
             query={"first": first, "count": count},
@@ -870,9 +871,9 @@ class AsyncOperations(Protocol):
 
     async def list_speed_sets(
         self, body_id: str, *, first: int | None = None, last: int | None = None
-    ) -> SpeedSets:
+    ) -> SpeedSetList:
         """Ask a body for its speed parameter sets, five frames for each."""
-        answer: SpeedSets = await self.call(
+        answer: SpeedSetList = await self.call(
             "GET",
             filled("/bodies/{body_id}/speed-sets", body_id=body_id),
             query={"first": first, "last": last},
@@ -928,9 +929,9 @@ class AsyncOperations(Protocol):
 
     async def list_patterns(
         self, body_id: str, *, first: int | None = None, last: int | None = None
-    ) -> Patterns:
+    ) -> PatternList:
         """Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set."""
-        answer: Patterns = await self.call(
+        answer: PatternList = await self.call(
             "GET", filled("/bodies/{body_id}/patterns", body_id=body_id), query={"first": first, "last": last}
         )
         return answer
@@ -1674,9 +1675,9 @@ class AsyncOperations(Protocol):
         )
         return answer
 
-    async def list_captures(self, body_id: str) -> Captures:
+    async def list_captures(self, body_id: str) -> CaptureList:
         """Ask the controller how both inputs capture, and what they have captured (CPD, CFD, CSD, 3ND)."""
-        answer: Captures = await self.call("GET", filled("/bodies/{body_id}/captures", body_id=body_id))
+        answer: CaptureList = await self.call("GET", filled("/bodies/{body_id}/captures", body_id=body_id))
         return answer
 
     async def get_capture(self, body_id: str, port: int, *, wait: float | None = None) -> CaptureState:
@@ -2014,9 +2015,9 @@ class AsyncOperations(Protocol):
 
     async def get_inputs(
         self, robot_id: str, *, first: int | None = None, count: int | None = None
-    ) -> Channels:
+    ) -> ChannelList:
         """Ask the robot for inputs, channel by channel (IDI)."""
-        answer: Channels = await self.call(
+        answer: ChannelList = await self.call(
             "GET",
             filled("/robots/{robot_id}/inputs", robot_id=robot_id),
             query={"first": first, "count": count},
@@ -2025,9 +2026,9 @@ class AsyncOperations(Protocol):
 
     async def get_outputs(
         self, robot_id: str, *, first: int | None = None, count: int | None = None
-    ) -> Channels:
+    ) -> ChannelList:
         """Ask the robot for outputs, channel by channel (IDO)."""
-        answer: Channels = await self.call(
+        answer: ChannelList = await self.call(
             "GET",
             filled("/robots/{robot_id}/outputs", robot_id=robot_id),
             query={"first": first, "count": count},
@@ -2043,9 +2044,9 @@ class AsyncOperations(Protocol):
         /,
         *,
         idempotency_key: str | None = None,
-    ) -> Channels:
+    ) -> ChannelList:
         """Switch an output on or off (IOT), and read its channel back; `not-done` where it is not as asked."""
-        answer: Channels = await self.call(
+        answer: ChannelList = await self.call(
             "PUT",
             filled("/robots/{robot_id}/outputs/{channel}/{bit}", robot_id=robot_id, channel=channel, bit=bit),
             body=body,
@@ -2055,9 +2056,9 @@ class AsyncOperations(Protocol):
 
     async def get_variables(
         self, robot_id: str, *, first: int | None = None, count: int | None = None
-    ) -> Variables:
+    ) -> VariableList:
         """Ask the robot for variables, one by one (VAR)."""
-        answer: Variables = await self.call(
+        answer: VariableList = await self.call(
             "GET",
             filled("/robots/{robot_id}/variables", robot_id=robot_id),
             query={"first": first, "count": count},

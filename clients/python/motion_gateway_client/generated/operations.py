@@ -25,13 +25,13 @@ from motion_gateway_client.generated.types import (
     BodySettings,
     BodySettingsChange,
     BodyStatus,
+    CaptureList,
     CaptureRequest,
-    Captures,
     CaptureState,
     ChangedPattern,
     ChangedSettings,
     ChangedSpeedSet,
-    Channels,
+    ChannelList,
     CommandList,
     ContinuousMoveRequest,
     CurveDraft,
@@ -60,14 +60,16 @@ from motion_gateway_client.generated.types import (
     Length,
     LineInfo,
     LineList,
+    LinePositions,
     LineRestoreRequest,
+    LineStatuses,
     Liveness,
     MacroList,
     MacroRunRequest,
     MadeKey,
-    Memories,
     Memory,
     MemoryChange,
+    MemoryList,
     ModeChange,
     Move,
     MoveList,
@@ -80,7 +82,7 @@ from motion_gateway_client.generated.types import (
     PathDefinition,
     Pattern,
     PatternChange,
-    Patterns,
+    PatternList,
     PatternValues,
     PlannedMove,
     PlannedRobotMove,
@@ -89,7 +91,6 @@ from motion_gateway_client.generated.types import (
     PositionLabel,
     PositionMoveRequest,
     PositionName,
-    Positions,
     PositionsToStore,
     PositionTable,
     PositionUpload,
@@ -147,10 +148,9 @@ from motion_gateway_client.generated.types import (
     SpeedIncrease,
     SpeedSet,
     SpeedSetChange,
-    SpeedSets,
+    SpeedSetList,
     SpeedSetting,
     SpeedSetValues,
-    Statuses,
     StopRequest,
     StopResult,
     StoredPath,
@@ -162,7 +162,7 @@ from motion_gateway_client.generated.types import (
     UnitSettings,
     UnitStatus,
     Uploaded,
-    Variables,
+    VariableList,
     VariableSetting,
     VariableValue,
     Version,
@@ -225,14 +225,14 @@ class Operations(Protocol):
         )
         return answer
 
-    def get_positions(self, line_id: str) -> Positions:
+    def get_positions(self, line_id: str) -> LinePositions:
         """Ask all bodies of a line where they stand (6PD), in the fewest frames."""
-        answer: Positions = self.call("GET", filled("/lines/{line_id}/positions", line_id=line_id))
+        answer: LinePositions = self.call("GET", filled("/lines/{line_id}/positions", line_id=line_id))
         return answer
 
-    def get_statuses(self, line_id: str) -> Statuses:
+    def get_statuses(self, line_id: str) -> LineStatuses:
         """Ask all bodies of a line for their status (9CD), in the fewest frames."""
-        answer: Statuses = self.call("GET", filled("/lines/{line_id}/statuses", line_id=line_id))
+        answer: LineStatuses = self.call("GET", filled("/lines/{line_id}/statuses", line_id=line_id))
         return answer
 
     def list_bodies(self, *, fresh: bool | None = None) -> BodyList:
@@ -563,6 +563,7 @@ class Operations(Protocol):
         self,
         line_id: str,
         *,
+        limit: int | None = None,
         last: int | None = None,
         since: str | None = None,
         bodies: str | None = None,
@@ -572,7 +573,7 @@ class Operations(Protocol):
         answer: Trace = self.call(
             "GET",
             filled("/lines/{line_id}/trace", line_id=line_id),
-            query={"last": last, "since": since, "bodies": bodies, "request_id": request_id},
+            query={"limit": limit, "last": last, "since": since, "bodies": bodies, "request_id": request_id},
         )
         return answer
 
@@ -733,9 +734,9 @@ class Operations(Protocol):
         )
         return answer
 
-    def get_memories(self, body_id: str, *, first: str | None = None, count: int | None = None) -> Memories:
+    def get_memories(self, body_id: str, *, first: str | None = None, count: int | None = None) -> MemoryList:
         """Read memories of the user program, one by one (UDD)."""
-        answer: Memories = self.call(
+        answer: MemoryList = self.call(
             "GET",
             filled("/bodies/{body_id}/memories", body_id=body_id),
             query={"first": first, "count": count},
@@ -854,9 +855,9 @@ class Operations(Protocol):
 
     def list_speed_sets(
         self, body_id: str, *, first: int | None = None, last: int | None = None
-    ) -> SpeedSets:
+    ) -> SpeedSetList:
         """Ask a body for its speed parameter sets, five frames for each."""
-        answer: SpeedSets = self.call(
+        answer: SpeedSetList = self.call(
             "GET",
             filled("/bodies/{body_id}/speed-sets", body_id=body_id),
             query={"first": first, "last": last},
@@ -908,9 +909,11 @@ class Operations(Protocol):
         )
         return answer
 
-    def list_patterns(self, body_id: str, *, first: int | None = None, last: int | None = None) -> Patterns:
+    def list_patterns(
+        self, body_id: str, *, first: int | None = None, last: int | None = None
+    ) -> PatternList:
         """Ask a body for its acceleration patterns: one frame for each, and sixteen more for one that is set."""
-        answer: Patterns = self.call(
+        answer: PatternList = self.call(
             "GET", filled("/bodies/{body_id}/patterns", body_id=body_id), query={"first": first, "last": last}
         )
         return answer
@@ -1636,9 +1639,9 @@ class Operations(Protocol):
         )
         return answer
 
-    def list_captures(self, body_id: str) -> Captures:
+    def list_captures(self, body_id: str) -> CaptureList:
         """Ask the controller how both inputs capture, and what they have captured (CPD, CFD, CSD, 3ND)."""
-        answer: Captures = self.call("GET", filled("/bodies/{body_id}/captures", body_id=body_id))
+        answer: CaptureList = self.call("GET", filled("/bodies/{body_id}/captures", body_id=body_id))
         return answer
 
     def get_capture(self, body_id: str, port: int, *, wait: float | None = None) -> CaptureState:
@@ -1968,18 +1971,20 @@ class Operations(Protocol):
         )
         return answer
 
-    def get_inputs(self, robot_id: str, *, first: int | None = None, count: int | None = None) -> Channels:
+    def get_inputs(self, robot_id: str, *, first: int | None = None, count: int | None = None) -> ChannelList:
         """Ask the robot for inputs, channel by channel (IDI)."""
-        answer: Channels = self.call(
+        answer: ChannelList = self.call(
             "GET",
             filled("/robots/{robot_id}/inputs", robot_id=robot_id),
             query={"first": first, "count": count},
         )
         return answer
 
-    def get_outputs(self, robot_id: str, *, first: int | None = None, count: int | None = None) -> Channels:
+    def get_outputs(
+        self, robot_id: str, *, first: int | None = None, count: int | None = None
+    ) -> ChannelList:
         """Ask the robot for outputs, channel by channel (IDO)."""
-        answer: Channels = self.call(
+        answer: ChannelList = self.call(
             "GET",
             filled("/robots/{robot_id}/outputs", robot_id=robot_id),
             query={"first": first, "count": count},
@@ -1995,9 +2000,9 @@ class Operations(Protocol):
         /,
         *,
         idempotency_key: str | None = None,
-    ) -> Channels:
+    ) -> ChannelList:
         """Switch an output on or off (IOT), and read its channel back; `not-done` where it is not as asked."""
-        answer: Channels = self.call(
+        answer: ChannelList = self.call(
             "PUT",
             filled("/robots/{robot_id}/outputs/{channel}/{bit}", robot_id=robot_id, channel=channel, bit=bit),
             body=body,
@@ -2007,9 +2012,9 @@ class Operations(Protocol):
 
     def get_variables(
         self, robot_id: str, *, first: int | None = None, count: int | None = None
-    ) -> Variables:
+    ) -> VariableList:
         """Ask the robot for variables, one by one (VAR)."""
-        answer: Variables = self.call(
+        answer: VariableList = self.call(
             "GET",
             filled("/robots/{robot_id}/variables", robot_id=robot_id),
             query={"first": first, "count": count},

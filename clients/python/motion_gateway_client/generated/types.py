@@ -1470,6 +1470,13 @@ class CaptureBounds(TypedDict):
     """In pulses."""
 
 
+class CaptureList(TypedDict):
+    """The captures of both inputs."""
+
+    body_id: str
+    captures: list[CaptureState]
+
+
 class CapturePulse(TypedDict):
     """A pulse that the edge sets off. Arming gives the output the opposite state."""
 
@@ -1524,13 +1531,6 @@ class CapturedValue(TypedDict):
     value: float | None
     """The same in `unit`; null without a scale, and for `encoder`."""
     unit: str | None
-
-
-class Captures(TypedDict):
-    """The captures of both inputs."""
-
-    body_id: str
-    captures: list[CaptureState]
 
 
 class ChangeStep(TypedDict):
@@ -1614,7 +1614,7 @@ class Channel(TypedDict):
     """Bit 0 first."""
 
 
-class Channels(TypedDict):
+class ChannelList(TypedDict):
     """Inputs or outputs of a robot."""
 
     robot_id: str
@@ -2982,6 +2982,14 @@ class LineNow(TypedDict):
     down_reason: str | None
 
 
+class LinePositions(TypedDict):
+    """Where all motors of a line stand."""
+
+    line_id: str
+    positions: list[Position]
+    unanswered: list[Unanswered]
+
+
 class LineRestoreCancelledEvent(TypedDict):
     """A request, a stop or the end of the gateway has ended it; about `/lines/{line_id}`."""
 
@@ -3141,6 +3149,14 @@ class LineScanRunningEvent(TypedDict):
     data: Scan
 
 
+class LineStatuses(TypedDict):
+    """The controller status of all bodies of a line."""
+
+    line_id: str
+    statuses: list[MotorStatus]
+    unanswered: list[Unanswered]
+
+
 class LineStrictEvent(TypedDict):
     """A reply came twice, or none has for an hour; about `/lines/{line_id}`."""
 
@@ -3266,13 +3282,6 @@ class MarkMissing(TypedDict):
     detail: str
 
 
-class Memories(TypedDict):
-    """Memories of one bank."""
-
-    body_id: str
-    memories: list[Memory]
-
-
 class Memory(TypedDict):
     """A memory of the user program."""
 
@@ -3286,6 +3295,13 @@ class MemoryChange(TypedDict):
 
     value: int
     """A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999."""
+
+
+class MemoryList(TypedDict):
+    """Memories of one bank."""
+
+    body_id: str
+    memories: list[Memory]
 
 
 class Micrometres(TypedDict):
@@ -3502,6 +3518,14 @@ class PatternChange(TypedDict):
     changes: NotRequired[list[SpeedChangeRequest] | None]
 
 
+class PatternList(TypedDict):
+    """Acceleration patterns of a body."""
+
+    body_id: str
+    patterns: list[Pattern]
+    """In the order of their numbers."""
+
+
 class PatternSets(TypedDict):
     """The speed parameter sets of a pattern."""
 
@@ -3518,14 +3542,6 @@ class PatternValues(TypedDict):
     """Speed parameter set of the deceleration, 0-29."""
     changes: NotRequired[list[SpeedChangeRequest]]
     """All that it shall have."""
-
-
-class Patterns(TypedDict):
-    """Acceleration patterns of a body."""
-
-    body_id: str
-    patterns: list[Pattern]
-    """In the order of their numbers."""
 
 
 class PlannedMove(TypedDict):
@@ -3676,14 +3692,6 @@ class PositionUpload(TypedDict):
     positions: list[PositionEntry]
 
 
-class Positions(TypedDict):
-    """Where all motors of a line stand."""
-
-    line_id: str
-    positions: list[Position]
-    unanswered: list[Unanswered]
-
-
 class PositionsToStore(TypedDict):
     """Positions to be stored; others stay as they are."""
 
@@ -3727,7 +3735,7 @@ class Problem(TypedDict):
     moved: Literal["no", "yes", "unknown"]
     """Whether the motor did anything because of this request."""
     remedy: str
-    """What to do next; may be empty."""
+    """What to do next."""
     retryable: bool
     """Whether the same request may succeed later."""
     request_id: NotRequired[str | None]
@@ -5704,7 +5712,7 @@ class Snapshot(TypedDict):
     """None where only some bodies or robots are wanted."""
     bodies: list[BodyNow]
     robots: list[RobotNow]
-    moves: list[Move | RobotMove]
+    moves: list[Move | ScaraMove | RobotMove]
     """Those that are not over."""
 
 
@@ -5809,6 +5817,14 @@ class SpeedSetChange(TypedDict):
     falling_percent: NotRequired[int | None]
 
 
+class SpeedSetList(TypedDict):
+    """Speed parameter sets of a body."""
+
+    body_id: str
+    speed_sets: list[SpeedSet]
+    """In the order of their numbers."""
+
+
 class SpeedSetValues(TypedDict):
     """The five parameters of a set."""
 
@@ -5822,14 +5838,6 @@ class SpeedSetValues(TypedDict):
     """OA: percent of the ramp's time in which the acceleration rises; 50 at first."""
     falling_percent: int
     """OB: percent of the ramp's time in which it falls; 50 at first."""
-
-
-class SpeedSets(TypedDict):
-    """Speed parameter sets of a body."""
-
-    body_id: str
-    speed_sets: list[SpeedSet]
-    """In the order of their numbers."""
 
 
 class SpeedSetting(TypedDict):
@@ -5874,14 +5882,6 @@ class StatusChange(TypedDict):
     """The bits of its controller status that are set (RC-420 manual 13.8.1)."""
 
     status: list[str]
-
-
-class Statuses(TypedDict):
-    """The controller status of all bodies of a line."""
-
-    line_id: str
-    statuses: list[MotorStatus]
-    unanswered: list[Unanswered]
 
 
 class StopRefusal(TypedDict):
@@ -6171,6 +6171,13 @@ class Uploaded(TypedDict):
     count: int
 
 
+class VariableList(TypedDict):
+    """Variables of a robot."""
+
+    robot_id: str
+    variables: list[VariableValue]
+
+
 class VariableSetting(TypedDict):
     """What a variable shall hold."""
 
@@ -6183,13 +6190,6 @@ class VariableValue(TypedDict):
     number: int
     """Number of the variable, 0-99."""
     value: float
-
-
-class Variables(TypedDict):
-    """Variables of a robot."""
-
-    robot_id: str
-    variables: list[VariableValue]
 
 
 class Version(TypedDict):

@@ -6674,6 +6674,16 @@ export interface components {
             upper: number;
         };
         /**
+         * CaptureList
+         * @description The captures of both inputs.
+         */
+        CaptureList: {
+            /** Body Id */
+            body_id: string;
+            /** Captures */
+            captures: components["schemas"]["CaptureState"][];
+        };
+        /**
          * CapturePulse
          * @description A pulse that the edge sets off. Arming gives the output the opposite state.
          */
@@ -6784,16 +6794,6 @@ export interface components {
             value: number | null;
             /** Unit */
             unit: string | null;
-        };
-        /**
-         * Captures
-         * @description The captures of both inputs.
-         */
-        Captures: {
-            /** Body Id */
-            body_id: string;
-            /** Captures */
-            captures: components["schemas"]["CaptureState"][];
         };
         /**
          * ChangeStep
@@ -6941,10 +6941,10 @@ export interface components {
             bits: boolean[];
         };
         /**
-         * Channels
+         * ChannelList
          * @description Inputs or outputs of a robot.
          */
-        Channels: {
+        ChannelList: {
             /** Robot Id */
             robot_id: string;
             /** Channels */
@@ -9720,6 +9720,18 @@ export interface components {
             down_reason: string | null;
         };
         /**
+         * LinePositions
+         * @description Where all motors of a line stand.
+         */
+        LinePositions: {
+            /** Line Id */
+            line_id: string;
+            /** Positions */
+            positions: components["schemas"]["Position"][];
+            /** Unanswered */
+            unanswered: components["schemas"]["Unanswered"][];
+        };
+        /**
          * LineRestoreCancelledEvent
          * @description A request, a stop or the end of the gateway has ended it; about `/lines/{line_id}`.
          */
@@ -10157,6 +10169,18 @@ export interface components {
          */
         LineState: "down" | "silent" | "setting_up" | "ready" | "out_of_step";
         /**
+         * LineStatuses
+         * @description The controller status of all bodies of a line.
+         */
+        LineStatuses: {
+            /** Line Id */
+            line_id: string;
+            /** Statuses */
+            statuses: components["schemas"]["MotorStatus"][];
+            /** Unanswered */
+            unanswered: components["schemas"]["Unanswered"][];
+        };
+        /**
          * LineStrictEvent
          * @description A reply came twice, or none has for an hour; about `/lines/{line_id}`.
          */
@@ -10421,16 +10445,6 @@ export interface components {
             detail: string;
         };
         /**
-         * Memories
-         * @description Memories of one bank.
-         */
-        Memories: {
-            /** Body Id */
-            body_id: string;
-            /** Memories */
-            memories: components["schemas"]["Memory"][];
-        };
-        /**
          * Memory
          * @description A memory of the user program.
          */
@@ -10456,6 +10470,16 @@ export interface components {
              * @description A data memory holds -999999999 to 999999999, a counter or timer 0 to 9999999.
              */
             value: number;
+        };
+        /**
+         * MemoryList
+         * @description Memories of one bank.
+         */
+        MemoryList: {
+            /** Body Id */
+            body_id: string;
+            /** Memories */
+            memories: components["schemas"]["Memory"][];
         };
         /**
          * Micrometres
@@ -10945,6 +10969,19 @@ export interface components {
             changes?: components["schemas"]["SpeedChangeRequest"][] | null;
         };
         /**
+         * PatternList
+         * @description Acceleration patterns of a body.
+         */
+        PatternList: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Patterns
+             * @description In the order of their numbers.
+             */
+            patterns: components["schemas"]["Pattern"][];
+        };
+        /**
          * PatternSets
          * @description The speed parameter sets of a pattern.
          */
@@ -10979,19 +11016,6 @@ export interface components {
              * @description All that it shall have.
              */
             changes?: components["schemas"]["SpeedChangeRequest"][];
-        };
-        /**
-         * Patterns
-         * @description Acceleration patterns of a body.
-         */
-        Patterns: {
-            /** Body Id */
-            body_id: string;
-            /**
-             * Patterns
-             * @description In the order of their numbers.
-             */
-            patterns: components["schemas"]["Pattern"][];
         };
         /**
          * PlannedMove
@@ -11311,18 +11335,6 @@ export interface components {
             positions: components["schemas"]["PositionEntry"][];
         };
         /**
-         * Positions
-         * @description Where all motors of a line stand.
-         */
-        Positions: {
-            /** Line Id */
-            line_id: string;
-            /** Positions */
-            positions: components["schemas"]["Position"][];
-            /** Unanswered */
-            unanswered: components["schemas"]["Unanswered"][];
-        };
-        /**
          * PositionsToStore
          * @description Positions to be stored; others stay as they are.
          * @example {
@@ -11425,7 +11437,7 @@ export interface components {
             moved: "no" | "yes" | "unknown";
             /**
              * Remedy
-             * @description What to do next; may be empty.
+             * @description What to do next.
              */
             remedy: string;
             /**
@@ -16446,7 +16458,7 @@ export interface components {
              * Moves
              * @description Those that are not over.
              */
-            moves: (components["schemas"]["Move"] | components["schemas"]["RobotMove"])[];
+            moves: (components["schemas"]["Move"] | components["schemas"]["ScaraMove"] | components["schemas"]["RobotMove"])[];
         };
         /**
          * SpeedAccepted
@@ -16641,6 +16653,19 @@ export interface components {
             falling_percent?: number | null;
         };
         /**
+         * SpeedSetList
+         * @description Speed parameter sets of a body.
+         */
+        SpeedSetList: {
+            /** Body Id */
+            body_id: string;
+            /**
+             * Speed Sets
+             * @description In the order of their numbers.
+             */
+            speed_sets: components["schemas"]["SpeedSet"][];
+        };
+        /**
          * SpeedSetValues
          * @description The five parameters of a set.
          * @example {
@@ -16677,19 +16702,6 @@ export interface components {
              * @description OB: percent of the ramp's time in which it falls; 50 at first.
              */
             falling_percent: number;
-        };
-        /**
-         * SpeedSets
-         * @description Speed parameter sets of a body.
-         */
-        SpeedSets: {
-            /** Body Id */
-            body_id: string;
-            /**
-             * Speed Sets
-             * @description In the order of their numbers.
-             */
-            speed_sets: components["schemas"]["SpeedSet"][];
         };
         /**
          * SpeedSetting
@@ -16780,18 +16792,6 @@ export interface components {
         StatusChange: {
             /** Status */
             status: string[];
-        };
-        /**
-         * Statuses
-         * @description The controller status of all bodies of a line.
-         */
-        Statuses: {
-            /** Line Id */
-            line_id: string;
-            /** Statuses */
-            statuses: components["schemas"]["MotorStatus"][];
-            /** Unanswered */
-            unanswered: components["schemas"]["Unanswered"][];
         };
         /**
          * StopRefusal
@@ -17400,6 +17400,16 @@ export interface components {
             count: number;
         };
         /**
+         * VariableList
+         * @description Variables of a robot.
+         */
+        VariableList: {
+            /** Robot Id */
+            robot_id: string;
+            /** Variables */
+            variables: components["schemas"]["VariableValue"][];
+        };
+        /**
          * VariableSetting
          * @description What a variable shall hold.
          * @example {
@@ -17422,16 +17432,6 @@ export interface components {
             number: number;
             /** Value */
             value: number;
-        };
-        /**
-         * Variables
-         * @description Variables of a robot.
-         */
-        Variables: {
-            /** Robot Id */
-            robot_id: string;
-            /** Variables */
-            variables: components["schemas"]["VariableValue"][];
         };
         /**
          * Version
@@ -17753,7 +17753,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Positions"];
+                    "application/json": components["schemas"]["LinePositions"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -17797,7 +17797,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Statuses"];
+                    "application/json": components["schemas"]["LineStatuses"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -19098,7 +19098,12 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description How many records. */
-                last?: number;
+                limit?: number;
+                /**
+                 * @deprecated
+                 * @description Another word for `limit`.
+                 */
+                last?: number | null;
                 /** @description Only records not before this time. */
                 since?: string | null;
                 /** @description Only what is about these bodies of the line, joined by commas, such as 3F,01; frames of their groups, too. */
@@ -19897,7 +19902,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Memories"];
+                    "application/json": components["schemas"]["MemoryList"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -20358,7 +20363,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SpeedSets"];
+                    "application/json": components["schemas"]["SpeedSetList"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -20578,7 +20583,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Patterns"];
+                    "application/json": components["schemas"]["PatternList"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -23813,7 +23818,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Captures"];
+                    "application/json": components["schemas"]["CaptureList"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -25263,7 +25268,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Channels"];
+                    "application/json": components["schemas"]["ChannelList"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -25312,7 +25317,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Channels"];
+                    "application/json": components["schemas"]["ChannelList"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -25348,9 +25353,15 @@ export interface operations {
                  * @example r1
                  */
                 robot_id: string;
-                /** @description Channel of eight bits, from 1. */
+                /**
+                 * @description Channel of eight bits, from 1.
+                 * @example 1
+                 */
                 channel: number;
-                /** @description Bit of the channel, 0-7. */
+                /**
+                 * @description Bit of the channel, 0-7.
+                 * @example 7
+                 */
                 bit: number;
             };
             cookie?: never;
@@ -25367,7 +25378,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Channels"];
+                    "application/json": components["schemas"]["ChannelList"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -25416,7 +25427,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Variables"];
+                    "application/json": components["schemas"]["VariableList"];
                 };
             };
             /** @description Nothing was sent, and nothing will be: it may be asked again. */
@@ -25454,7 +25465,10 @@ export interface operations {
                  * @example r1
                  */
                 robot_id: string;
-                /** @description Number of the variable, 0-99. */
+                /**
+                 * @description Number of the variable, 0-99.
+                 * @example 99
+                 */
                 number: number;
             };
             cookie?: never;
