@@ -1,7 +1,8 @@
 """Events over WebSocket, as a list and as server-sent events: the same events with the same cursor."""
 
 import asyncio
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Collection, Sequence
+from functools import cache
 from math import nan
 from typing import Annotated
 
@@ -17,7 +18,9 @@ from gateway.core.addresses import canonical_address, there_are
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription
 from gateway.core.rights import Right
+from gateway.event_types import event_types
 from gateway.plant import Plant
+from protocols.wording import shown, unknown
 
 router = new_router("events")
 
@@ -71,7 +74,7 @@ async def list_events(
     With `sample` the values that are watched follow the events, as read within a second.
     """
     plant = plant_of(request)
-    wanted = _addresses(plant, bodies), _split(types)
+    wanted = _addresses(plant, bodies), _types(types)
     page = await plant.events.since(after, *wanted, limit)
     values = [] if sample is None else await plant.events.values(*wanted, sample)
     events = ",".join(event.json for event in (*page.events, *values))
@@ -90,7 +93,7 @@ async def stream_events(
 ) -> Response:
     """Send events as they happen (text/event-stream); a browser resumes with Last-Event-ID."""
     plant = plant_of(request)
-    wanted = _addresses(plant, bodies), _split(types)
+    wanted = _addresses(plant, bodies), _types(types)
     events = plant.events.subscribe(last_event_id or after, *wanted, sample)
     return StreamingResponse(
         _server_sent(events),
@@ -131,7 +134,7 @@ async def follow_events(websocket: WebSocket) -> None:
     await websocket.accept(SUBPROTOCOL if SUBPROTOCOL in offered else None)
     try:
         require_known(websocket, ("after", "bodies", "types", "sample"))
-        wanted = _addresses(plant, query.get("bodies")), _split(query.get("types"))
+        wanted = _addresses(plant, query.get("bodies")), _types(query.get("types"))
         events = plant.events.subscribe(query.get("after"), *wanted, _rate(query.get("sample")))
     except InvalidRequest as error:
         await websocket.close(CLOSE_INVALID, error.detail.encode()[:MAX_REASON_BYTES].decode(errors="ignore"))
@@ -181,6 +184,31 @@ def _addresses(plant: Plant, text: str | None) -> list[str] | None:
                 "GET /bodies, /groups, /scaras, /robots list what there is.",
             )
     return wanted
+
+
+def _types(text: str | None) -> list[str] | None:
+    """Read types of events that there are.
+
+    :raises InvalidRequest: one of them is none, so nothing would ever come.
+    """
+    wanted = _split(text)
+    kinds, known = _known_types()
+    for given in wanted or ():
+        if given not in known:
+            raise InvalidRequest(
+                f"types: there is no {shown(given)}; {unknown(given, known, kinds)}.",
+                "Give types such as line.down or body.move.*; docs/events.md has all of them.",
+            )
+    return wanted
+
+
+@cache
+def _known_types() -> tuple[Collection[str], Collection[str]]:
+    """The kinds of types, such as `body.*`, and all that types can be asked for by."""
+    names = [name.split(".") for name in event_types()]
+    beginnings = [(*words[:most], "*") for words in names for most in range(1, len(words))]
+    known = dict.fromkeys(map(".".join, (*beginnings, *names)))
+    return sorted(it for it in known if it.count(".") < 2 and it.endswith("*")), known
 
 
 def _rate(text: str | None) -> float | None:
