@@ -32,7 +32,9 @@ async def list_deeds(
     ] = None,
     since: Annotated[AwareDatetime | None, Query(description="Only those not before this time.")] = None,
     until: Annotated[AwareDatetime | None, Query(description="Only those before this time.")] = None,
-    cursor: Annotated[str | None, Query(description="Only those older than this cursor.")] = None,
+    cursor: Annotated[
+        str | None, Query(pattern="^[0-9a-f]{20}$", description="Only those older than this cursor.")
+    ] = None,
     limit: Annotated[int, Query(ge=1, le=1000)] = 100,
 ) -> Response:
     """List all that had an effect, or was to have one, over restarts: caller, target, command and outcome.

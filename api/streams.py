@@ -1,11 +1,10 @@
 """Events over WebSocket, as a list and as server-sent events: the same events with the same cursor."""
 
 import asyncio
-from collections.abc import AsyncIterator, Sequence
-from difflib import get_close_matches
-from fnmatch import fnmatchcase
+from collections.abc import AsyncIterator, Collection, Sequence
+from functools import cache
 from math import nan
-from typing import Annotated, Final
+from typing import Annotated
 
 from fastapi import Header, Query, Request, Response, WebSocket
 from starlette.responses import StreamingResponse
@@ -21,6 +20,7 @@ from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Sub
 from gateway.core.rights import Right
 from gateway.event_types import EVENT_TYPES
 from gateway.plant import Plant
+from protocols.wording import shown, unknown
 
 router = new_router("events")
 
@@ -187,19 +187,28 @@ def _addresses(plant: Plant, text: str | None) -> list[str] | None:
 
 
 def _types(text: str | None) -> list[str] | None:
-    """Read types of events that there are: who waits for a misspelt alarm would wait for ever.
+    """Read types of events that there are.
 
-    :raises InvalidRequest: one of them is none.
+    :raises InvalidRequest: one of them is none, so nothing would ever come.
     """
     wanted = _split(text)
-    for type_ in wanted or ():
-        if not any(fnmatchcase(name, type_) for name in EVENT_TYPES):
-            similar = get_close_matches(type_, [*EVENT_TYPES, *_STARS], n=1)
-            meant = f"; did you mean {similar[0]}?" if similar else "."
+    kinds, known = _known_types()
+    for given in wanted or ():
+        if given not in known:
             raise InvalidRequest(
-                f"types: {type_!r} is no type of events{meant}", "Give types such as line.down or body.move.*"
+                f"types: there is no {shown(given)}; {unknown(given, known, kinds)}",
+                "Give types such as line.down or body.move.*; docs/events.md has all of them.",
             )
     return wanted
+
+
+@cache
+def _known_types() -> tuple[Collection[str], Collection[str]]:
+    """The kinds of types, such as `body.*`, and all that types can be asked for by."""
+    names = [name.split(".") for name in EVENT_TYPES]
+    beginnings = [(*words[:most], "*") for words in names for most in range(1, len(words))]
+    known = dict.fromkeys(map(".".join, (*beginnings, *names)))
+    return sorted(it for it in known if it.count(".") < 2 and it.endswith("*")), known
 
 
 def _rate(text: str | None) -> float | None:
@@ -223,6 +232,3 @@ def _rate(text: str | None) -> float | None:
 
 def _split(text: str | None) -> list[str] | None:
     return [part.strip() for part in text.split(",")] if text else None
-
-
-_STARS: Final = {f"{name.rpartition('.')[0]}.*" for name in EVENT_TYPES if "." in name}

@@ -110,12 +110,13 @@ class Client:
                 trust_env=self.trust_environment,
             )
             if not answer.is_success:
-                raise refusal(answer.status_code, _data(answer), headers["X-Request-Id"])
+                problem = _data(answer)
+                if answer.status_code == httpx.codes.UNAUTHORIZED and not self.key:
+                    problem["remedy"] = f"Put your key into {KEY_VARIABLE}, or name its file by --key-file."
+                raise refusal(answer.status_code, problem, headers["X-Request-Id"])
             return read(answer)
         except NEVER_REACHED as error:
-            raise Failure(
-                f"No gateway answers at {url}: {error}. Nothing was sent.", exits.NOT_SENT
-            ) from None
+            raise Failure(f"{why_not_reached(url, error)} Nothing was sent.", exits.NOT_SENT) from None
         except (httpx.HTTPError, TypeError, ValueError) as error:
             lost = f"The gateway at {url} was asked, and its answer was lost: {str(error).rstrip('.')}."
             if method == "GET":
@@ -166,6 +167,13 @@ def _data(answer: httpx.Response) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise TypeError(f"status {answer.status_code}, and no object")
     return data
+
+
+def why_not_reached(url: str, error: Exception) -> str:
+    """Why a gateway was not reached: no answer, or one that nobody can trust."""
+    if "CERTIFICATE_VERIFY_FAILED" in str(error):
+        return f"The certificate of {url} is not trusted ({error}): name its authority by SSL_CERT_FILE."
+    return f"No gateway answers at {url}: {error}."
 
 
 def refusal(status: int, problem: dict[str, Any], request_id: str) -> Failure:

@@ -43,8 +43,8 @@ def create(
 @app.command("list")
 def list_keys(data: Data = None) -> None:
     """List the keys, without what is secret of them."""
-    store = _store(data)
     try:
+        store = _existing_store(data)
         keys = store.all()
     except KeyFault as fault:
         _fail(fault)
@@ -70,7 +70,7 @@ def list_keys(data: Data = None) -> None:
 def revoke(name: Annotated[str, typer.Argument()], data: Data = None) -> None:
     """Let a key never be used again."""
     try:
-        _store(data).revoke(name)
+        _existing_store(data).revoke(name)
     except KeyFault as fault:
         _fail(fault)
 
@@ -88,6 +88,17 @@ def seconds_of(text: str) -> float:
 
 def _store(data: Path | None) -> KeyStore:
     return KeyStore(data or data_directory())
+
+
+def _existing_store(data: Path | None) -> KeyStore:
+    """The keys of a directory that is there; only a new key makes one.
+
+    :raises KeyFault: there is none.
+    """
+    directory = data or data_directory()
+    if not directory.is_dir():
+        raise KeyFault(f"There is no directory {directory}, so it has no keys.")
+    return KeyStore(directory)
 
 
 def _written(at: float | None) -> str:

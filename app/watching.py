@@ -10,7 +10,7 @@ import httpx
 import typer
 
 from app import exits
-from app.client import ANSWER_S, LOCAL, STEP_S, Client, Json, KeyFile, Url, refusal
+from app.client import ANSWER_S, LOCAL, STEP_S, Client, Json, KeyFile, Url, refusal, why_not_reached
 from app.exits import Failure, fail
 from app.progress import Progress
 from app.tables import Row, table
@@ -147,7 +147,7 @@ def _events(client: Client, query: dict[str, str], cursor: str | None) -> Iterat
             if isinstance(error, Failure) and (not reached or error.code != exits.NOT_SENT):
                 raise
             if not reached:
-                raise Failure(f"No gateway answers at {client.url}: {error}.", exits.NOT_SENT) from None
+                raise Failure(why_not_reached(client.url, error), exits.NOT_SENT) from None
             if not lost:
                 typer.echo(f"The connection to {client.url} is lost; it is tried again.", err=True)
             lost = True

@@ -112,9 +112,9 @@ def shown(given: object) -> str | None:
     return text if isinstance(given, str) or len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + "..."
 
 
-def unknown(name: str, known: Collection[str]) -> str:
-    """Say of a name that nobody knows which was meant, or which there are."""
+def unknown(name: str, known: Collection[str], listed: Collection[str] | None = None) -> str:
+    """Say of a name that nobody knows which was meant, or which there are: of very many those `listed`."""
     similar = get_close_matches(name, known, n=1, cutoff=_SIMILAR)
     if similar:
         return f"did you mean {similar[0]}?"
-    return f"known are {', '.join(known)}" if known else "it takes none"
+    return f"known are {', '.join(listed or known)}" if known else "it takes none"

@@ -4,6 +4,7 @@ import asyncio
 import json
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
+from http import HTTPStatus
 from typing import Final
 
 from starlette.exceptions import HTTPException
@@ -62,11 +63,18 @@ class _Answer:
     def of(cls, response: Response) -> "_Answer":
         return cls(response.status_code, list(response.headers.items()), bytes(response.body))
 
-    def again(self) -> Response:
+    def response(self, *more: tuple[str, str]) -> Response:
         response = Response(self.body, self.status)
-        headers = [*self.headers, (REPLAYED.lower(), "true")]
+        headers = [*self.headers, *more]
         response.raw_headers = [(name.encode("latin-1"), value.encode("latin-1")) for name, value in headers]
         return response
+
+    def again(self) -> Response:
+        return self.response((REPLAYED.lower(), "true"))
+
+    @property
+    def is_refusal(self) -> bool:
+        return HTTPStatus.BAD_REQUEST <= self.status != HTTPStatus.INTERNAL_SERVER_ERROR
 
 
 @dataclass(eq=False)
@@ -97,7 +105,9 @@ class Repeats:
         try:
             _require_good(given)
             body = await read_body(request, MOST_BYTES)
-            before = await self._before(_key(caller, given, request, body), body, request, send)
+            where = f"{caller} {request.method} {self._keys.place_of(scope['path'])}"
+            key = Key(where, given, _digest(request, body))
+            before = await self._before(key, body, request, send)
         except GatewayError as error:
             before = response_to(problem_of(error, scope["path"]))
         except HTTPException as error:
@@ -106,7 +116,10 @@ class Repeats:
             await before(scope, receive, send)
 
     async def _before(self, key: Key, body: bytes, request: Request, send: Send) -> Response | None:
-        """The answer to an earlier request; None where this is the first, which has its own now."""
+        """The answer to an earlier request, or to the first, if that is refused: its key is free by then.
+
+        None where it has its answer now.
+        """
         while (first := self._under_way.get(key.name)) is not None:
             first.key.require_same(key.digest)
             await first.over.wait()
@@ -116,16 +129,18 @@ class Repeats:
         try:
             known = await self._keys.known(key)
             if known is None:
-                first.answer = await self._carry_out(key, body, request, send)
-                return None
+                answer = await self._carry_out(key, body, request, send)
+                kept = await self._keys.end(key, answer.status, answer.location, answer.text())
+                first.answer = answer if kept else None
+                return answer.response() if answer.is_refusal else None
             first.answer = _Answer.read(known) if isinstance(known, Answered) else _found(known, request)
             return first.answer.again()
         finally:
             del self._under_way[key.name]
             first.over.set()
 
-    async def _carry_out(self, key: Key, body: bytes, request: Request, send: Send) -> _Answer | None:
-        """Let it be done, and give its answer if that uses the key up."""
+    async def _carry_out(self, key: Key, body: bytes, request: Request, send: Send) -> _Answer:
+        """Let it be done, and give its answer, which is sent at once if it is no refusal."""
         self._keys.begin(key)
         answer = _Answer()
 
@@ -134,13 +149,13 @@ class Repeats:
 
         async def note(message: Message) -> None:
             answer.note(message)
-            await send(message)
+            if not answer.is_refusal:
+                await send(message)
 
         with acting(replace(current(), key=key.name)):
             request.scope[HONOURED] = True
             await self._app(request.scope, receive, note)
-        kept = await self._keys.end(key, answer.status, answer.location, answer.text())
-        return answer if kept else None
+        return answer
 
 
 def has_key(scope: Scope) -> bool:
@@ -164,10 +179,10 @@ def _require_good(key: str) -> None:
         )
 
 
-def _key(caller: str, key: str, request: Request, body: bytes) -> Key:
-    where = f"{caller} {request.method} {request.scope['path']}"
-    content = b"\0".join([request.scope["query_string"], _canonical(body)])
-    return Key(where, key, sha256(content).hexdigest())
+def _digest(request: Request, body: bytes) -> str:
+    """Of all that makes it this request; how long its client waits for the end does not."""
+    asked = [part for part in request.scope["query_string"].split(b"&") if not part.startswith(b"wait=")]
+    return sha256(b"\0".join([b"&".join(asked), _canonical(body)])).hexdigest()
 
 
 def _canonical(body: bytes) -> bytes:

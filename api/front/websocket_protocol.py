@@ -1,6 +1,7 @@
 """WebSockets as uvicorn speaks them; whatever a client sends or does not read, its socket ends in time."""
 
 import asyncio
+import logging
 from collections.abc import Callable, Sequence
 from struct import pack
 from typing import Any, ClassVar, Final, cast
@@ -13,6 +14,10 @@ from api.front.drain import Drain
 from api.front.http_protocol import Limits, Refused
 from gateway.core.events import Event, Writer
 
+_log = logging.getLogger(__name__)
+"""That of uvicorn and websockets, whose lines below warnings have queries and headers, and so keys."""
+_log.setLevel(logging.WARNING)
+
 EVENTS: Final = "motion_gateway.events"
 """The ASGI extension by which an application writes events to a WebSocket: its `outlet`."""
 
@@ -24,6 +29,8 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
+        self.logger = self.conn.logger = _log
+        self.conn.debug = False
         self._in_use = False
         """Whether the application has it."""
         self.takes = True

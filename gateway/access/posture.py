@@ -1,5 +1,7 @@
 """Which defaults of a configuration were weakened, each said plainly."""
 
+from typing import Final
+
 from pydantic import BaseModel, Field
 
 from gateway.config import Config
@@ -12,6 +14,17 @@ class Weakened(BaseModel):
     setting: str = Field(description="As the configuration writes it.")
     value: str | None = Field(description="What it is set to; null to those who are no admins.")
     meaning: str = Field(description="What that allows.")
+
+
+_OF_ALL: Final = {
+    "max_connections": "More connections at once than usual: a flood takes more of the machine."
+}
+_OF_ONE_KEY: Final = {
+    "subscribers_per_key": "One key may have more event streams than usual.",
+    "requests_per_key": "One key may have more requests under way than usual.",
+    "moves_per_key_and_s": "One key may start more moves a second than usual.",
+}
+"""Limits, weaker when they are higher, and what that allows."""
 
 
 def weakened(config: Config) -> list[Weakened]:
@@ -47,6 +60,10 @@ def weakened(config: Config) -> list[Weakened]:
         (server.raw_commands, "server.raw_commands", True, "Commands may be sent as plain text."),
         (server.allow_endless_moves, "server.allow_endless_moves", True, "Moves may have no end."),
     ]
+    for place, settings, limits in (("server", server, _OF_ALL), ("access", access, _OF_ONE_KEY)):
+        for name, meaning in limits.items():
+            limit, usual = getattr(settings, name), type(settings).model_fields[name].default
+            found.append((limit > usual, f"{place}.{name}", limit, meaning))
     for line in config.lines:
         for body in line.bodies if isinstance(line, rorze.Line) else ():
             place = f"lines.{line.id}.bodies.{body.id}"

@@ -115,6 +115,7 @@ class AlarmLasts(GatewayError):
 
     kind = "alarm-lasts"
     title = "The cause of the alarm lasts"
+    title_ja = "アラームの原因が続いています"
 
 
 class Latched(GatewayError):
@@ -122,6 +123,7 @@ class Latched(GatewayError):
 
     kind = "latched"
     title = "An alarm stands"
+    title_ja = "アラームが発生中です"
 
 
 class _Key(NamedTuple):
@@ -258,10 +260,15 @@ class Alarms:
                 f"{alarm.cause} has come again at {alarm.subject} since; nothing was reset.",
                 "Look at the newer alarm.",
                 [ALARMS],
+            ).in_japanese(
+                f"{alarm.subject}の{alarm.cause}が再発しています。アラームは解除していません。",
+                "新しいアラームを確認してください。",
             )
         if alarm.ended_at is None:
             raise AlarmLasts(
                 f"{alarm.en.happened} That still lasts; nothing was reset.", alarm.en.remedy, alarm.next
+            ).in_japanese(
+                f"{alarm.ja.happened}この状態は続いています。アラームは解除していません。", alarm.ja.remedy
             )
         if alarm.reset_at is None:
             self._reset(alarm, current().caller)
@@ -294,6 +301,9 @@ class Alarms:
                 f"Alarms stand: {names}; nothing was sent.",
                 "See to their causes, then reset them.",
                 [call for alarm in found for call in (*alarm.next, reset_of(alarm))],
+            ).in_japanese(
+                f"アラームが発生中です: {names}。何も送信していません。",
+                "原因を取り除いてから、アラームを解除してください。",
             )
 
 

@@ -62,6 +62,9 @@ class Selection:
     async def make(self, number: int, *, afresh: bool) -> None:
         """Make sure that a unit is selected; `afresh` asks the robot even where the gateway knows.
 
+        A robot that moves is asked, too, where nobody knows its unit, as after a restart in the middle of a
+        move: it refuses that until the unit it acts on stands still (C-HOST manual 1-7).
+
         :raises RobotBusy: the robot moves, and while it does no other unit can be selected.
         :raises UnitNotSelected: the robot did not answer, or acts on another unit nevertheless.
         :raises ControllerRefused: the teaching terminal keeps the robot from it.
@@ -69,16 +72,15 @@ class Selection:
         known = self.unit == number or self._only(number)
         if known and (self._motion.command is not None or not afresh):
             return
-        if self._motion.keeps_unit:
-            raise RobotBusy(
-                f"Robot {self._robot_id} moves, so unit {number} cannot be selected; nothing was sent.",
-                "Wait for standstill.",
-            )
+        kept = self._motion.unit if self._motion.keeps_unit else None
         before = self.unit
+        if before is not None:
+            self._require_free(number, kept)
         found = await self._found() if afresh else None
         if found is not None and before is not None and found != before:
             self._tell("robot.unit.changed", {"expected": before, "found": found})
         if found != number:
+            self._require_free(number, kept)
             await self._change_to(number)
             found = await self._found()
         if found != number:
@@ -88,6 +90,14 @@ class Selection:
             )
         self.unit = number
         self.trust()
+
+    def _require_free(self, number: int, kept: int | None) -> None:
+        """Refuse to select another unit than the one that is `kept`, for it moves."""
+        if kept not in (None, number):
+            raise RobotBusy(
+                f"Robot {self._robot_id} moves, so unit {number} cannot be selected; nothing was sent.",
+                "Wait for standstill.",
+            )
 
     def _only(self, number: int) -> bool:
         """Whether nothing else can be selected."""

@@ -39,9 +39,9 @@ class Deed(Record):
     written_at: datetime | None = Field(description="When it was handed to the port; null if it was not.")
     ended_at: datetime | None = Field(description="When its outcome was known; null while it is not.")
     outcome: str | None = Field(
-        description="answered, refusal, not_sent, or unknown where nobody knows whether it was executed."
+        description="answered, refusal, failure, not_sent, or unknown: nobody knows whether it was executed."
     )
-    detail: str | None = Field(description="Why it was not carried out.")
+    detail: str | None = Field(description="Why it was not carried out, or the controller's error.")
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,16 @@
 import asyncio
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
-from gateway.core.errors import InvalidRequest, NotFound
+from gateway.core.errors import Ambiguous, InvalidRequest, NotFound
 from gateway.core.journal import writes
 from gateway.core.journal.journal import Journal, JournalUnavailable
 from gateway.core.journal.writes import Value
 from gateway.core.move_record import MoveRecord
 from gateway.plant import Plant
+from gateway.rorze.family import Rorze
 
 ASKED_WITHIN_S = 1.0
 """The journal is asked for this time what was answered before."""
@@ -72,14 +74,28 @@ class Keys:
             "SELECT digest, status, answer FROM keys WHERE scope = ? AND key = ?", key.scope, key.key
         )
         for digest, status, text in rows:
-            key.require_same(digest)
-            return await self._left_open(key) if status is None else Answered(status, text)
+            known = await self._left_open(key) if status is None else Answered(status, text)
+            if known is not None:
+                key.require_same(digest)
+            return known
         return None
 
     async def _left_open(self, key: Key) -> LeftOpen | None:
         rows = await self._rows("SELECT move_id FROM intents WHERE key = ? ORDER BY id", key.name)
         moves = [move for (ids,) in rows for it in (ids or "").split() for move in self._move(it)]
         return LeftOpen(moves) if rows else None
+
+    def place_of(self, path: str) -> str:
+        """The path with the whole address in it: a body and a group have several, `3f`, `3F` and `arm.3F`."""
+        kind, _, rest = path.removeprefix("/").partition("/")
+        address, slash, what = rest.partition("/")
+        rorze = self._plant.family(Rorze)
+        with suppress(NotFound, Ambiguous):
+            if kind == "bodies":
+                address = rorze.body(address).address
+            elif kind == "groups":
+                address = rorze.group(address).address
+        return f"/{kind}/{address}{slash}{what}" if slash else path
 
     def _move(self, move_id: str) -> list[MoveRecord]:
         for family in self._plant.families.values():

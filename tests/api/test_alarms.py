@@ -40,6 +40,9 @@ async def test_a_reset_has_no_body_and_is_refused_while_the_cause_lasts(stand: S
     assert refused.json()["type"].endswith(":alarm-lasts")
     assert refused.json()["moved"] == "no"
     assert refused.json()["next"] == alarm["next"]
+    japanese = await stand.client.post(f"/alarms/{alarm['id']}/reset", headers={"accept-language": "ja"})
+    assert japanese.json()["title"] == "アラームの原因が続いています"
+    assert alarm["ja"]["happened"] in japanese.json()["detail"]
     await stand.post("/bodies/3F/power-cycle/acknowledge")
     frames = len(stand.frames())
     done = await stand.post(f"/alarms/{alarm['id']}/reset")
@@ -102,6 +105,9 @@ async def test_a_latched_body_names_the_reset(stand: Stand) -> None:
     assert refused.status_code == 409
     assert refused.json()["type"].endswith(":latched")
     assert refused.json()["next"][-1]["path"] == f"/alarms/{alarm['id']}/reset"
+    japanese = await stand.client.post("/bodies/3F/moves", json=RELATIVE, headers={"accept-language": "ja"})
+    assert japanese.json()["title"] == "アラームが発生中です"
+    assert alarm["id"] in japanese.json()["detail"]
     await stand.post(refused.json()["next"][-1]["path"])
     assert (await stand.post("/bodies/3F/moves", RELATIVE)).status_code == 202
 

@@ -37,7 +37,19 @@ async def test_each_deed_has_its_caller_request_frame_and_outcome(world: World) 
         page = (await http.get("/audit?limit=1")).json()
         rest = (await http.get(f"/audit?cursor={page['cursor']}")).json()
         assert [*page["deeds"], *rest["deeds"]] == (await http.get("/audit")).json()["deeds"]
-        assert (await http.get("/audit?since=yesterday")).status_code == 422
+        for oddly in ("since=yesterday", "cursor=newest"):
+            assert (await http.get(f"/audit?{oddly}")).status_code == 422
+
+
+@in_virtual_time
+async def test_a_refusal_has_the_controller_s_code(world: World) -> None:
+    with_threads_at_once()
+    async with world.gateway() as plant, client(plant) as http:
+        refused = await http.post(MOVES, json=relative() | {"pattern": 12})
+        assert refused.status_code in (409, 422)
+        [deed] = (await http.get("/audit")).json()["deeds"]
+        told = f"The controller told {refused.json()['code']}."
+        assert (deed["outcome"], deed["detail"]) == ("refusal", told)
 
 
 @in_virtual_time

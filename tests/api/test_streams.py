@@ -6,6 +6,7 @@ from urllib.parse import quote
 
 from api.event_models import EventList
 from gateway.core.events import MAX_BACKLOG
+from gateway.event_types import EVENT_TYPES
 from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import HOME, UNIT, Cell, in_cell, mm
 from tests.api.stand import RELATIVE, Served, Stand, on_stand, socket
@@ -132,6 +133,29 @@ async def test_a_list_asked_for_oddly_is_422(stand: Stand) -> None:
         answer = await stand.get(f"/events?{query}")
         assert answer.status_code == 422
         assert answer.json()["type"].endswith(":invalid-request")
+
+
+@on_stand()
+async def test_a_type_that_there_is_not_is_refused_for_nothing_would_ever_come(stand: Stand) -> None:
+    for path in ("/events", "/events/stream"):
+        answer = await stand.get(f"{path}?types=line.down,body.mvoe.*")
+        assert answer.status_code == 422
+        assert answer.json()["detail"] == "types: there is no 'body.mvoe.*'; did you mean body.move.*?"
+    async with socket(stand, "/events?types=body.stpo.confirmed") as client:
+        await client.message()
+        closed = await client.message()
+    assert (closed["code"], "did you mean body.stop.confirmed?" in closed["reason"]) == (4400, True)
+    unlike = (await stand.get("/events?types=nothing")).json()["detail"]
+    assert "known are alarm.*, body.*, gateway.*" in unlike
+    assert "body.move" not in unlike
+
+
+@on_stand()
+async def test_every_type_and_every_beginning_of_one_can_be_asked_for(stand: Stand) -> None:
+    for name in EVENT_TYPES:
+        beginnings = [name[:end] + ".*" for end, char in enumerate(name) if char == "."]
+        answer = await stand.get(f"/events?types={','.join([name, *beginnings])}")
+        assert answer.status_code == 200
 
 
 async def read_sent(served: Served, count: int, path: str, **headers: str) -> list[dict[str, str]]:

@@ -17,6 +17,15 @@ async def test_the_posture_names_each_weakened_default(stand: Stand, keys: Keys)
     assert {it["value"] for it in seen} == {None}
 
 
+@guarded({"moves_per_key_and_s": 21, "requests_per_key": 100}, max_connections=2000)
+async def test_limits_are_weaker_when_they_are_higher(stand: Stand, keys: Keys) -> None:
+    told = (await stand.get("/system/posture", **keys.header("admin"))).json()["weakened"]
+    assert {it["setting"]: it["value"] for it in told} == {
+        "server.max_connections": "2000",
+        "access.moves_per_key_and_s": "21",
+    }
+
+
 @guarded()
 async def test_the_defaults_are_not_weakened(stand: Stand, keys: Keys) -> None:
     assert (await stand.get("/system/posture", **keys.header("viewer"))).json()["weakened"] == []

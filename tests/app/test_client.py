@@ -44,6 +44,21 @@ def test_each_call_has_an_id_of_its_own_and_an_error_names_it(monkeypatch: pytes
         assert all(f"request {name}" in error for name, error in zip(ids, errors, strict=True))
 
 
+def test_without_a_key_it_is_said_where_one_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    refused = {"detail": "The request has no key; nothing was sent.", "remedy": "Send the header."}
+    said = always(refused, 401).run(monkeypatch, "send", "3F", "6PD", MOTION_GATEWAY_KEY="")
+    assert "Put your key into MOTION_GATEWAY_KEY" in said.stderr
+    assert "Send the header" not in said.stderr
+
+
+def test_a_certificate_that_is_not_trusted_is_called_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken = httpx.ConnectError("[SSL: CERTIFICATE_VERIFY_FAILED] certificate verify failed: self-signed")
+    said = always(broken).run(monkeypatch, "status")
+    assert said.exit_code == 3
+    assert "is not trusted" in said.stderr
+    assert "SSL_CERT_FILE" in said.stderr
+
+
 def test_a_question_whose_answer_is_lost_has_sent_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     said = always(httpx.ReadTimeout("too late")).run(monkeypatch, "status")
     assert said.exit_code == 3

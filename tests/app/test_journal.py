@@ -56,6 +56,13 @@ def test_a_copy_is_made_once(data: Path, tmp_path: Path) -> None:
     assert (again.exit_code, "exists already" in again.stderr) == (2, True)
 
 
+def test_a_copy_to_nowhere_is_told(data: Path, tmp_path: Path) -> None:
+    nowhere = tmp_path / "none" / "copy.db"
+    said = run("backup", nowhere, "--data", data)
+    told = f"There is no directory {nowhere.parent}; nothing was written.\n"
+    assert (said.exit_code, said.stderr) == (2, told)
+
+
 def test_what_is_too_much_is_forgotten(data: Path) -> None:
     said = run("prune", "--events", 1, "--data", data)
     assert (said.exit_code, said.output) == (0, "2 entries were forgotten.\n")

@@ -66,6 +66,14 @@ def test_what_cannot_be_done_is_told_in_a_sentence(
     assert run("keys", "create", "a", "--role", "king", "--data", tmp_path).exit_code == 2
 
 
+def test_a_directory_that_is_not_there_is_told_and_not_made(tmp_path: Path) -> None:
+    mistyped = tmp_path / "dta"
+    for words in (["list"], ["revoke", "mes"]):
+        said = run("keys", *words, "--data", mistyped)
+        assert (said.exit_code, said.stderr) == (1, f"There is no directory {mistyped}, so it has no keys.\n")
+    assert not mistyped.exists()
+
+
 @pytest.mark.parametrize(
     ("text", "seconds"), [("30s", 30), ("10m", 600), ("12h", 43_200), ("90d", 7_776_000)]
 )

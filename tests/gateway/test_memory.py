@@ -258,21 +258,40 @@ def _types(plant: TestedPlant) -> list[str]:
     return [event.type for event in _events(plant)]
 
 
+@pytest.mark.parametrize("units", [1, 2])
 @pytest.mark.parametrize("mode", [2, 3])
-def test_a_move_of_a_robot_goes_on_in_its_own_record(mode: int, tmp_path: Path) -> None:
+def test_a_move_of_a_robot_goes_on_in_its_own_record(mode: int, units: int, tmp_path: Path) -> None:
     @in_virtual_time
     async def story() -> None:
-        world = World.of_robot(tmp_path / "data", mode)
+        world = World.of_robot(tmp_path / "data", mode, units=units)
         async with world.gateway() as plant:
             await asyncio.sleep(1.0)
             await _made(plant, HomeRobot())
-            move = await _begun(plant, MoveAbsolute(coordinates=[None, None, 20.0]))
+            move = await _begun(plant, MoveAbsolute(coordinates=[None, None, 20.0]), units)
             world.crash()
         async with world.gateway() as plant:
             end = await plant.robot_moves.wait(move.id, 600.0)
             assert (end.status, end.end_cause) == (MoveStatus.SUCCEEDED, "normal")
             assert any("restarted" in sentence for sentence in end.evidence)
         assert len([it for it in world.wire.frames() if it.startswith("LMA")]) == 1
+
+    story()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_robot_that_moves_after_a_crash_is_stopped_and_seen_to_stand(mode: int, tmp_path: Path) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        world = World.of_robot(tmp_path / "data", mode, units=2)
+        async with world.gateway() as plant:
+            await asyncio.sleep(1.0)
+            await _made(plant, HomeRobot())
+            move = await _begun(plant, MoveAbsolute(coordinates=[None, None, 20.0]), 2)
+            world.crash()
+        async with world.gateway() as plant:
+            report = await plant.robot("r1").stop("decelerate")
+            assert (report.state, report.units_unknown) == ("confirmed", [])
+            assert (await plant.robot_moves.wait(move.id, 600.0)).status.final
 
     story()
 

@@ -23,7 +23,7 @@ def verify(directory: Path) -> list[str]:
         try:
             return [*_structure(connection), *_sense(connection)]
         except sqlite3.DatabaseError as error:
-            return [str(error)]
+            return [f"The file is damaged: {error}."]
 
 
 def export(directory: Path) -> Iterator[dict[str, Any]]:
@@ -47,6 +47,8 @@ def backup(directory: Path, target: Path) -> None:
     :raises FileExistsError: the file exists; it was not touched.
     """
     with closing(_reader(directory)) as source:
+        if not target.absolute().parent.is_dir():
+            raise FileNotFoundError(f"There is no directory {target.parent}; nothing was written.")
         target.touch(mode=0o600, exist_ok=False)
         with closing(sqlite3.connect(target)) as copy:
             source.backup(copy)

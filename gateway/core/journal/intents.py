@@ -202,8 +202,7 @@ class Intents(Generic[X]):
         if name == NOT_SENT and whole is not None and whole.is_durable(intent_id):
             whole.keep(frame, intent_id)  # it may be tried again
             return
-        detail = outcome.detail if isinstance(outcome, GatewayError) else None
-        self._book.note(writes.ended(intent_id, time.time(), name, detail))
+        self._book.note(writes.ended(intent_id, time.time(), name, _why(outcome)))
 
     def _drop(self, intent_ids: Iterable[str]) -> None:
         """Nothing will be written for these."""
@@ -240,6 +239,15 @@ def _name_of(outcome: object) -> str:
     if isinstance(outcome, NoReply):
         return "unknown"
     return NOT_SENT if isinstance(outcome, GatewayError) else type(outcome).__name__.lower()
+
+
+def _why(outcome: object) -> str | None:
+    """Why it was not carried out, or with which error of the controller."""
+    if isinstance(outcome, GatewayError):
+        return outcome.detail
+    error: int | str | None = getattr(outcome, "error", None)
+    code = f"0x{error:02X}" if isinstance(error, int) else error
+    return None if code is None else f"The controller told {code}."
 
 
 def _new_id() -> str:

@@ -38,12 +38,22 @@ class JournalUnavailable(NotSent):
 
     kind = "journal-unavailable"
     title = "The journal cannot be written"
+    title_ja = "ジャーナルに書き込めません"
 
-    def __init__(self, why: str) -> None:
+    def __init__(self, why: str, *, failed: bool = False) -> None:
         super().__init__(
             f"The journal cannot be written ({why}), so nothing with an effect is sent; nothing was sent. "
             "Stops and reads go on.",
-            "Make room on the disk, or mend it; the gateway tries again every few seconds.",
+            "Mend the disk, then restart the gateway: it does not trust this file again before."
+            if failed
+            else "Make room on the disk, or mend it; the gateway tries again every few seconds.",
+        )
+        self.in_japanese(
+            f"ジャーナルに書き込めないため({why})、動作や設定の指令は実行しません。何も送信していません。"
+            "停止と読み出しは使用できます。",
+            "ディスクを修復してから、ゲートウェイを再起動してください。再起動まで、このファイルは使用しません。"
+            if failed
+            else "ディスクの空き容量を確保するか、修復してください。数秒ごとに自動で再試行します。",
         )
 
 
@@ -116,7 +126,7 @@ class Journal:
         :raises JournalUnavailable: it cannot.
         """
         if self.trouble is not None:
-            raise JournalUnavailable(self.trouble)
+            raise JournalUnavailable(self.trouble, failed=self._failed)
 
     def note(self, *entries: Write) -> None:
         """Write soon; nobody waits."""
@@ -280,7 +290,7 @@ class Journal:
                 if error is None:
                     entry.done.set_result(None)
                 else:
-                    entry.done.set_exception(JournalUnavailable(str(error)))
+                    entry.done.set_exception(JournalUnavailable(str(error), failed=self._failed))
 
     def _in_trouble(self, why: str) -> None:
         if self.trouble is None:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import httpx2
 import pytest
+from starlette.types import Message, Receive, Scope, Send
 
 from api.app import create_app
 from gateway.access.credentials import Credentials
@@ -64,6 +65,16 @@ async def test_a_whole_number_with_a_point_makes_no_other_request(world: World) 
         await http.post(MOVES, json=relative(500), headers=KEY)
         again = await http.post(MOVES, content=json.dumps(relative()).replace("500", "5e2"), headers=KEY)
     assert (again.status_code, is_replayed(again)) == (202, True)
+
+
+@in_virtual_time
+async def test_however_the_body_is_called_and_the_end_is_waited_for_it_is_one_request(world: World) -> None:
+    async with world.gateway() as plant, client(plant) as http:
+        first = await http.post("/bodies/3f/moves?wait=30", json=relative(), headers=KEY)
+        for path in ("/bodies/3F/moves?wait=30", "/bodies/LINE1.3f/moves", "/bodies/line1.3F/moves?wait=5"):
+            again = await http.post(path, json=relative(), headers=KEY)
+            assert (is_replayed(again), again.content) == (True, first.content)
+    assert len(world.sent("1+M")) == 1
 
 
 HUNDRED = 100
@@ -201,6 +212,28 @@ async def test_a_refusal_of_which_nothing_was_sent_does_not_use_the_key_up(world
         await plant.moves.wait(busy[0].id, 60.0)
         taken = await http.post(MOVES, json=relative(), headers=KEY)
         assert (taken.status_code, is_replayed(taken)) == (202, False)
+
+
+@in_virtual_time
+async def test_who_has_been_refused_may_use_the_key_for_something_else_at_once(world: World) -> None:
+    tasks: list[asyncio.Task[httpx2.Response]] = []
+    async with world.gateway() as plant:
+        app = create_app(plant)
+
+        async def seen_by_the_client(scope: Scope, receive: Receive, send: Send) -> None:
+            async def pass_on(message: Message) -> None:
+                await send(message)
+                if message.get("status") == 422:
+                    tasks.append(asyncio.create_task(http.post(MOVES, json=relative(), headers=KEY)))
+                    await asyncio.sleep(1.0)
+
+            await app(scope, receive, pass_on)
+
+        transport = httpx2.ASGITransport(seen_by_the_client)
+        async with httpx2.AsyncClient(transport=transport, base_url="http://127.0.0.1:8420") as http:
+            await http.post(MOVES, json={"kind": "nothing"}, headers=KEY)
+            [corrected] = await asyncio.gather(*tasks)
+    assert (corrected.status_code, is_replayed(corrected)) == (202, False)
 
 
 @in_virtual_time

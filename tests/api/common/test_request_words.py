@@ -115,24 +115,6 @@ def test_who_asks_for_what_is_not_there_is_told_what_is_and_where_it_is_listed(p
     story()
 
 
-@pytest.mark.parametrize(
-    ("types", "said"),
-    [
-        ("bodie.move.*", "types: 'bodie.move.*' is no type of events; did you mean body.move.*?"),
-        ("line.up,line.dwon", "types: 'line.dwon' is no type of events; did you mean line.down?"),
-        ("body.move.lift.*", "types: 'body.move.lift.*' is no type of events; did you mean body.move.*?"),
-        ("weather", "types: 'weather' is no type of events."),
-    ],
-)
-def test_nobody_waits_for_events_of_a_misspelt_type(types: str, said: str) -> None:
-    @on_stand()
-    async def story(stand: Stand) -> None:
-        answer = await stand.get(f"/events?types={types}")
-        assert (answer.status_code, answer.json()["detail"]) == (422, said)
-
-    story()
-
-
 def test_a_length_must_be_a_number() -> None:
     @on_stand()
     async def story(stand: Stand) -> None:

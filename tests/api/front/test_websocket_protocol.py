@@ -3,6 +3,7 @@
 import asyncio
 import gc
 import json
+import logging
 import struct
 
 import pytest
@@ -47,6 +48,20 @@ async def test_a_handshake_that_the_application_refuses_is_answered_and_ended(fr
     client.say(HANDSHAKE.replace(b"/events", b"/denied"), b"\r\n")
     assert await client.answer() == (403, b"no")
     assert await client.ended()
+
+
+def test_no_line_of_the_log_has_what_stands_in_a_query(caplog: pytest.LogCaptureFixture) -> None:
+    @on_front()
+    async def story(front: Front) -> None:
+        for path in (b"/events", b"/denied"):
+            client = await front.client()
+            client.say(HANDSHAKE.replace(b"/events", path + b"?key=mg_secret"), b"\r\n")
+            async with asyncio.timeout(PATIENCE_S):
+                await client.reader.readuntil(b"\r\n\r\n")
+
+    caplog.set_level(logging.DEBUG, "uvicorn")
+    story(caplog)
+    assert "mg_secret" not in caplog.text
 
 
 async def close_code(client: Client) -> int:

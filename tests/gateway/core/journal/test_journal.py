@@ -163,8 +163,10 @@ async def test_a_full_disk_refuses_what_has_an_effect_until_there_is_room(
         with pytest.raises(JournalUnavailable, match="No space left") as refused:
             await journal.write(intent())
         assert (refused.value.moved, refused.value.retryable) == ("no", True)
-        with pytest.raises(JournalUnavailable):
+        with pytest.raises(JournalUnavailable) as known:
             journal.require()
+        for error in (refused.value, known.value):
+            assert ("tries again" in error.remedy, "再試行" in error.remedy_ja) == (True, True)
         await recovery(journal)
         await journal.write(intent())
     assert told == ["journal.db: No space left on device", None]
@@ -240,8 +242,9 @@ async def test_a_disk_that_has_failed_is_not_trusted_again(monkeypatch: pytest.M
         with pytest.raises(JournalUnavailable, match="I/O error"):
             await journal.write(intent())
         await asyncio.sleep(0.03)
-        with pytest.raises(JournalUnavailable, match="I/O error"):
+        with pytest.raises(JournalUnavailable, match="I/O error") as known:
             journal.require()
+        assert ("restart" in known.value.remedy, "再起動" in known.value.remedy_ja) == (True, True)
     assert disk.commits == []
 
 
