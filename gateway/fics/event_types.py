@@ -4,7 +4,6 @@ from typing import Literal
 
 from pydantic import Field
 
-from gateway.core.backup_record import Backup
 from gateway.core.event_types import (
     EventData,
     EventType,
@@ -177,7 +176,7 @@ TYPES = (
             "not_stopped": "the axis did not stand still within a second: the whole robot is being stopped",
         }.items()
     ),
-    *backup_types("robot", ROBOT, Backup),
+    *backup_types("robot", ROBOT),
     *restore_types("robot", ROBOT, Restore),
     EventType(
         "robot.position",

@@ -2,7 +2,6 @@
 
 from pydantic import Field
 
-from gateway.core.backup_record import Backup
 from gateway.core.event_types import (
     LINE,
     EventData,
@@ -166,7 +165,7 @@ BODIES = (
             "cancelled": "a request, a stop or the end of the gateway has broken off an upload",
         }.items()
     ),
-    *backup_types("body", BODY, Backup),
+    *backup_types("body", BODY),
     *restore_types("body", BODY, Restore),
     *(
         EventType(f"body.jog.{news}", BODY, BodyJog, when)
@@ -186,7 +185,7 @@ BODIES = (
 )
 
 LINES = (
-    *backup_types("line", LINE, Backup),
+    *backup_types("line", LINE),
     *restore_types("line", LINE, Restore),
     *lease_types("group", GROUP),
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),
