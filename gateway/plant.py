@@ -35,6 +35,7 @@ from gateway.fics.family import Fics
 from gateway.figures import Figures
 from gateway.memory import Memory
 from gateway.rorze.family import Rorze
+from gateway.rorze.positions import PositionReadings
 from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
 from transports import Transport, create
@@ -84,6 +85,7 @@ class Plant:
         )
         self.backups = Backups(partial(self._publish_reading, "backup"))
         self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
+        self.position_readings = PositionReadings(partial(self._publish_reading, "position_reading"))
         self.figures = Figures(self._line_of)
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
         self.on_lines: Callable[[], None] = lambda: None
@@ -223,6 +225,7 @@ class Plant:
         await self.wind_down()
         await self.backups.close()
         await self.comparisons.close()
+        await self.position_readings.close()
         self.alarms.closed = True
         self.watch.close()
         self.leases.close()

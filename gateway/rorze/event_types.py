@@ -17,6 +17,7 @@ from gateway.core.event_types import (
 from gateway.core.move_record import CountedIn, Move
 from gateway.core.restore_record import Restore
 from gateway.rorze.jogs import BodyJog
+from gateway.rorze.positions import PositionReading
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
@@ -166,6 +167,16 @@ BODIES = (
         }.items()
     ),
     *backup_types("body", BODY),
+    *(
+        EventType(f"body.position_reading.{news}", BODY, PositionReading, when)
+        for news, when in {
+            "started": "its table of positions is being read",
+            "progress": "more of it was read; once a second at most",
+            "succeeded": "all was read: the record has the positions",
+            "failed": "it did not tell all",
+            "cancelled": "a request or the end of the gateway has ended it",
+        }.items()
+    ),
     *restore_types("body", BODY, Restore),
     *(
         EventType(f"body.jog.{news}", BODY, BodyJog, when)

@@ -52,6 +52,9 @@ POST      /bodies/{body_id}/moves/{move_id}/speed        operate  body
 GET       /bodies/{body_id}/positions                    view     body
 PUT       /bodies/{body_id}/positions                    setup    body
 PUT       /bodies/{body_id}/positions/{number}/name      setup    body
+POST      /bodies/{body_id}/positions/readings           view     body
+GET       /bodies/{body_id}/positions/readings/{reading_id}     view     body
+DELETE    /bodies/{body_id}/positions/readings/current   view     body
 GET       /bodies/{body_id}/positions.csv                view     body
 PUT       /bodies/{body_id}/positions.csv                setup    body
 GET       /bodies/{body_id}/inputs                       view     body
