@@ -51,8 +51,8 @@ class NamedPosition(Record):
 class PositionReading(Reading):
     """Positions of a body that are being read, or were."""
 
-    first: int
-    last: int
+    first: int = Field(description="Number of the first position.")
+    last: int = Field(description="Number of the last position.")
     positions: list[NamedPosition] | None = Field(
         None, description="Once it has succeeded. Events leave them out: ask for the record."
     )
