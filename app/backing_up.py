@@ -13,9 +13,6 @@ from app.exits import Failure, fail
 from app.progress import Progress
 from app.targets import find, numbered
 
-READ_S = 600.0
-"""To read a body takes two minutes at 9600 baud."""
-
 Whose = Annotated[
     str,
     typer.Argument(
@@ -36,7 +33,7 @@ def backup(
 ) -> None:
     """Read all that a body, a robot or the bodies of a line keep, as text that can be restored."""
     client = Client.at(url, key_file)
-    text = _read(client, _path_of(client, target), only)
+    text = _text(client, _path_of(client, target), only)
     if file is None:
         typer.echo(text, nl=False)
         return
@@ -91,18 +88,25 @@ def restore(
     _end(_followed(client, record, "restores", _being_restored, exits.UNKNOWN))
 
 
-def _read(client: Client, path: str, only: list[str] | None) -> str:
-    """Read a backup to its end; who interrupts it ends it at the gateway, too."""
+def _text(client: Client, path: str, only: list[str] | None) -> str:
     query = f"?bodies={','.join(only)}" if only else ""
-    record = client.ask("POST", f"{path}/backups{query}")
+    return str(_read(client, client.ask("POST", f"{path}/backups{query}"), "backups")["text"])
+
+
+def _plan(client: Client, path: str, wanted: dict[str, object]) -> dict[str, Any]:
+    return _read(client, client.ask("POST", f"{path}/comparisons", wanted), "comparisons")
+
+
+def _read(client: Client, record: dict[str, Any], records: str) -> dict[str, Any]:
+    """Follow a reading to its end; who interrupts it ends it at the gateway, too."""
     try:
-        record = _followed(client, record, "backups", _being_read, exits.NOT_SENT)
+        record = _followed(client, record, records, _being_read, exits.NOT_SENT)
     except KeyboardInterrupt:
-        client.ask("DELETE", f"{record['target']}/backups/current")
+        client.ask("DELETE", f"{record['target']}/{records}/current")
         raise
     if record["error"] is not None:
         fail(f"{record['error']['detail']} {record['error']['remedy']}", exits.REFUSED)
-    return str(record["text"])
+    return record
 
 
 def _being_read(record: dict[str, Any]) -> str:
@@ -120,7 +124,7 @@ def _being_restored(record: dict[str, Any]) -> str:
 def _followed(
     client: Client, record: dict[str, Any], records: str, words: Callable[[dict[str, Any]], str], lost: int
 ) -> dict[str, Any]:
-    """Wait for the end of a backup or a restore; where nobody knows it, `lost` is the exit code."""
+    """Wait for the end of what is long; where nobody knows it, `lost` is the exit code."""
     with Progress() as progress:
         while record["status"] == "running":
             progress.say(words(record))
@@ -160,15 +164,6 @@ def _tell(differences: list[dict[str, Any]]) -> None:
         wanted, held = it["wanted"] or "nothing", it["held"] or "nothing"
         never = "" if it["restorable"] else "; no command can change that"
         typer.echo(f"{it['target']} {it['section']}: {it['name']}: backup {wanted}, holds {held}{never}")
-
-
-def _read_s(client: Client, path: str) -> float:
-    """How long reading may take: the bodies of a line are read one after the other."""
-    return READ_S * (len(client.get(path)["bodies"]) if path.startswith("/lines/") else 1)
-
-
-def _plan(client: Client, path: str, wanted: dict[str, object]) -> dict[str, Any]:
-    return client.ask("POST", f"{path}/restores", {**wanted, "dry_run": True}, wait_s=_read_s(client, path))
 
 
 def _wanted(file: Path, from_body: str | None, only: list[str] | None) -> dict[str, object]:

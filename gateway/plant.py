@@ -4,6 +4,7 @@ import asyncio
 import logging
 import random
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import TypeVar
 
 from gateway import logbook
@@ -15,8 +16,8 @@ from gateway.core import tables
 from gateway.core.addresses import there_are
 from gateway.core.admission import Admission
 from gateway.core.alarms import Alarms
-from gateway.core.backup_record import Backup
-from gateway.core.backups import Backups
+from gateway.core.backup_record import Reading
+from gateway.core.backups import Backups, Comparisons
 from gateway.core.errors import BodyBusy, HeldUp, NotFound
 from gateway.core.events import EventHub
 from gateway.core.family import AnyLine, Family, PortInfo, Site
@@ -34,6 +35,7 @@ from gateway.fics.family import Fics
 from gateway.figures import Figures
 from gateway.memory import Memory
 from gateway.rorze.family import Rorze
+from gateway.rorze.positions import PositionReadings
 from gateway.snapshot import taking
 from gateway.wind_down import SUBJECT, WindDown
 from transports import Transport, create
@@ -81,7 +83,9 @@ class Plant:
         self._memory = (
             None if journal is None else Memory(journal, self.events, self.alarms, self.families.values())
         )
-        self.backups = Backups(self._publish_backup)
+        self.backups = Backups(partial(self._publish_reading, "backup"))
+        self.comparisons = Comparisons(partial(self._publish_reading, "comparison"))
+        self.position_readings = PositionReadings(partial(self._publish_reading, "position_reading"))
         self.figures = Figures(self._line_of)
         self.events.listeners += [self.figures.note, logbook.note, self.alarms.hear]
         self.on_lines: Callable[[], None] = lambda: None
@@ -220,6 +224,8 @@ class Plant:
         """End all work. What `on_exit` leaves moving runs on in the controllers; nothing more is sent."""
         await self.wind_down()
         await self.backups.close()
+        await self.comparisons.close()
+        await self.position_readings.close()
         self.alarms.closed = True
         self.watch.close()
         self.leases.close()
@@ -277,9 +283,9 @@ class Plant:
             for family in self.families.values():
                 family.end_motion(everything=False, within=parts)
 
-    def _publish_backup(self, what: str, backup: Backup) -> None:
-        kind = f"{_what(backup.target)}.backup.{what}"
-        self.events.publish(kind, backup.target, backup, correlation=backup.id)
+    def _publish_reading(self, noun: str, what: str, reading: Reading) -> None:
+        kind = f"{_what(reading.target)}.{noun}.{what}"
+        self.events.publish(kind, reading.target, reading, correlation=reading.id)
 
     # finding
 

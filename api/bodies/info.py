@@ -92,7 +92,11 @@ class BodyInfo(TypedDict):
     pulses_per_unit: float | None
     groups: list[str]
     counted_in: Annotated[
-        CountedIn | None, Field(description="Of the position; null where its mode is not known.")
+        CountedIn | None,
+        Field(
+            description="Of the position; null until its operating mode was read: soon after it answers on a "
+            "line of few bodies, on others when a request needs it."
+        ),
     ]
     position: Annotated[
         int | None,

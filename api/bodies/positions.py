@@ -9,7 +9,16 @@ from pydantic import BaseModel, Field
 from api.common.csv_tables import ANSWER, csv_response, read_table
 from api.common.etags import DECLARED_HEADER, etag_of, expected_by, tagged
 from api.common.problems import DECLARED
-from api.common.requests import BodyId, json_response, new_router, origin_of, plant_of
+from api.common.requests import (
+    BodyId,
+    Wait,
+    json_response,
+    new_router,
+    origin_of,
+    plant_of,
+    wait_headers,
+    wait_s,
+)
 from gateway.core.errors import InvalidRequest
 from gateway.core.records import RequestModel, example
 from gateway.core.rights import Right
@@ -17,7 +26,7 @@ from gateway.core.tables import Name
 from gateway.operations import body_positions
 from gateway.rorze.family import Rorze
 from gateway.rorze.move_requests import Length
-from gateway.rorze.positions import LAST_POSITION, Position, Wanted
+from gateway.rorze.positions import LAST_POSITION, NamedPosition, Position, PositionReading, Wanted
 
 router = new_router("positions")
 
@@ -67,16 +76,6 @@ class PositionLabel(BaseModel):
     name: str | None
 
 
-class NamedPosition(BaseModel):
-    """A stored position."""
-
-    number: int
-    name: str | None
-    pulses: int = Field(description="Encoder counts in encoder mode.")
-    value: float | None = Field(description="The same in `unit`; null without a scale.")
-    unit: str | None
-
-
 class BodyPositions(BaseModel):
     """Stored positions of a body."""
 
@@ -92,8 +91,45 @@ class BodyPositions(BaseModel):
 async def list_body_positions(
     request: Request, body_id: BodyId, first: First = 0, last: Last = LAST_POSITION
 ) -> Response:
-    """Read stored positions (3ND), each in a frame of its own: all 2048 take 90 s at 9600 baud."""
+    """Read stored positions (3ND), each in a frame of its own: all 2048 take 90 s at 9600 baud.
+
+    `POST .../positions/readings` answers at once.
+    """
     return tagged(await _read(request, body_id, first, last))
+
+
+@router.post(
+    "/bodies/{body_id}/positions/readings",
+    Right.VIEW,
+    status_code=202,
+    response_model=PositionReading,
+    responses={**DECLARED, 200: {"model": PositionReading, "description": "It is over."}},
+)
+async def read_body_positions(
+    request: Request, body_id: BodyId, first: First = 0, last: Last = LAST_POSITION, wait: Wait = None
+) -> Response:
+    """Begin to read stored positions; the record at `Location` has them in the end."""
+    plant, waited_s = plant_of(request), wait_s(request, wait)
+    begun = await body_positions.begin_to_read(plant, origin_of(request), body_id, first, last, waited_s)
+    headers = {"Location": f"{begun.target}/positions/readings/{begun.id}", **wait_headers(waited_s)}
+    return json_response(begun, 202 if begun.status == "running" else 200, headers)
+
+
+@router.get("/bodies/{body_id}/positions/readings/{reading_id}", Right.VIEW, response_model=PositionReading)
+async def get_body_position_reading(
+    request: Request, body_id: BodyId, reading_id: str, wait: Wait = None
+) -> Response:
+    """Get a reading of positions, at once or when it is over; `current` is the one under way, or the last."""
+    plant, waited_s = plant_of(request), wait_s(request, wait)
+    found = await body_positions.get_reading(plant, origin_of(request), body_id, reading_id, waited_s)
+    return json_response(found, headers=wait_headers(waited_s))
+
+
+@router.delete("/bodies/{body_id}/positions/readings/current", Right.VIEW, response_model=PositionReading)
+async def cancel_body_position_reading(request: Request, body_id: BodyId) -> Response:
+    """Read no more."""
+    plant = plant_of(request)
+    return json_response(await body_positions.cancel_reading(plant, origin_of(request), body_id))
 
 
 @router.put(
@@ -193,18 +229,8 @@ async def _store(
 
 def _table(request: Request, body_id: str, held: list[Position]) -> BodyPositions:
     body = plant_of(request).family(Rorze).body(body_id)
-    names, scale = body_positions.names(plant_of(request), body_id), body.scale
     return BodyPositions(
         body_id=body.address,
-        positions=[
-            NamedPosition(
-                number=number,
-                name=names.get(number),
-                pulses=pulses,
-                value=None if scale is None else scale.value(pulses),
-                unit=None if scale is None else scale.unit,
-            )
-            for number, pulses in held
-        ],
+        positions=[body_positions.named(plant_of(request), body, it) for it in held],
         flash=body.position_flash.held_of(it.number for it in held),
     )

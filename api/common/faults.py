@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from inspect import isclass
 from types import UnionType
-from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Final, Literal, TypeGuard, Union, get_args, get_origin
 
 from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, ValidationError
@@ -34,7 +34,7 @@ def faults_of(errors: Sequence[ErrorDetails], body: object, shape: object) -> di
     """
     found: dict[str, list[ErrorDetails]] = {}
     for error in sorted(errors[:MOST_ERRORS], key=_is_known):
-        found.setdefault(_place(error, body), []).append(error)
+        found.setdefault(_place(error, body, shape), []).append(error)
     return {place: _said(found[place], shape) for place in _deepest(found)[:MOST_FAULTS]}
 
 
@@ -86,13 +86,16 @@ def _discriminator(error: ErrorDetails) -> str:
     return str(error.get("ctx", {}).get("discriminator", "")).strip("'")
 
 
-def _place(error: ErrorDetails, body: Any) -> str:
+def _place(error: ErrorDetails, body: Any, shape: object) -> str:
     """Where in the request a fault is: its path, without the names of the members of unions."""
     location = error["loc"]
     if location[0] != "body":
         return _named(location[-1])
     parts: list[str] = []
+    _, tags = _followed(shape, location[1:])
     for index, part in enumerate(location[1:], start=2):
+        if index - 2 in tags:
+            continue
         known = part in body if isinstance(body, dict) else isinstance(body, list) and isinstance(part, int)
         missing = isinstance(body, dict) and index == len(location)
         if known:
@@ -115,13 +118,22 @@ def _quoted(part: str | int) -> str:
 
 def _models_at(shape: object, location: Sequence[str | int]) -> list[type[BaseModel]]:
     """The models that may stand at a place of a request."""
-    options = list(_options(shape))
-    for part in location:
+    options, _ = _followed(shape, location)
+    return [it for it in options if _is_model(it)]
+
+
+def _followed(shape: object, location: Sequence[str | int]) -> tuple[list[Any], set[int]]:
+    """What may stand at a place of a request, and which words of the place are tags of unions."""
+    options, tags = list(_options(shape)), set()
+    for index, part in enumerate(location):
         inside = [found for option in options for found in _inside(option, part)]
         # The tag of one member of a union may be the name of a field, too.
-        tagged = [it for it in options if _is_tagged(it, part)] if len(options) > 1 else []
+        several = len([it for it in options if _is_model(it)]) > 1
+        tagged = [it for it in options if _is_tagged(it, part)] if several else []
+        if tagged:
+            tags.add(index)
         options = tagged or inside or options
-    return [it for it in options if isclass(it) and issubclass(it, BaseModel)]
+    return options, tags
 
 
 def _options(annotation: Any) -> Iterator[Any]:
@@ -136,7 +148,7 @@ def _options(annotation: Any) -> Iterator[Any]:
 
 
 def _inside(option: Any, part: str | int) -> Iterator[Any]:
-    if isclass(option) and issubclass(option, BaseModel):
+    if _is_model(option):
         field = option.model_fields.get(str(part))
         if field is not None:
             yield from _options(field.annotation)
@@ -146,9 +158,13 @@ def _inside(option: Any, part: str | int) -> Iterator[Any]:
 
 def _is_tagged(option: Any, part: str | int) -> bool:
     """Whether a word of an error's place is the tag of a model."""
-    if not (isclass(option) and issubclass(option, BaseModel)):
-        return False
-    return any(part in _literals(field.annotation) for field in option.model_fields.values())
+    return _is_model(option) and any(
+        part in _literals(field.annotation) for field in option.model_fields.values()
+    )
+
+
+def _is_model(option: Any) -> TypeGuard[type[BaseModel]]:
+    return isclass(option) and issubclass(option, BaseModel)
 
 
 def _literals(annotation: Any) -> tuple[Any, ...]:

@@ -1,4 +1,4 @@
-"""What a backup that is being read tells: how far it has come, and the text in the end."""
+"""What is read from controllers, one after the other, tells: how far it has come, and what was read."""
 
 from datetime import datetime
 from typing import Literal
@@ -7,17 +7,17 @@ from pydantic import Field
 
 from gateway.core.origin import current
 from gateway.core.records import Record
-from gateway.core.restore_record import RestoreError
+from gateway.core.restore_record import Difference, RestoreError
 
 Status = Literal["running", "succeeded", "failed", "cancelled"]
 
 
 class BackupError(RestoreError):
-    """Why there is no backup, in the words of a problem detail."""
+    """Why it was not read, in the words of a problem detail."""
 
 
-class Backup(Record):
-    """One backup that is being read, or was."""
+class Reading(Record):
+    """Something long that is being read, or was."""
 
     id: str
     target: str = Field(description="The path of what it is of.")
@@ -30,13 +30,31 @@ class Backup(Record):
         description="Answers it takes at most, as far as is known: what was never set is not asked for. Null "
         "where nobody knows.",
     )
-    text: str | None = Field(
-        None, description="The backup, once it has succeeded. Events leave it out: ask for the record."
-    )
-    error: BackupError | None = Field(None, description="Why there is none.")
+    error: BackupError | None = Field(None, description="Why it was not read.")
     request_id: str | None = Field(
         default_factory=lambda: current().request_id,
         description="The X-Request-Id of the request that asked for it.",
     )
     started_at: datetime
     ended_at: datetime | None = None
+
+
+class Backup(Reading):
+    """One backup that is being read, or was."""
+
+    text: str | None = Field(
+        None, description="The backup, once it has succeeded. Events leave it out: ask for the record."
+    )
+
+
+class BackupComparison(Reading):
+    """One comparison of controllers with a backup: what a restore would do; nothing is written."""
+
+    commands: list[str] | None = Field(
+        None,
+        description="The exact commands of a restore, in their order, once it has succeeded. Events leave "
+        "them and the differences out: ask for the record.",
+    )
+    differences: list[Difference] | None = Field(
+        None, description="Empty where the controllers hold the backup already."
+    )

@@ -1,31 +1,17 @@
-"""Backups that are read from controllers, one after the other: minutes of work, followed and cancelled."""
+"""Backups that are read from controllers, and comparisons of controllers with backups."""
 
-import asyncio
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import partial
-from math import inf
-from typing import Protocol
+from typing import Protocol, TypeVar
 
-from gateway.core.backup_record import Backup, BackupError, Status
-from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown
+from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.move_log import new_id
-from gateway.core.works import Works
+from gateway.core.readings import Progress, Readings
+from gateway.core.restore_record import Difference
+from gateway.core.restores import Controller, Restores
 
-HISTORY = 10
-PROGRESS_S = 1.0
-"""Progress is told at most this often."""
-
-
-class Progress(Protocol):
-    """Who is told how far a reading has come."""
-
-    def expect(self, answers: int | None, /) -> None:
-        """So many more answers are wanted at most; None where nobody knows."""
-
-    def has_read(self) -> None:
-        """One more answer was read."""
+C = TypeVar("C", bound=Controller)
 
 
 class Source(Protocol):
@@ -48,33 +34,10 @@ class Source(Protocol):
         """
 
 
-@dataclass(eq=False)
-class _Reading:
-    """A backup that is being read."""
-
-    record: Backup
-    publish: Callable[[str, Backup], None]
-    told_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
-
-    def expect(self, answers: int | None) -> None:
-        known = self.record.expected
-        self.record.expected = None if answers is None or known is None else known + answers
-
-    def has_read(self) -> None:
-        self.record.read += 1
-        now = asyncio.get_running_loop().time()
-        if now - self.told_at >= PROGRESS_S:
-            self.told_at = now
-            self.publish("progress", self.record)
-
-
-class Backups(Works[Backup]):
+class Backups(Readings[Backup]):
     """The backups of a plant, one at a time of each target."""
 
-    def __init__(self, publish: Callable[[str, Backup], None]) -> None:
-        super().__init__(HISTORY, "backup", lambda it: it.target)
-        self._publish: Callable[[str, Backup], None] = lambda what, record: publish(what, _short(record))
-        self._closed = False
+    noun = "backup"
 
     async def start(self, target: str, preamble: str, sources: Sequence[Source]) -> Backup:
         """Begin to read controllers, one after the other.
@@ -82,69 +45,52 @@ class Backups(Works[Backup]):
         :raises BodyBusy: a backup of the same is being read.
         :raises GatewayError: one of them does not answer, or is being changed.
         """
-        self._require_none(target)
+        self.require_none(target)
         for source in sources:
             await source.require_ready()
-        self._require_none(target)
+        self.require_none(target)
         now = datetime.now(UTC)
         addresses = [source.address for source in sources]
         record = Backup(id=new_id(now), target=target, controllers=addresses, started_at=now)
-        task = self.begin(record, self._run(record, preamble, sources), "backup")
-        task.add_done_callback(partial(self._ended, record))
-        self._publish("started", record)
-        return record
+        return self.follow(record, partial(_read, record, preamble, sources))
 
-    def _require_none(self, target: str) -> None:
-        if self._current(target) is not None:
-            raise BodyBusy(
-                f"A backup of {target} is being read; nothing was sent.", "Wait for its end or cancel it."
-            )
 
-    async def cancel(self, target: str) -> Backup:
-        """Read no more, and give the record.
+async def _read(record: Backup, preamble: str, sources: Sequence[Source], progress: Progress) -> None:
+    text = preamble
+    for source in sources:
+        record.controller = source.address
+        text += await source.read(progress)
+    record.text = text
 
-        :raises NotFound: none is under way.
+
+class Comparisons(Readings[BackupComparison]):
+    """The comparisons of controllers with backups, one at a time of each target."""
+
+    noun = "comparison"
+
+    def start(self, target: str, restores: Restores[C], controllers: Sequence[C]) -> BackupComparison:
+        """Begin to tell what a restore would do, controller by controller.
+
+        :raises BodyBusy: a comparison of the same is under way, or a controller is being restored.
         """
-        record = self._current(target)
-        if record is None:
-            raise NotFound(f"No backup of {target} is being read.")
-        self.break_off(record)
-        await self.wait(record, inf)
-        return record
-
-    def _current(self, target: str) -> Backup | None:
-        return next((it for it in self.under_way() if it.target == target), None)
-
-    async def close(self) -> None:
-        """Break off those that are being read."""
-        self._closed = True
-        await super().close()
-
-    async def _run(self, record: Backup, preamble: str, sources: Sequence[Source]) -> None:
-        reading = _Reading(record, self._publish)
-        text = preamble
-        try:
-            for source in sources:
-                record.controller = source.address
-                text += await source.read(reading)
-        except GatewayError as error:
-            self._end(record, "failed", error)
-        else:
-            record.text = text
-            self._end(record, "succeeded", None)
-
-    def _ended(self, record: Backup, task: "asyncio.Task[None]") -> None:
-        """Note the end of what was cancelled, maybe before it had begun."""
-        if task.cancelled():
-            unwanted = Cancelled("The backup was cancelled by request; nothing was changed.", "Begin anew.")
-            self._end(record, "cancelled", ShuttingDown() if self._closed else unwanted)
-
-    def _end(self, record: Backup, status: Status, error: GatewayError | None) -> None:
-        record.status, record.ended_at = status, datetime.now(UTC)
-        record.error = None if error is None else BackupError.of(error)
-        self._publish(status, record)
+        self.require_none(target)
+        for controller in controllers:
+            restores.require_none(controller.address)
+        now = datetime.now(UTC)
+        addresses = [controller.address for controller in controllers]
+        record = BackupComparison(id=new_id(now), target=target, controllers=addresses, started_at=now)
+        return self.follow(record, partial(_compare, record, restores, controllers))
 
 
-def _short(record: Backup) -> Backup:
-    """A record as an event tells it."""
-    return record.model_copy(update={"text": None})
+async def _compare(
+    record: BackupComparison, restores: Restores[C], controllers: Sequence[C], progress: Progress
+) -> None:
+    commands: list[str] = []
+    differences: list[Difference] = []
+    for controller in controllers:
+        record.controller = controller.address
+        progress.expect(controller.answers)
+        found = await restores.plan(record.target, [controller], progress)
+        commands += found.commands
+        differences += found.differences
+    record.commands, record.differences = commands, differences

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pydantic import BaseModel, ConfigDict, Field
 
 from gateway.core.alarms import Alarm
+from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.leases import Lease
 
 
@@ -102,11 +103,23 @@ BACKUP_NEWS: Mapping[str, str] = {
     "cancelled": "a request or the end of the gateway has ended it",
 }
 """The events of a backup that is read, in the order of its life."""
+COMPARISON_NEWS: Mapping[str, str] = {
+    **BACKUP_NEWS,
+    "started": "it is being compared with a backup",
+    "succeeded": "all was compared: the record has the differences",
+}
+"""The events of a comparison with a backup, in the order of its life."""
 
 
-def backup_types(what: str, subject: str, data: type[BaseModel]) -> list[EventType]:
-    """The types of the backups of `what`; the data is the backup's record as it is then."""
-    return [EventType(f"{what}.backup.{news}", subject, data, when) for news, when in BACKUP_NEWS.items()]
+def backup_types(what: str, subject: str) -> list[EventType]:
+    """The types of the backups of `what`, and of comparisons with them; the data is the record then."""
+    return [
+        *(EventType(f"{what}.backup.{news}", subject, Backup, when) for news, when in BACKUP_NEWS.items()),
+        *(
+            EventType(f"{what}.comparison.{news}", subject, BackupComparison, when)
+            for news, when in COMPARISON_NEWS.items()
+        ),
+    ]
 
 
 LEASE_NEWS: Mapping[str, str] = {

@@ -34,7 +34,14 @@ class Comparison(NamedTuple):
     """Whether it is proved that the power was kept while it was read."""
 
 
-class Watcher(Protocol):
+class Reader(Protocol):
+    """Who is told how far a comparison has come."""
+
+    def has_read(self) -> None:
+        """One more answer was read."""
+
+
+class Watcher(Reader, Protocol):
     """Who is told how far the work at a controller has come, and may end it."""
 
     def require_wanted(self) -> None:
@@ -42,9 +49,6 @@ class Watcher(Protocol):
 
         :raises Cancelled: somebody has.
         """
-
-    def has_read(self) -> None:
-        """One more answer was read."""
 
     def has_written(self) -> None:
         """One more command was taken."""
@@ -57,13 +61,17 @@ class Controller(Protocol):
     def address(self) -> str:
         """Its unique address."""
 
+    @property
+    def answers(self) -> int | None:
+        """How many a comparison takes at most; None where nobody knows."""
+
     async def require_rest(self) -> None:
         """Make sure that nothing moves, or runs a program.
 
         :raises GatewayError: it does, or it could not be asked.
         """
 
-    async def compare(self, watcher: Watcher, *, lasting: bool = False, sure: bool = True) -> Comparison:
+    async def compare(self, reader: Reader, /, *, lasting: bool = False, sure: bool = True) -> Comparison:
         """Read all that the backup has; `lasting` leaves out what is gone with the power.
 
         To be `sure`, what differs is read again: without a checksum one reading proves nothing.
@@ -133,7 +141,7 @@ class Restores(Works[Restore], Generic[C]):
         self._current: dict[str, tuple[_Work, C]] = {}
         """By the address of each controller."""
 
-    async def plan(self, target: str, controllers: Sequence[C]) -> RestorePlan:
+    async def plan(self, target: str, controllers: Sequence[C], reader: Reader | None = None) -> RestorePlan:
         """Tell what a restore would do.
 
         :raises BodyBusy: a controller is being restored.
@@ -144,7 +152,7 @@ class Restores(Works[Restore], Generic[C]):
         commands: list[str] = []
         differences: list[Difference] = []
         for controller in controllers:
-            found = await controller.compare(_Nobody())
+            found = await controller.compare(reader or _Nobody())
             commands += found.commands
             differences += found.differences
         return RestorePlan(target=target, commands=commands, differences=differences)
@@ -346,13 +354,7 @@ def _status(work: _Work, error: GatewayError | None) -> Status:
 
 
 class _Nobody:
-    """Nobody is told, and nobody ends it."""
-
-    def require_wanted(self) -> None:
-        """Go on."""
+    """Nobody is told how far it has come."""
 
     def has_read(self) -> None:
-        """Say nothing."""
-
-    def has_written(self) -> None:
         """Say nothing."""

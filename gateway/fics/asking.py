@@ -9,6 +9,7 @@ from gateway.core.errors import ControllerRefused, Expired, GatewayError, Invali
 from gateway.core.lanes import Lane
 from gateway.fics.axes import UnitAxes, unit_of
 from gateway.fics.commander import Commander
+from gateway.fics.edges import Edges
 from gateway.fics.errors import ErrorRemains, NotReadBack, RobotFailed, preparing
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.motion_state import MOVES_ALL_UNITS, MotionState
@@ -68,6 +69,7 @@ class Asking:
     _selection: Selection
     _power: Power
     _errors: SystemErrors
+    _edges: Edges
     settings_changed: int = 0
     """How often a setting of an axis may have changed."""
     said: int = 0
@@ -276,6 +278,9 @@ class Asking:
                     await self._select(number, afresh=afresh)
             outcome = await self._commander.say(query, expires_at=deadline_of(lane))
             self._learn(query, number, outcome)
+            if number is not None and isinstance(outcome, Answered):
+                for reply in outcome.replies:
+                    self._edges.read(number, reply)
         return told_now(*self._commander.answered(query, outcome).replies)
 
     async def _select(self, number: int, *, afresh: bool) -> None:

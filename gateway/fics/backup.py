@@ -8,8 +8,8 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
-from gateway.core.backups import Progress
 from gateway.core.errors import Misplaced
+from gateway.core.readings import Progress
 from gateway.core.restore_record import Difference
 from gateway.fics import settings
 from gateway.fics.axes import DISPLAYED

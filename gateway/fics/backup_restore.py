@@ -8,7 +8,7 @@ from typing import Any
 from gateway.core.errors import InvalidRequest, NoReply, PowerCycled
 from gateway.core.lanes import Lane
 from gateway.core.origin import Origin, current
-from gateway.core.restores import Comparison, Watcher
+from gateway.core.restores import Comparison, Reader, Watcher
 from gateway.fics import backup, settings
 from gateway.fics.asking import deadline_of
 from gateway.fics.axes import at_rest
@@ -52,6 +52,10 @@ class RobotRestore:
         """The robot's id."""
         return self.robot.id
 
+    @property
+    def answers(self) -> None:
+        """A robot ends its answer where nothing more is set."""
+
     def lets_pass(self, exchange: FicsExchange) -> bool:
         """Whether something that changes or moves the robot may go: only what belongs to the restore."""
         return exchange.origin == self.origin
@@ -71,7 +75,7 @@ class RobotRestore:
 
     # compared
 
-    async def compare(self, watcher: Watcher, *, lasting: bool = False, sure: bool = True) -> Comparison:
+    async def compare(self, reader: Reader, *, lasting: bool = False, sure: bool = True) -> Comparison:
         """Read what the backup has. In Ver.3 the mode proves that the power was kept meanwhile.
 
         :raises InvalidRequest: what is kept without power is wanted, which nobody knows.
@@ -81,9 +85,9 @@ class RobotRestore:
             raise InvalidRequest(NO_FLASH)
         for _ in range(READINGS):
             losses = self.robot.power.losses
-            self.held = await backup.read(self.robot, self.wanted, watcher.has_read)
+            self.held = await backup.read(self.robot, self.wanted, reader.has_read)
             if sure:
-                await self._confirm(watcher)
+                await self._confirm(reader)
             if await self._has_kept_power() and self.robot.power.losses == losses:
                 break
         else:
@@ -92,11 +96,11 @@ class RobotRestore:
         proved = self.robot.mode == HostMode.VER_3
         return Comparison(await self._frames(), differences, proved)
 
-    async def _confirm(self, watcher: Watcher) -> None:
+    async def _confirm(self, reader: Reader) -> None:
         """Read until two readings agree where something differs: one garbled digit proves nothing."""
         before = None
         while self.held != before and backup.differences(self.robot, self.wanted, self.held):
-            before, self.held = self.held, await backup.read(self.robot, self.wanted, watcher.has_read)
+            before, self.held = self.held, await backup.read(self.robot, self.wanted, reader.has_read)
 
     async def _has_kept_power(self) -> bool:
         async with self.robot.line.sequence_lock.held(Lane.COMMAND, deadline_of(Lane.COMMAND)):

@@ -23,6 +23,8 @@ from protocols.table import Retry
 
 LASTING = frozenset({"E05", "E06", "E07", "E08", "E09", "E11", "E12"})
 """Refusals that the same request meets again until it, or a setting, is changed (C-HOST manual 2-12)."""
+CANNOT_BE_CARRIED_OUT = "E10"
+HOME_FIRST = "Home the robot first."
 
 
 def refused(robot_id: str, command: FicsCommand[Any], error: str) -> ControllerRefused:
@@ -131,6 +133,24 @@ class NotHomed(PositionUnknown):
 
     kind = "not-homed"
     title = "The robot is not homed"
+
+
+class RefusedUnhomed(ControllerRefused):
+    """The robot cannot carry out a command for an axis that is not homed (C-HOST manual 2-12)."""
+
+    kind = NotHomed.kind
+    title = NotHomed.title
+    title_ja = "原点復帰が完了していません"
+
+    def __init__(self, robot_id: str, command: FicsCommand[Any], axis: str) -> None:
+        self._axis = axis
+        text = lookup(CANNOT_BE_CARRIED_OUT)
+        super().__init__(robot_id, command.wire_name(), CANNOT_BE_CARRIED_OUT, text, lasting=False)
+        self.detail_ja += f" {axis}軸の原点復帰が完了していません。"
+        self.remedy, self.remedy_ja = HOME_FIRST, "先に原点復帰を行ってください。"
+
+    def _told(self, address: str, command_code: str, text: ErrorText) -> str:
+        return f"{super()._told(address, command_code, text)} Axis {self._axis} is not homed."
 
 
 class UnitNotSelected(NotSent):

@@ -1,8 +1,9 @@
 """The types of events of robots and of their units."""
 
+from typing import Literal
+
 from pydantic import Field
 
-from gateway.core.backup_record import Backup
 from gateway.core.event_types import (
     EventData,
     EventType,
@@ -80,6 +81,24 @@ class RobotInputChange(EventData):
     on: bool
 
 
+class AxisStatusChange(EventData):
+    """How a motor axis is now (C-HOST manual 2-10)."""
+
+    unit: int
+    axis: str
+    status: list[Literal["origin_done", "servo_ready", "alarm"]] = Field(description="The bits that are set.")
+    driver_error: int = Field(description="0 when the driver has none.")
+
+
+class AxisSensorChange(EventData):
+    """A sensor of a motor axis as it is now (C-HOST manual 2-11)."""
+
+    unit: int
+    axis: str
+    sensor: Literal["origin", "plus_limit", "minus_limit"]
+    on: bool
+
+
 class BitMismatch(EventData):
     """What a unit shows at rest that the configured order of bits does not explain."""
 
@@ -133,6 +152,18 @@ TYPES = (
         "an input of the first channel is another than when it was last asked for: while somebody watches "
         "`io`, and as often as `input_edges_per_s` says",
     ),
+    EventType(
+        "robot.status.changed",
+        ROBOT,
+        AxisStatusChange,
+        "status bits of a motor axis, or its driver's error, are others than when they were last asked for",
+    ),
+    EventType(
+        "robot.sensor.changed",
+        ROBOT,
+        AxisSensorChange,
+        "a sensor of a motor axis is another than when it was last asked for",
+    ),
     EventType("robot.unit.changed", ROBOT, UnitChange, "somebody else has selected another unit"),
     *(
         EventType(f"robot.jog.{news}", ROBOT, JogSession, when)
@@ -145,7 +176,7 @@ TYPES = (
             "not_stopped": "the axis did not stand still within a second: the whole robot is being stopped",
         }.items()
     ),
-    *backup_types("robot", ROBOT, Backup),
+    *backup_types("robot", ROBOT),
     *restore_types("robot", ROBOT, Restore),
     EventType(
         "robot.position",

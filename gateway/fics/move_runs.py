@@ -24,7 +24,7 @@ from gateway.core.silence import Silence
 from gateway.fics.axes import at_rest, in_trouble
 from gateway.fics.commander import in_time
 from gateway.fics.durations import PATIENCE, PATIENCE_S, Durations
-from gateway.fics.errors import RobotFailed, preparing, refused
+from gateway.fics.errors import CANNOT_BE_CARRIED_OUT, RefusedUnhomed, RobotFailed, preparing, refused
 from gateway.fics.exchange import Answered, Outcome
 from gateway.fics.motion_state import Tell
 from gateway.fics.motions import Accepted, Motions
@@ -264,7 +264,7 @@ class MoveRun:
     async def _conclude(self, outcome: Outcome) -> None:
         """The robot has answered, or nobody will know its answer."""
         if isinstance(outcome, Refusal):
-            refusal = refused(self._move.robot_id, self._command, outcome.error)
+            refusal = await self._refusal(outcome.error)
             self._advance(MoveStatus.REJECTED, refusal)
             self._tell(refusal)
         elif isinstance(outcome, Answered | Failure):
@@ -276,6 +276,16 @@ class MoveRun:
         else:
             self._advance(MoveStatus.CANCELLED, outcome)
             self._tell(outcome)
+
+    async def _refusal(self, error: str) -> ControllerRefused:
+        """As the robot tells it; that an axis is not homed it does not tell."""
+        move, target = self._move, self._move.target_position or {}
+        unknown = {name: None for name in target if (move.start_position or {}).get(name) is None}
+        if error == CANNOT_BE_CARRIED_OUT:
+            for axis, reason in (await self._unit.why_unknown(unknown)).items():
+                if reason == "not_homed":
+                    return RefusedUnhomed(move.robot_id, self._command, axis)
+        return refused(move.robot_id, self._command, error)
 
     async def _infer(self, axes: list[AxisStatus]) -> None:
         """The axes stand still, and nothing more will be said about it."""

@@ -6,12 +6,13 @@ from typing import Any, Final
 from gateway.fics.axes import Coordinates
 from protocols.fics.motor_axes import GetMotorPosition
 from protocols.fics.row import FicsCommand
-from protocols.fics.status import GetAxisStatus, GetUserPosition
+from protocols.fics.status import GetAxisSensors, GetAxisStatus, GetUserPosition
 from protocols.fics.system import GetCommunicationMode, GetUnit
 
 MODE: Final = GetCommunicationMode()
 UNIT: Final = GetUnit()
 STATUS: Final = GetAxisStatus()
+SENSORS: Final = GetAxisSensors()
 PLACES: Final = GetMotorPosition()
 """Where the motors stand: known only of those that are homed (C-HOST manual 4-4)."""
 POSITIONS: Final[Mapping[Coordinates, FicsCommand[Any]]] = {

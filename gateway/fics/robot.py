@@ -14,6 +14,7 @@ from gateway.fics.bits import Bits
 from gateway.fics.commander import Commander
 from gateway.fics.downloads import download
 from gateway.fics.durations import Durations
+from gateway.fics.edges import Edges
 from gateway.fics.errors import NotDone
 from gateway.fics.exchange import ReplyFrame
 from gateway.fics.jogs import Jogs
@@ -86,7 +87,8 @@ class Robot:
         self.errors = errors = SystemErrors(commander, self.publish)
         self.power = power = Power(units, commander, errors, self.publish)
         self.selection = Selection(len(units), commander, motion, power, self.publish)
-        self.asking = Asking(units, commander, motion, self.selection, power, errors)
+        edges = Edges({unit.number: unit for unit in units}, self.publish)
+        self.asking = Asking(units, commander, motion, self.selection, power, errors, edges)
         self.units = [RobotUnit(axes, self.asking, motion) for axes in units]
         self.tables = Tables(commander, motion, self.selection, self.asking)
         self.motions = Motions(units, commander, motion, self.selection, power, errors, poll_interval_s)

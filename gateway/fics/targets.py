@@ -3,7 +3,7 @@
 from typing import Any
 
 from gateway.fics.axes import DISPLAYED, Places, UnitAxes
-from gateway.fics.errors import NotHomed, PositionUnknown
+from gateway.fics.errors import HOME_FIRST, NotHomed, PositionUnknown
 from gateway.fics.units import RobotUnit, UnknownReason
 from protocols.fics.jog import StepAxis
 from protocols.fics.motor_axes import MoveMotorsAbsolute, MoveMotorsRelative
@@ -69,7 +69,7 @@ async def require_places(unit: RobotUnit, places: Places, code: str) -> None:
         f"{code} was not sent."
     )
     if reason == "not_homed":
-        raise NotHomed(detail, "Home the robot first.")
+        raise NotHomed(detail, HOME_FIRST)
     raise PositionUnknown(detail, "Read the status of the unit and the errors of the robot.")
 
 

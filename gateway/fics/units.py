@@ -11,11 +11,11 @@ from gateway.fics.axes import Coordinates, Places, UnitAxes, at_rest
 from gateway.fics.downloads import download
 from gateway.fics.motion_state import MotionState
 from gateway.fics.move_record import RobotMove
-from gateway.fics.questions import POSITIONS, STATUS
+from gateway.fics.questions import POSITIONS, SENSORS, STATUS
 from protocols.fics.macros import RunMacro
 from protocols.fics.positions import DownloadPositions
 from protocols.fics.row import FicsCommand
-from protocols.fics.status import AxisStatus, MotionMode
+from protocols.fics.status import AxisSensors, AxisStatus, MotionMode
 
 T = TypeVar("T")
 UnknownReason = Literal["not_homed", "homing", "macro", "automatic", "no_conversion", "not_known"]
@@ -100,6 +100,13 @@ class RobotUnit(UnitAxes):
         (reply,), at = await self._asking.ask(STATUS, self.number, lane)
         self._motion.note_rest(self.number, still=at_rest(reply.axes))
         return self.by_axis(self.motor_axes, reply.axes), at
+
+    async def sensors(self) -> dict[str, AxisSensors]:
+        """Read the sensors of its motor axes (C-HOST manual 2-11).
+
+        :raises GatewayError: it was not read.
+        """
+        return self.by_axis(self.motor_axes, (await self.read(SENSORS)).axes)
 
     async def stored(self, number: int, lane: Lane = Lane.READ) -> list[float | None] | None:
         """Read a stored position; None where it is not set.

@@ -11,7 +11,7 @@ from gateway.fics.errors import RobotBusy
 from gateway.fics.questions import UNIT
 from gateway.fics.robot import Robot
 from gateway.fics.units import RobotUnit
-from protocols.fics.status import AxisStatus, GetAxisSensors
+from protocols.fics.status import AxisSensors, AxisStatus
 from protocols.fics.system import HostMode
 
 HEALTH_POLL_S = 5.0
@@ -58,26 +58,25 @@ async def _moves(robot: Robot) -> bool | None:
         statuses = await unit.status()
         if robot.line.mode == HostMode.VER_2:
             await robot.motions.see_power(unit)
-        await _compare_bits(robot, unit, statuses)
+        with suppress(GatewayError):  # its sensors and places are asked for again
+            await _compare_bits(robot, unit, statuses, await unit.sensors())
     except ControllerRefused as refused:
         return True if refused.error_code == BUSY else None
     return not at_rest(statuses.values())
 
 
-async def _compare_bits(robot: Robot, unit: RobotUnit, axes: Mapping[str, AxisStatus]) -> None:
+async def _compare_bits(
+    robot: Robot, unit: RobotUnit, axes: Mapping[str, AxisStatus], sensors: Mapping[str, AxisSensors]
+) -> None:
     """Once it stands still and is homed: see that its bits mean what the configuration says."""
     standing = at_rest(axes.values()) and not any(map(in_trouble, axes.values()))
     free = robot.motion.command is None and robot.latched_error is None
     if not (standing and free and robot.bits.is_due(unit.number)):
         return
-    with suppress(GatewayError):  # it is looked at again
-        homed = None not in (await unit.position("motor")).values()
-        robot.bits.was_looked_at(unit.number)
-        if not homed:
-            return
-        sensors = unit.by_axis(unit.motor_axes, (await unit.read(GetAxisSensors())).axes)
-        if told := robot.bits.compare(unit.number, axes, sensors):
-            robot.publish("robot.bits.mismatch", {"unit": unit.number, "detail": told})
+    homed = None not in (await unit.position("motor")).values()
+    robot.bits.was_looked_at(unit.number)
+    if homed and (told := robot.bits.compare(unit.number, axes, sensors)):
+        robot.publish("robot.bits.mismatch", {"unit": unit.number, "detail": told})
 
 
 async def _present_unit(robot: Robot) -> RobotUnit:

@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from gateway.core.addresses import there_are
-from gateway.core.backup_record import Backup
+from gateway.core.backup_record import Backup, BackupComparison
 from gateway.core.backups import Source
 from gateway.core.errors import InvalidRequest
 from gateway.core.restore_record import Restore, RestorePlan
@@ -138,7 +138,7 @@ async def get_backup(plant: Plant, target: str, backup_id: str, wait_s: float) -
 
 @needs(Right.VIEW)
 async def cancel_backup(plant: Plant, target: str) -> Backup:
-    """End the reading under way; errors as of `Backups.cancel`."""
+    """End the reading under way; errors as of `Readings.cancel`."""
     _, target = _restores(plant, target)
     return await plant.backups.cancel(target)
 
@@ -240,6 +240,33 @@ async def start(plant: Plant, wanted: Wanted, flash: bool, power_cycle: bool, wa
     begun = await restores.start(wanted.target, wanted.controllers, flash=flash, power_cycle=power_cycle)
     await restores.wait(begun, wait_s)
     return begun
+
+
+@for_caller
+async def compare(plant: Plant, wanted: Wanted, wait_s: float) -> BackupComparison:
+    """Begin to tell what a restore would write, and what differs; give the record after `wait_s` at most.
+
+    :raises BodyBusy: a controller is being restored or compared.
+    """
+    require(plant, Right.SETUP, wanted.target, leased=False)
+    plant.admission.require()
+    begun = plant.comparisons.start(wanted.target, wanted.restores, wanted.controllers)
+    await plant.comparisons.wait(begun, wait_s)
+    return begun
+
+
+async def get_comparison(plant: Plant, target: str, comparison_id: str, wait_s: float) -> BackupComparison:
+    """Give a comparison of a target's path, or the `current` one; errors as of `Works.get`."""
+    require(plant, Right.VIEW, target)
+    _, target = _restores(plant, target)
+    return await plant.comparisons.get(target, comparison_id, wait_s)
+
+
+@needs(Right.SETUP, leased=False)
+async def cancel_comparison(plant: Plant, target: str) -> BackupComparison:
+    """End the comparison under way; errors as of `Readings.cancel`."""
+    _, target = _restores(plant, target)
+    return await plant.comparisons.cancel(target)
 
 
 async def get(plant: Plant, target: str, restore_id: str, wait_s: float) -> Restore:

@@ -14,7 +14,7 @@ from protocols.fics.alarms import ResetErrors
 from protocols.fics.inputs_outputs import ChannelBits, GetInputChannel, GetOutputChannel, SwitchOutput
 from protocols.fics.notation import LAST_CHANNEL
 from protocols.fics.row import FicsCommand
-from protocols.fics.status import AxisSensors, AxisStatus, GetAxisSensors, SensorStates
+from protocols.fics.status import AxisSensors, AxisStatus
 from protocols.fics.variables import LAST_VARIABLE, GetVariable, SetVariable, VariableValue
 
 
@@ -55,8 +55,8 @@ async def status(plant: Plant, robot_id: str, unit: int) -> Condition:
     """
     axes = plant.family(Fics).robot(robot_id).unit(unit)
     statuses, at = await axes.status_at()
-    reply: SensorStates = await axes.read(GetAxisSensors())
-    return Condition(not at_rest(statuses.values()), statuses, axes.by_axis(axes.motor_axes, reply.axes), at)
+    sensors = await axes.sensors()
+    return Condition(not at_rest(statuses.values()), statuses, sensors, at)
 
 
 @needs(Right.OPERATE)

@@ -9,9 +9,9 @@ from functools import partial
 from typing import Final, TypeVar
 
 from gateway.core.backup_text import Line, Part, commented, parts_of, refuse, section
-from gateway.core.backups import Progress
 from gateway.core.errors import BodyBusy, ControllerRefused, Misplaced
 from gateway.core.lanes import Lane
+from gateway.core.readings import Progress
 from gateway.core.restore_record import Difference
 from gateway.rorze import stored_program
 from gateway.rorze.backup_places import (
@@ -242,6 +242,12 @@ class BodySource:
         end, _ = await self.body.ask(GetLastProgramAddress())
         progress.expect(sum(map(len, PLACES_OF.values())) + end.address)
         return await text_of(self.body, progress.has_read)
+
+
+def answers_of(contents: Contents) -> int:
+    """How many answers it takes at most to read the sections of contents."""
+    places = sum(len(PLACES_OF[name]) for name in contents.sections if name != "program")
+    return places + len(contents.instructions)
 
 
 def written(body: Body, contents: Contents) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from gateway.core.errors import BodyBusy, ControllerRefused, GatewayError, NoReply
 from gateway.core.lanes import Lane
-from gateway.core.restores import Comparison, Watcher
+from gateway.core.restores import Comparison, Reader, Watcher
 from gateway.core.sequence_lock import Series
 from gateway.rorze import backup
 from gateway.rorze.backup import Contents
@@ -56,6 +56,11 @@ class BodyRestore:
         """Its unique address."""
         return self.body.address
 
+    @property
+    def answers(self) -> int:
+        """As many as the sections have places at most."""
+        return backup.answers_of(self.wanted)
+
     def lets_pass(self, exchange: RorzeExchange) -> bool:
         """Whether an exchange may go while the body is restored: stops, reads, its own, the mark."""
         command = exchange.command
@@ -76,7 +81,7 @@ class BodyRestore:
 
     # compared
 
-    async def compare(self, watcher: Watcher, *, lasting: bool = False, sure: bool = True) -> Comparison:
+    async def compare(self, reader: Reader, *, lasting: bool = False, sure: bool = True) -> Comparison:
         """Read what the backup has, with a mark that proves that the power was kept meanwhile.
 
         :raises GatewayError: it was not read, or it loses its power again and again.
@@ -85,7 +90,7 @@ class BodyRestore:
         for _ in range(READINGS):
             await self.body.mark.ensure(Lane.PROOF)
             losses = self.body.power.losses
-            held = await backup.read(self.body, wanted.sections, watcher.has_read)
+            held = await backup.read(self.body, wanted.sections, reader.has_read)
             self.held = held.lasting() if lasting else held
             if sure:
                 await backup.confirm(self.body, wanted, self.held)

@@ -2,7 +2,6 @@
 
 from pydantic import Field
 
-from gateway.core.backup_record import Backup
 from gateway.core.event_types import (
     LINE,
     EventData,
@@ -18,6 +17,7 @@ from gateway.core.event_types import (
 from gateway.core.move_record import CountedIn, Move
 from gateway.core.restore_record import Restore
 from gateway.rorze.jogs import BodyJog
+from gateway.rorze.positions import PositionReading
 from gateway.rorze.power import Acknowledgement
 from gateway.rorze.program_runs import ProgramRun
 from gateway.rorze.program_uploads import ProgramUpload
@@ -166,7 +166,17 @@ BODIES = (
             "cancelled": "a request, a stop or the end of the gateway has broken off an upload",
         }.items()
     ),
-    *backup_types("body", BODY, Backup),
+    *backup_types("body", BODY),
+    *(
+        EventType(f"body.position_reading.{news}", BODY, PositionReading, when)
+        for news, when in {
+            "started": "its table of positions is being read",
+            "progress": "more of it was read; once a second at most",
+            "succeeded": "all was read: the record has the positions",
+            "failed": "it did not tell all",
+            "cancelled": "a request or the end of the gateway has ended it",
+        }.items()
+    ),
     *restore_types("body", BODY, Restore),
     *(
         EventType(f"body.jog.{news}", BODY, BodyJog, when)
@@ -186,7 +196,7 @@ BODIES = (
 )
 
 LINES = (
-    *backup_types("line", LINE, Backup),
+    *backup_types("line", LINE),
     *restore_types("line", LINE, Restore),
     *lease_types("group", GROUP),
     EventType("group.strangers", GROUP, Strangers, "bodies obey the group that do not count among it"),

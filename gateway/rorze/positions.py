@@ -1,10 +1,17 @@
 """The position table of a body: 2048 positions, read, stored and read back (RC-420 manual 13.4)."""
 
-from collections.abc import Sequence
+from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import suppress
+from datetime import UTC, datetime
 from typing import Final, NamedTuple
 
+from pydantic import Field
+
+from gateway.core.backup_record import Reading
 from gateway.core.errors import BodyBusy, CommandGarbled, GatewayError, InvalidRequest, NoReply
+from gateway.core.move_log import new_id
+from gateway.core.readings import Progress, Readings
+from gateway.core.records import Record
 from gateway.rorze.bodies import Body
 from gateway.rorze.readings import believed, closely
 from protocols.rorze.flash import SavePositions
@@ -29,6 +36,26 @@ class Wanted(NamedTuple):
     number: int
     pulses: int | None
     """None: where the motor stands."""
+
+
+class NamedPosition(Record):
+    """A stored position."""
+
+    number: int
+    name: str | None
+    pulses: int = Field(description="Encoder counts in encoder mode.")
+    value: float | None = Field(description="The same in `unit`; null without a scale.")
+    unit: str | None
+
+
+class PositionReading(Reading):
+    """Positions of a body that are being read, or were."""
+
+    first: int = Field(description="Number of the first position.")
+    last: int = Field(description="Number of the last position.")
+    positions: list[NamedPosition] | None = Field(
+        None, description="Once it has succeeded. Events leave them out: ask for the record."
+    )
 
 
 class PositionsDiffer(GatewayError):
@@ -59,9 +86,50 @@ async def read(body: Body, first: int, last: int) -> list[Position]:
     :raises InvalidRequest: the last is before the first.
     :raises GatewayError: they were not read.
     """
+    return [it async for it in _in_order(body, first, last)]
+
+
+def _in_order(body: Body, first: int, last: int) -> AsyncGenerator[Position, None]:
     if last < first:
         raise InvalidRequest(f"last: it is less than first, {first}; nothing was sent.")
-    return [it async for it in closely(read_one(body, number) for number in range(first, last + 1))]
+    return closely(read_one(body, number) for number in range(first, last + 1))
+
+
+class PositionReadings(Readings[PositionReading]):
+    """The readings of position tables, one at a time of each body."""
+
+    noun = "table of positions"
+
+    def start(
+        self, body: Body, first: int, last: int, named: Callable[[Position], NamedPosition]
+    ) -> PositionReading:
+        """Begin to read positions one by one, as `read` does.
+
+        :raises InvalidRequest: the last is before the first.
+        :raises BodyBusy: positions of the body are being read.
+        """
+        now, target = datetime.now(UTC), f"/bodies/{body.address}"
+        self.require_none(target)
+        found = _in_order(body, first, last)
+        record = PositionReading(
+            id=new_id(now),
+            target=target,
+            controllers=[body.address],
+            controller=body.address,
+            expected=last - first + 1,
+            started_at=now,
+            first=first,
+            last=last,
+        )
+
+        async def collect(progress: Progress) -> None:
+            positions = []
+            async for it in found:
+                positions.append(named(it))
+                progress.has_read()
+            record.positions = positions
+
+        return self.follow(record, collect)
 
 
 async def store(body: Body, wanted: Sequence[Wanted], *, flash: bool = False) -> list[Position]:

@@ -34,6 +34,50 @@ async def test_a_dry_run_tells_the_exact_commands_and_writes_nothing(stand: Stan
 
 
 @on_stand()
+async def test_a_dry_run_is_a_record_too_that_is_followed_to_its_end(stand: Stand) -> None:
+    before = len(stand.frames())
+    async with socket(stand, "/events?types=body.comparison.*") as client:
+        await client.message()
+        begun = await stand.post(f"{BODY}/comparisons", {"backup": SMALL})
+        assert (begun.status_code, begun.json()["status"], begun.json()["commands"]) == (202, "running", None)
+        over = (await stand.get(f"{begun.headers['location']}?wait=60")).json()
+        assert [(await client.event())["type"] for _ in range(2)] == [
+            "body.comparison.started",
+            "body.comparison.succeeded",
+        ]
+    plan = (await stand.post(f"{BODY}/restores", {"backup": SMALL, "dry_run": True})).json()
+    assert (over["commands"], over["differences"]) == (plan["commands"], plan["differences"])
+    assert (await stand.get(f"{BODY}/comparisons/current")).json() == over
+    assert not set(plan["commands"]) & set(stand.frames()[before:])
+
+
+@on_stand()
+async def test_a_comparison_is_cancelled(stand: Stand) -> None:
+    assert (await stand.client.delete(f"{BODY}/comparisons/current")).status_code == 404
+    await stand.post(f"{BODY}/comparisons", {"backup": SMALL})
+    cancelled = await stand.client.delete(f"{BODY}/comparisons/current")
+    assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")
+    assert cancelled.json()["differences"] is None
+
+
+@on_stand({"arm": ({"id": "00"}, {"id": "3F"})})
+async def test_bodies_of_a_line_are_compared_one_after_the_other(stand: Stand) -> None:
+    both = SMALL + SMALL.replace("3F", "00")
+    over = (await stand.post("/lines/arm/comparisons?wait=60", {"backup": both})).json()
+    assert (over["status"], over["controllers"]) == ("succeeded", ["arm.00", "arm.3F"])
+    assert {it["target"] for it in over["differences"]} == {"arm.00", "arm.3F"}
+    one = (await stand.post("/lines/arm/comparisons?wait=60", {"backup": both, "bodies": ["3F"]})).json()
+    assert {it["target"] for it in one["differences"]} == {"arm.3F"}
+
+
+@in_cell(units=1)
+async def test_a_robot_is_compared_with_a_backup(cell: Cell) -> None:
+    backup = "[robot r1]\n[variables]\nV01 12.5\n"
+    over = (await cell.post("/robots/r1/comparisons?wait=60", {"backup": backup})).json()
+    assert (over["status"], len(over["differences"]), over["expected"]) == ("succeeded", 1, None)
+
+
+@on_stand()
 async def test_a_restore_is_a_record_that_is_followed_to_its_end(stand: Stand) -> None:
     async with socket(stand, "/events?bodies=3F") as client:
         await client.message()

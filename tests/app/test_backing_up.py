@@ -18,6 +18,7 @@ DIFFERENCE = {
     "restorable": False,
 }
 PATH = "/bodies/3F/restores"
+COMPARISONS = "/bodies/3F/comparisons"
 
 
 def record(status: str, differences: list[Any] | None = None, **more: Any) -> dict[str, Any]:
@@ -102,18 +103,37 @@ def test_lines_and_robots_have_backups_and_groups_and_units_have_none(
         assert gateway.run(monkeypatch, "backup", word).exit_code == 2
 
 
+def comparison(differences: list[Any], *commands: str) -> dict[str, Any]:
+    return reading("/bodies/3F", "succeeded", commands=list(commands), differences=differences)
+
+
 def test_what_differs_is_told_line_by_line(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    plans: list[Answer] = [(200, {"commands": [], "differences": it}) for it in ([DIFFERENCE], [])]
-    gateway = FakeGateway({PATH: plans})
+    begun: list[Answer] = [(202, reading("/bodies/3F", "running")), (200, comparison([]))]
+    ended: list[Answer] = [(200, comparison([DIFFERENCE]))]
+    gateway = FakeGateway({COMPARISONS: begun, f"{COMPARISONS}/8": ended})
     said = gateway.run(monkeypatch, "diff", "3F", str(file), "--from", "40")
     told = "arm.3F settings: origin offset: backup 0SS25, holds nothing; no command can change that\n"
     assert (said.exit_code, said.stdout) == (1, told)
-    assert gateway.posted == [(PATH, {"backup": TEXT, "from_body": "40", "dry_run": True})]
+    assert gateway.posted == [(COMPARISONS, {"backup": TEXT, "from_body": "40"})]
     assert gateway.run(monkeypatch, "diff", "3F", str(file)).exit_code == 0
 
 
+def test_who_interrupts_a_comparison_ends_it_at_the_gateway(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gateway = FakeGateway(
+        {
+            COMPARISONS: [(202, reading("/bodies/3F", "running"))],
+            f"{COMPARISONS}/8": [(200, KeyboardInterrupt())],
+            f"{COMPARISONS}/current": [(200, reading("/bodies/3F", "cancelled"))],
+        }
+    )
+    assert gateway.run(monkeypatch, "diff", "3F", str(file)).exit_code != 0
+    assert (gateway.asked[-1].method, gateway.paths[-1]) == ("DELETE", f"{COMPARISONS}/current")
+
+
 def test_a_dry_run_prints_the_exact_commands(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    gateway = FakeGateway({PATH: [(200, {"commands": ["&3F0SS25"], "differences": [DIFFERENCE]})]})
+    gateway = FakeGateway({COMPARISONS: [(200, comparison([DIFFERENCE], "&3F0SS25"))]})
     said = gateway.run(monkeypatch, "restore", "3F", str(file), "--dry-run")
     assert (said.exit_code, said.stdout.splitlines()[0]) == (0, "&3F0SS25")
     assert "no command can change that" in said.stdout

@@ -20,12 +20,13 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
         (
             "bulk",
             [
-                f"{work}: line use"
+                f"{work}: of {whose}"
                 for work in (
                     "upload of 2000 instructions",
                     "download of 2048 positions",
                     "backup of a body",
                 )
+                for whose in ("the wire's time", "a bare program's")
             ],
         ),
         ("http-read", ["HTTP read, 1 client: p50", "HTTP read, 16 clients"]),

@@ -52,6 +52,9 @@ POST      /bodies/{body_id}/moves/{move_id}/speed        operate  body
 GET       /bodies/{body_id}/positions                    view     body
 PUT       /bodies/{body_id}/positions                    setup    body
 PUT       /bodies/{body_id}/positions/{number}/name      setup    body
+POST      /bodies/{body_id}/positions/readings           view     body
+GET       /bodies/{body_id}/positions/readings/{reading_id}     view     body
+DELETE    /bodies/{body_id}/positions/readings/current   view     body
 GET       /bodies/{body_id}/positions.csv                view     body
 PUT       /bodies/{body_id}/positions.csv                setup    body
 GET       /bodies/{body_id}/inputs                       view     body
@@ -103,6 +106,9 @@ DELETE    /bodies/{body_id}/backups/current              view     body
 POST      /bodies/{body_id}/restores                     setup    body
 GET       /bodies/{body_id}/restores/{restore_id}        view     body
 DELETE    /bodies/{body_id}/restores/current             setup    body
+POST      /bodies/{body_id}/comparisons                setup    body
+GET       /bodies/{body_id}/comparisons/{comparison_id}     view     body
+DELETE    /bodies/{body_id}/comparisons/current        setup    body
 GET       /lines/{line_id}/backup                        view     line
 POST      /lines/{line_id}/backups                       view     line
 GET       /lines/{line_id}/backups/{backup_id}           view     line
@@ -110,6 +116,9 @@ DELETE    /lines/{line_id}/backups/current               view     line
 POST      /lines/{line_id}/restores                      setup    line
 GET       /lines/{line_id}/restores/{restore_id}         view     line
 DELETE    /lines/{line_id}/restores/current              setup    line
+POST      /lines/{line_id}/comparisons                 setup    line
+GET       /lines/{line_id}/comparisons/{comparison_id} view     line
+DELETE    /lines/{line_id}/comparisons/current         setup    line
 POST      /stop                                          stop     plant
 GET       /alarms                                        view     any
 GET       /alarms/{alarm_id}                             view     any
@@ -184,6 +193,9 @@ DELETE    /robots/{robot_id}/backups/current             view     robot
 POST      /robots/{robot_id}/restores                    setup    robot
 GET       /robots/{robot_id}/restores/{restore_id}       view     robot
 DELETE    /robots/{robot_id}/restores/current            setup    robot
+POST      /robots/{robot_id}/comparisons               setup    robot
+GET       /robots/{robot_id}/comparisons/{comparison_id}    view     robot
+DELETE    /robots/{robot_id}/comparisons/current       setup    robot
 GET       /events                                        view     events
 GET       /events/stream                                 view     events
 WEBSOCKET /events                                        view     events

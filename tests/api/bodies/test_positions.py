@@ -3,7 +3,7 @@
 from httpx2 import Response
 
 from tests.api.bodies.test_moves import refused
-from tests.api.stand import Stand, on_stand
+from tests.api.stand import Stand, on_stand, socket
 
 TABLE = "/bodies/3F/positions"
 FEW = "?first=0&last=9"
@@ -135,3 +135,35 @@ async def test_what_flash_memory_holds_is_told_where_it_is_known_and_is_no_part_
 
 def pulse(value: int) -> dict[str, object]:
     return {"value": value, "unit": "pulse"}
+
+
+@on_stand({"arm": ({"id": "3F", "units": {"unit": "mm", "pulses_per_unit": 100.0}},)})
+async def test_a_whole_table_is_read_in_a_record_that_is_followed_to_its_end(stand: Stand) -> None:
+    await upload(stand, "number,pulse\n7,1250\n")
+    await put(stand, {"name": "unload"}, f"{TABLE}/7/name")
+    async with socket(stand, "/events?types=body.position_reading.*") as client:
+        await client.message()
+        begun = await stand.post(f"{TABLE}/readings?first=6&last=8")
+        assert (begun.status_code, begun.json()["positions"], begun.json()["expected"]) == (202, None, 3)
+        again = await stand.post(f"{TABLE}/readings")
+        assert (again.status_code, again.json()["type"].rpartition(":")[2]) == (409, "body-busy")
+        over = (await stand.get(f"{begun.headers['location']}?wait=60")).json()
+        told = [await client.event() for _ in range(2)]
+    table = (await stand.get(f"{TABLE}?first=6&last=8")).json()
+    assert (over["status"], over["read"], over["positions"]) == ("succeeded", 3, table["positions"])
+    assert over["positions"][1]["name"] == "unload"
+    assert [it["type"] for it in told] == [
+        "body.position_reading.started",
+        "body.position_reading.succeeded",
+    ]
+    assert {it["data"]["positions"] for it in told} == {None}
+
+
+@on_stand()
+async def test_a_reading_of_a_table_is_cancelled(stand: Stand) -> None:
+    assert (await stand.client.delete(f"{TABLE}/readings/current")).status_code == 404
+    backwards = await stand.post(f"{TABLE}/readings?first=8&last=6")
+    assert (backwards.status_code, "less than first" in backwards.json()["detail"]) == (422, True)
+    await stand.post(f"{TABLE}/readings")
+    cancelled = await stand.client.delete(f"{TABLE}/readings/current")
+    assert (cancelled.status_code, cancelled.json()["status"]) == (200, "cancelled")

@@ -54,6 +54,14 @@ async def test_a_point_with_an_unknown_key_is_answered_with_those_it_has(stand: 
 
 
 @on_cell
+async def test_a_misspelt_key_is_named_where_the_kind_is_the_name_of_a_field(stand: Stand) -> None:
+    refused = await stand.post("/scaras/wafer/moves", {"kind": "path", "path": 3, "pattren": 1})
+    assert refused.status_code == 422
+    assert "pattren: is not known here; did you mean pattern?; nothing" in refused.json()["detail"]
+    assert refused.json()["errors"][0]["field"] == "pattren"
+
+
+@on_cell
 async def test_a_plan_moves_nothing(stand: Stand) -> None:
     plan = (await stand.post("/scaras/wafer/moves", {**LINE, "validate_only": True})).json()
     assert plan["frames"][-3:] == ["&8AHDSH[63],0,X:0,Y:215000,R:0\\r", "&8AHMSA[3],H[63]\\r", "&8AHMM\\r"]

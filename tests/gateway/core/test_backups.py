@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import pytest
 
 from gateway.core.backup_record import Backup
-from gateway.core.backups import HISTORY, Backups, Progress
+from gateway.core.backups import Backups
 from gateway.core.errors import BodyBusy, NoReply, NotFound
+from gateway.core.readings import HISTORY, Progress
 from tests.plants import in_virtual_time
 
 TARGET = "/machines/m"

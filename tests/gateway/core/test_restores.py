@@ -5,9 +5,11 @@ from collections.abc import Callable
 
 import pytest
 
+from gateway.core.backup_record import BackupComparison
+from gateway.core.backups import Comparisons
 from gateway.core.errors import BodyBusy, GatewayError, NoReply, NotFound, NotSent, StoppedFirst
 from gateway.core.restore_record import Difference, Restore
-from gateway.core.restores import BACK_WITHIN_S, TOLD, Comparison, Restores, Watcher
+from gateway.core.restores import BACK_WITHIN_S, TOLD, Comparison, Reader, Restores, Watcher
 from tests.plants import in_virtual_time
 
 TARGET = "/machines/m"
@@ -17,6 +19,7 @@ class Machine:
     """Holds numbers, a backup of which has 1 for each; each deed takes a second."""
 
     address = "m"
+    answers = 1
 
     def __init__(self, count: int = 1) -> None:
         self.held = [0] * count
@@ -29,11 +32,11 @@ class Machine:
     async def require_rest(self) -> None:
         await asyncio.sleep(1.0)
 
-    async def compare(self, watcher: Watcher, *, lasting: bool = False, sure: bool = True) -> Comparison:
+    async def compare(self, reader: Reader, *, lasting: bool = False, sure: bool = True) -> Comparison:
         await asyncio.sleep(1.0)
         if asyncio.get_running_loop().time() < self.silent_until:
             raise NoReply("It does not answer.")
-        watcher.has_read()
+        reader.has_read()
         found = [
             Difference(target="m", section="a", name=str(it), wanted="1", held=str(held), restorable=True)
             for it, held in enumerate(self.held)
@@ -95,6 +98,41 @@ async def test_where_nothing_differs_nothing_is_written() -> None:
     assert (await of.plan(TARGET, [machine])).commands == []
     record = await over(of, machine)
     assert (record.status, record.written) == ("verified", 0)
+
+
+@in_virtual_time
+async def test_a_comparison_tells_what_a_restore_would_write_and_writes_nothing() -> None:
+    of, _ = restores()
+    machine = Machine(2)
+    told: list[tuple[str, BackupComparison]] = []
+    comparisons = Comparisons(lambda what, record: told.append((what, record)))
+    begun = comparisons.start(TARGET, of, [machine])
+    assert (begun.status, begun.commands) == ("running", None)
+    with pytest.raises(BodyBusy, match="A comparison of /machines/m is being read"):
+        comparisons.start(TARGET, of, [machine])
+    await comparisons.wait(begun, 100.0)
+    assert (begun.status, begun.commands, begun.read, begun.expected) == (
+        "succeeded",
+        ["SET 0", "SET 1"],
+        1,
+        1,
+    )
+    assert [it.name for it in begun.differences or ()] == ["0", "1"]
+    assert machine.held == [0, 0]
+    assert [(what, record.differences) for what, record in told if what != "progress"] == [
+        ("started", None),
+        ("succeeded", None),
+    ]
+
+
+@in_virtual_time
+async def test_what_is_being_restored_is_not_compared() -> None:
+    of, _ = restores()
+    machine = Machine()
+    await of.start(TARGET, [machine])
+    with pytest.raises(BodyBusy, match="A backup is being restored to m"):
+        Comparisons(lambda *_: None).start(TARGET, of, [machine])
+    await of.close()
 
 
 @in_virtual_time

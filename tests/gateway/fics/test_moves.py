@@ -1,12 +1,13 @@
 """Moves of robots from their start to the log: what is refused beforehand, and the record of each."""
 
 import asyncio
+from contextlib import suppress
 
 import pytest
 
 from gateway.core.errors import ControllerRefused, InvalidRequest, NotFound, StoppedFirst
 from gateway.core.move_record import MoveStatus
-from gateway.fics.errors import RobotBusy
+from gateway.fics.errors import RefusedUnhomed, RobotBusy
 from protocols.fics.homing import HomeRobot
 from protocols.fics.jog import StepAxis
 from protocols.fics.moves import MoveAbsolute, MoveRelative
@@ -95,6 +96,27 @@ async def test_a_refused_move_is_told_and_remembered_and_the_next_may_start() ->
         assert rejected.error is not None
         assert (rejected.error.controller_error, rejected.error.moved) == ("E07", "no")
         assert (await rig.move(MoveAbsolute(coordinates=[None, None, -1.0]))).status is MoveStatus.SUCCEEDED
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_a_relative_move_of_an_axis_that_is_not_homed_says_so_and_what_to_do(mode: int) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig(mode=mode) as rig:
+            with suppress(RefusedUnhomed):
+                await rig.plant.robot_moves.start(rig.robot, 1, MoveRelative(coordinates=[1.0]))
+            [move] = rig.plant.robot_moves.of(rig.robot.unit(1))
+            await rig.plant.robot_moves.wait(move.id, 60)
+            assert move.status is MoveStatus.REJECTED
+            assert move.error is not None
+            assert (move.error.type, move.error.remedy) == ("not-homed", "Home the robot first.")
+            assert move.error.detail == (
+                "r1 refused LMI: The command cannot be carried out. Nothing moved because of it. "
+                "Axis X is not homed."
+            )
+            assert [(it.method, it.body) for it in move.error.next] == [("POST", {"kind": "home"})]
+
+    story()
 
 
 @in_virtual_time

@@ -9,6 +9,7 @@ import pytest
 from gateway.core.move_record import Move
 from protocols.rorze.moves import MoveClockwise
 from protocols.rorze.position import GetPosition
+from simulator.rorze.rc400 import LinkSettings
 from tests.gateway.rorze.full_line import FULL, SWEEP_GROUPS, busy_s, full_line, teach
 from tests.gateway.rorze.test_body_power import now
 from tests.plants import Rig, in_virtual_time, rig, start
@@ -93,6 +94,28 @@ async def test_a_stop_of_all_right_after_the_start_is_confirmed_by_groups_too() 
         reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
         assert now() - asked_at <= STOPPED_AT_START_WITHIN_S
         assert {report.state for report in reports} == {"confirmed"}
+
+
+@pytest.mark.parametrize("after_s", [0.2, 3.0])
+def test_a_stop_in_the_midst_of_setting_up_goes_before_that_and_a_slow_link_alarms_nobody(
+    after_s: float,
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        slow = LinkSettings(reply_delay_s=0.04)
+        async with rig(
+            bodies=FULL, groups={}, baud=9600, settings=slow, options=SWEEP_GROUPS, beginning=True
+        ) as it:
+            for mover in MOVERS:
+                it.machine.axes[int(mover, 16)].execute("1+M900000", now())
+            await asyncio.sleep(after_s)
+            sent = len(it.wire.sent)
+            reports = await it.plant.stops.stop(it.plant.bodies(), "immediate")
+            assert {report.state for report in reports} == {"confirmed"}
+            assert it.wire.frames(sent)[:120] == [f"&{number:02X}5IS" for number in FULL]
+            assert it.types("body.stop.unconfirmed") == []
+
+    story()
 
 
 @in_virtual_time

@@ -160,6 +160,15 @@ class AxisPulses(TypedDict):
     """Of axes 0, 1 and 2; belt-linked robots have two."""
 
 
+class AxisSensorChange(TypedDict):
+    """A sensor of a motor axis as it is now (C-HOST manual 2-11)."""
+
+    unit: int
+    axis: str
+    sensor: Literal["origin", "plus_limit", "minus_limit"]
+    on: bool
+
+
 class AxisSensors(TypedDict):
     """The sensors of a motor axis."""
 
@@ -189,6 +198,17 @@ class AxisState(TypedDict):
     sensors: AxisSensors
 
 
+class AxisStatusChange(TypedDict):
+    """How a motor axis is now (C-HOST manual 2-10)."""
+
+    unit: int
+    axis: str
+    status: list[Literal["origin_done", "servo_ready", "alarm"]]
+    """The bits that are set."""
+    driver_error: int
+    """0 when the driver has none."""
+
+
 class AxisValue(TypedDict):
     """What an axis has: a coordinate or a speed."""
 
@@ -212,18 +232,45 @@ class Backup(TypedDict):
     """Answers so far."""
     expected: int | None
     """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
-    text: str | None
-    """The backup, once it has succeeded. Events leave it out: ask for the record."""
     error: BackupError | None
-    """Why there is none."""
+    """Why it was not read."""
     request_id: str | None
     """The X-Request-Id of the request that asked for it."""
     started_at: str
     ended_at: str | None
+    text: str | None
+    """The backup, once it has succeeded. Events leave it out: ask for the record."""
+
+
+class BackupComparison(TypedDict):
+    """One comparison of controllers with a backup: what a restore would do; nothing is written."""
+
+    id: str
+    target: str
+    """The path of what it is of."""
+    status: Literal["running", "succeeded", "failed", "cancelled"]
+    controllers: list[str]
+    """The bodies, or the robot, it is read from, in their order."""
+    controller: str | None
+    """Which of them is being read, or was when it ended."""
+    read: int
+    """Answers so far."""
+    expected: int | None
+    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    error: BackupError | None
+    """Why it was not read."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+    commands: list[str] | None
+    """The exact commands of a restore, in their order, once it has succeeded. Events leave them and the differences out: ask for the record."""
+    differences: list[Difference] | None
+    """Empty where the controllers hold the backup already."""
 
 
 class BackupError(TypedDict):
-    """Why there is no backup, in the words of a problem detail."""
+    """Why it was not read, in the words of a problem detail."""
 
     type: str
     """The kind of error; stable."""
@@ -318,6 +365,95 @@ class BodyBackupSucceededEvent(TypedDict):
     data: Backup
 
 
+class BodyComparisonCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.comparison.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class BodyComparisonFailedEvent(TypedDict):
+    """A controller did not tell all; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.comparison.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class BodyComparisonProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.comparison.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class BodyComparisonRequest(TypedDict):
+    """A backup that a body is to be compared with."""
+
+    backup: str
+    """The text of a backup; comments after `;` mean nothing."""
+    from_body: NotRequired[str | None]
+    """Take what the backup has of another body: two hex digits. Else of the same number."""
+
+
+class BodyComparisonStartedEvent(TypedDict):
+    """It is being compared with a backup; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.comparison.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class BodyComparisonSucceededEvent(TypedDict):
+    """All was compared: the record has the differences; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.comparison.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
 class BodyControllerEventEvent(TypedDict):
     """It has reported a change of state (frame 7E); about `/bodies/{body_id}`."""
 
@@ -383,7 +519,7 @@ class BodyInfo(TypedDict):
     pulses_per_unit: float | None
     groups: list[str]
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """Of the position; null where its mode is not known."""
+    """Of the position; null until its operating mode was read: soon after it answers on a line of few bodies, on others when a request needs it."""
     position: int | None
     """In `counted_in`, as last read; null until it was read since it was called otherwise."""
     position_read_at: str | None
@@ -890,6 +1026,86 @@ class BodyPositionEvent(TypedDict):
     cursor: str
 
 
+class BodyPositionReadingCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_reading.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PositionReading
+
+
+class BodyPositionReadingFailedEvent(TypedDict):
+    """It did not tell all; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_reading.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PositionReading
+
+
+class BodyPositionReadingProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_reading.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PositionReading
+
+
+class BodyPositionReadingStartedEvent(TypedDict):
+    """Its table of positions is being read; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_reading.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PositionReading
+
+
+class BodyPositionReadingSucceededEvent(TypedDict):
+    """All was read: the record has the positions; about `/bodies/{body_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["body.position_reading.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: PositionReading
+
+
 class BodyPositions(TypedDict):
     """Stored positions of a body."""
 
@@ -1150,14 +1366,14 @@ class BodyRestoreRequest(TypedDict):
 
     backup: str
     """The text of a backup; comments after `;` mean nothing."""
+    from_body: NotRequired[str | None]
+    """Take what the backup has of another body: two hex digits. Else of the same number."""
     dry_run: NotRequired[bool]
     """Tell what would be written and what differs, and write nothing. Left out: false."""
     flash: NotRequired[bool]
     """Write it to flash memory, too, once it was read back. Left out: false."""
     power_cycle: NotRequired[bool]
     """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
-    from_body: NotRequired[str | None]
-    """Take what the backup has of another body: two hex digits. Else of the same number."""
 
 
 class BodyRestoreStartedEvent(TypedDict):
@@ -1995,6 +2211,16 @@ class EventList(TypedDict):
         | BodyBackupSucceededEvent
         | BodyBackupFailedEvent
         | BodyBackupCancelledEvent
+        | BodyComparisonStartedEvent
+        | BodyComparisonProgressEvent
+        | BodyComparisonSucceededEvent
+        | BodyComparisonFailedEvent
+        | BodyComparisonCancelledEvent
+        | BodyPositionReadingStartedEvent
+        | BodyPositionReadingProgressEvent
+        | BodyPositionReadingSucceededEvent
+        | BodyPositionReadingFailedEvent
+        | BodyPositionReadingCancelledEvent
         | BodyRestoreStartedEvent
         | BodyRestoreProgressEvent
         | BodyRestoreVerifiedEvent
@@ -2026,6 +2252,11 @@ class EventList(TypedDict):
         | LineBackupSucceededEvent
         | LineBackupFailedEvent
         | LineBackupCancelledEvent
+        | LineComparisonStartedEvent
+        | LineComparisonProgressEvent
+        | LineComparisonSucceededEvent
+        | LineComparisonFailedEvent
+        | LineComparisonCancelledEvent
         | LineRestoreStartedEvent
         | LineRestoreProgressEvent
         | LineRestoreVerifiedEvent
@@ -2074,6 +2305,8 @@ class EventList(TypedDict):
         | RobotPowerCycleAcknowledgedEvent
         | RobotBitsMismatchEvent
         | RobotInputChangedEvent
+        | RobotStatusChangedEvent
+        | RobotSensorChangedEvent
         | RobotUnitChangedEvent
         | RobotJogStartedEvent
         | RobotJogStoppingEvent
@@ -2086,6 +2319,11 @@ class EventList(TypedDict):
         | RobotBackupSucceededEvent
         | RobotBackupFailedEvent
         | RobotBackupCancelledEvent
+        | RobotComparisonStartedEvent
+        | RobotComparisonProgressEvent
+        | RobotComparisonSucceededEvent
+        | RobotComparisonFailedEvent
+        | RobotComparisonCancelledEvent
         | RobotRestoreStartedEvent
         | RobotRestoreProgressEvent
         | RobotRestoreVerifiedEvent
@@ -2816,6 +3054,95 @@ class LineChange(TypedDict):
     """Which of its keys have changed: `bodies.40`, `reply_timeout_s`."""
 
 
+class LineComparisonCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.comparison.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class LineComparisonFailedEvent(TypedDict):
+    """A controller did not tell all; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.comparison.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class LineComparisonProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.comparison.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class LineComparisonRequest(TypedDict):
+    """A backup that bodies of a line are to be compared with."""
+
+    backup: str
+    """The text of a backup; comments after `;` mean nothing."""
+    bodies: NotRequired[list[str] | None]
+    """These only: addresses such as 3F. Else all that the backup has."""
+
+
+class LineComparisonStartedEvent(TypedDict):
+    """It is being compared with a backup; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.comparison.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class LineComparisonSucceededEvent(TypedDict):
+    """All was compared: the record has the differences; about `/lines/{line_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["line.comparison.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
 class LineDown(TypedDict):
     """Why a line cannot be used."""
 
@@ -3059,14 +3386,14 @@ class LineRestoreRequest(TypedDict):
 
     backup: str
     """The text of a backup; comments after `;` mean nothing."""
+    bodies: NotRequired[list[str] | None]
+    """These only: addresses such as 3F. Else all that the backup has."""
     dry_run: NotRequired[bool]
     """Tell what would be written and what differs, and write nothing. Left out: false."""
     flash: NotRequired[bool]
     """Write it to flash memory, too, once it was read back. Left out: false."""
     power_cycle: NotRequired[bool]
     """With `flash`: wait until the power was off and on, and compare once more. Left out: false."""
-    bodies: NotRequired[list[str] | None]
-    """Restore these only: addresses such as 3F. Else all that the backup has."""
 
 
 class LineRestoreStartedEvent(TypedDict):
@@ -3666,6 +3993,35 @@ class PositionName(TypedDict):
     """Null takes the name away."""
 
 
+class PositionReading(TypedDict):
+    """Positions of a body that are being read, or were."""
+
+    id: str
+    target: str
+    """The path of what it is of."""
+    status: Literal["running", "succeeded", "failed", "cancelled"]
+    controllers: list[str]
+    """The bodies, or the robot, it is read from, in their order."""
+    controller: str | None
+    """Which of them is being read, or was when it ended."""
+    read: int
+    """Answers so far."""
+    expected: int | None
+    """Answers it takes at most, as far as is known: what was never set is not asked for. Null where nobody knows."""
+    error: BackupError | None
+    """Why it was not read."""
+    request_id: str | None
+    """The X-Request-Id of the request that asked for it."""
+    started_at: str
+    ended_at: str | None
+    first: int
+    """Number of the first position."""
+    last: int
+    """Number of the last position."""
+    positions: list[NamedPosition] | None
+    """Once it has succeeded. Events leave them out: ask for the record."""
+
+
 class PositionTable(TypedDict):
     """Stored positions of a unit."""
 
@@ -4093,6 +4449,93 @@ class RobotBitsMismatchEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: BitMismatch
+
+
+class RobotComparisonCancelledEvent(TypedDict):
+    """A request or the end of the gateway has ended it; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.comparison.cancelled"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class RobotComparisonFailedEvent(TypedDict):
+    """A controller did not tell all; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.comparison.failed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class RobotComparisonProgressEvent(TypedDict):
+    """More of it was read; once a second at most; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.comparison.progress"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class RobotComparisonRequest(TypedDict):
+    """A backup that a robot is to be compared with."""
+
+    backup: str
+    """The text of a backup; comments after `;` mean nothing."""
+
+
+class RobotComparisonStartedEvent(TypedDict):
+    """It is being compared with a backup; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.comparison.started"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
+
+
+class RobotComparisonSucceededEvent(TypedDict):
+    """All was compared: the record has the differences; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.comparison.succeeded"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: BackupComparison
 
 
 class RobotErrorEvent(TypedDict):
@@ -4963,6 +5406,22 @@ class RobotSamples(TypedDict):
     samples: list[RobotSample]
 
 
+class RobotSensorChangedEvent(TypedDict):
+    """A sensor of a motor axis is another than when it was last asked for; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.sensor.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: AxisSensorChange
+
+
 class RobotSpeedsRestoredEvent(TypedDict):
     """The speeds that were known are set again; about `/robots/{robot_id}`."""
 
@@ -4977,6 +5436,22 @@ class RobotSpeedsRestoredEvent(TypedDict):
     cursor: str
     correlationid: NotRequired[str | None]
     data: SpeedsKnown
+
+
+class RobotStatusChangedEvent(TypedDict):
+    """Status bits of a motor axis, or its driver's error, are others than when they were last asked for; about `/robots/{robot_id}`."""
+
+    specversion: NotRequired[Literal["1.0"]]
+    id: str
+    source: NotRequired[str]
+    type: Literal["robot.status.changed"]
+    subject: str
+    time: str
+    datacontenttype: NotRequired[Literal["application/json"]]
+    sequence: str
+    cursor: str
+    correlationid: NotRequired[str | None]
+    data: AxisStatusChange
 
 
 class RobotStepRequest(TypedDict):
@@ -6331,6 +6806,16 @@ Event: TypeAlias = (
     | BodyBackupSucceededEvent
     | BodyBackupFailedEvent
     | BodyBackupCancelledEvent
+    | BodyComparisonStartedEvent
+    | BodyComparisonProgressEvent
+    | BodyComparisonSucceededEvent
+    | BodyComparisonFailedEvent
+    | BodyComparisonCancelledEvent
+    | BodyPositionReadingStartedEvent
+    | BodyPositionReadingProgressEvent
+    | BodyPositionReadingSucceededEvent
+    | BodyPositionReadingFailedEvent
+    | BodyPositionReadingCancelledEvent
     | BodyRestoreStartedEvent
     | BodyRestoreProgressEvent
     | BodyRestoreVerifiedEvent
@@ -6362,6 +6847,11 @@ Event: TypeAlias = (
     | LineBackupSucceededEvent
     | LineBackupFailedEvent
     | LineBackupCancelledEvent
+    | LineComparisonStartedEvent
+    | LineComparisonProgressEvent
+    | LineComparisonSucceededEvent
+    | LineComparisonFailedEvent
+    | LineComparisonCancelledEvent
     | LineRestoreStartedEvent
     | LineRestoreProgressEvent
     | LineRestoreVerifiedEvent
@@ -6410,6 +6900,8 @@ Event: TypeAlias = (
     | RobotPowerCycleAcknowledgedEvent
     | RobotBitsMismatchEvent
     | RobotInputChangedEvent
+    | RobotStatusChangedEvent
+    | RobotSensorChangedEvent
     | RobotUnitChangedEvent
     | RobotJogStartedEvent
     | RobotJogStoppingEvent
@@ -6422,6 +6914,11 @@ Event: TypeAlias = (
     | RobotBackupSucceededEvent
     | RobotBackupFailedEvent
     | RobotBackupCancelledEvent
+    | RobotComparisonStartedEvent
+    | RobotComparisonProgressEvent
+    | RobotComparisonSucceededEvent
+    | RobotComparisonFailedEvent
+    | RobotComparisonCancelledEvent
     | RobotRestoreStartedEvent
     | RobotRestoreProgressEvent
     | RobotRestoreVerifiedEvent

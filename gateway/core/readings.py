@@ -1,0 +1,125 @@
+"""Long readings of controllers, one after the other: minutes of work, followed and cancelled."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import partial
+from math import inf
+from typing import Protocol, TypeVar
+
+from gateway.core.backup_record import BackupError, Reading, Status
+from gateway.core.errors import BodyBusy, Cancelled, GatewayError, NotFound, ShuttingDown
+from gateway.core.works import Works
+
+HISTORY = 10
+PROGRESS_S = 1.0
+"""Progress is told at most this often."""
+
+R = TypeVar("R", bound=Reading)
+
+
+class Progress(Protocol):
+    """Who is told how far a reading has come."""
+
+    def expect(self, answers: int | None, /) -> None:
+        """So many more answers are wanted at most; None where nobody knows."""
+
+    def has_read(self) -> None:
+        """One more answer was read."""
+
+
+@dataclass(eq=False)
+class _Followed:
+    """A reading under way."""
+
+    record: Reading
+    publish: Callable[[str], None]
+    told_at: float = field(default_factory=lambda: asyncio.get_running_loop().time())
+
+    def expect(self, answers: int | None) -> None:
+        known = self.record.expected
+        self.record.expected = None if answers is None or known is None else known + answers
+
+    def has_read(self) -> None:
+        self.record.read += 1
+        now = asyncio.get_running_loop().time()
+        if now - self.told_at >= PROGRESS_S:
+            self.told_at = now
+            self.publish("progress")
+
+
+class Readings(Works[R]):
+    """The readings of one kind, one at a time of each target."""
+
+    noun: str
+
+    def __init__(self, publish: Callable[[str, R], None]) -> None:
+        super().__init__(HISTORY, self.noun, lambda it: it.target)
+        self._publish = publish
+        self._closed = False
+
+    def follow(self, record: R, read: Callable[[Progress], Awaitable[None]]) -> R:
+        """Keep a record, and fill it by what is read."""
+        followed = _Followed(record, lambda what: self._tell(what, record))
+        task = self.begin(record, self._run(record, partial(read, followed)), self.noun)
+        task.add_done_callback(partial(self._ended, record))
+        self._tell("started", record)
+        return record
+
+    def require_none(self, target: str) -> None:
+        """Make sure that nothing of the kind is being read of a target.
+
+        :raises BodyBusy: it is.
+        """
+        if self._current(target) is not None:
+            raise BodyBusy(
+                f"A {self.noun} of {target} is being read; nothing was sent.",
+                "Wait for its end or cancel it.",
+            )
+
+    async def cancel(self, target: str) -> R:
+        """Read no more, and give the record.
+
+        :raises NotFound: none is under way.
+        """
+        record = self._current(target)
+        if record is None:
+            raise NotFound(f"No {self.noun} of {target} is being read.")
+        self.break_off(record)
+        await self.wait(record, inf)
+        return record
+
+    def _current(self, target: str) -> R | None:
+        return next((it for it in self.under_way() if it.target == target), None)
+
+    async def close(self) -> None:
+        """Break off those that are being read."""
+        self._closed = True
+        await super().close()
+
+    async def _run(self, record: R, read: Callable[[], Awaitable[None]]) -> None:
+        try:
+            await read()
+        except GatewayError as error:
+            self._end(record, "failed", error)
+        else:
+            self._end(record, "succeeded", None)
+
+    def _ended(self, record: R, task: "asyncio.Task[None]") -> None:
+        """Note the end of what was cancelled, maybe before it had begun."""
+        if task.cancelled():
+            unwanted = Cancelled(
+                f"The {self.noun} was cancelled by request; nothing was changed.", "Begin anew."
+            )
+            self._end(record, "cancelled", ShuttingDown() if self._closed else unwanted)
+
+    def _end(self, record: R, status: Status, error: GatewayError | None) -> None:
+        record.status, record.ended_at = status, datetime.now(UTC)
+        record.error = None if error is None else BackupError.of(error)
+        self._tell(status, record)
+
+    def _tell(self, what: str, record: R) -> None:
+        """Publish the record without what was read: that is long."""
+        results = type(record).model_fields.keys() - Reading.model_fields.keys()
+        self._publish(what, record.model_copy(update=dict.fromkeys(results)))
