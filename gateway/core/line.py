@@ -80,7 +80,7 @@ class PortLoop(ABC):
         self._last_rx_at = 0.0
         self._stuck_since: float | None = None
         self._heard_out = False
-        """Whether the reply to the last frame has come: nothing can wait in the port."""
+        """Whether all that was written has been answered: none of it can wait in the port."""
         self._timer: asyncio.Handle | None = None
         self._timer_at = 0.0
         self._attention = asyncio.Event()

@@ -12,7 +12,7 @@ from collections import Counter, deque
 from collections.abc import Callable
 from enum import Enum, auto
 from functools import partial
-from typing import Any, Generic
+from typing import Any, ClassVar, Generic
 
 from gateway.core.copies import Copies
 from gateway.core.errors import Cancelled, GarbledReply, GatewayError, NoReply, Overtaking
@@ -50,6 +50,9 @@ class Awaited(Enum):
 class Session(ABC, Generic[X, F]):
     """The exchanges of one line. A family adds how its replies are read, and what else it has to know."""
 
+    answers_all: ClassVar = False
+    """Whether every frame has a reply: with that to the last one nothing can wait in the port."""
+
     def __init__(
         self,
         *,
@@ -75,7 +78,7 @@ class Session(ABC, Generic[X, F]):
         self.strict = False
         """Whether a fence has to prove that the reply to a command was the last."""
         self.heard_out = False
-        """Whether the reply to the last frame has come: then nothing can wait in the port."""
+        """Whether the reply to the last frame has come, where every frame has one."""
         self.doubts = 0
         """How often a reply stayed away, could not be understood, or came though nobody had asked."""
         self.on_stray: Callable[[F], None] = lambda _: None
@@ -308,7 +311,7 @@ class Session(ABC, Generic[X, F]):
         self.counters["replies"] += 1
         self._let_go(exchange)
         self._note_load(now)
-        self.heard_out = self.heard_out or exchange.number == self._written
+        self.heard_out = self.heard_out or (self.answers_all and exchange.number == self._written)
         self.learn(exchange, outcome, frame, now)
         if exchange is self._fence_query:
             if self.is_refusal_of_fence(frame):

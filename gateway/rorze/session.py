@@ -38,6 +38,8 @@ CLEAN_AFTER_S = 10.0
 class RorzeSession(Session[RorzeExchange, ReplyFrame]):
     """The exchanges of one line."""
 
+    answers_all = True
+
     def __init__(
         self,
         bodies: Iterable[int],

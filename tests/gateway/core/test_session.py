@@ -60,6 +60,8 @@ class LetterExchange(Exchange[Command[Any], Letter, Letter]):
 class LetterSession(Session[LetterExchange, Letter]):
     """One controller, and nobody else to ask."""
 
+    answers_all = True
+
     def __init__(self) -> None:
         super().__init__(
             target="axis",
