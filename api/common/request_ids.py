@@ -8,8 +8,7 @@ from typing import Final
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from api.common.traffic import Traffic, kind_of
-from gateway.core.ids import hex_digits
-from gateway.core.origin import ORIGIN, Origin
+from gateway.core.origin import ORIGIN, Origin, new_request_id
 
 HEADER: Final = "X-Request-Id"
 _NAME: Final = b"x-request-id"
@@ -37,7 +36,7 @@ def request_id_of(headers: Headers) -> str:
             return value.decode("ascii")
         if name == _TRACE_NAME:
             trace = _TRACE.fullmatch(value)
-    return trace[1].decode("ascii") if trace else hex_digits(32)
+    return trace[1].decode("ascii") if trace else new_request_id()
 
 
 def header_of(request_id: str) -> tuple[bytes, bytes]:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Coroutine
 from typing import Any, ClassVar
 
 from fastapi import HTTPException, Request, Response
-from starlette.requests import ClientDisconnect
 from starlette.types import Message, Receive, Scope, Send
 
 from api.common.direct import NO_QUERY, NOTHING, DirectCall, NotPlain
@@ -101,17 +100,17 @@ async def read_body(request: Request, most: int) -> bytes:
 
     :raises HTTPException: 413 as soon as they are over `most`, 400 where the client leaves in the middle.
     """
-    too_long = HTTPException(413, f"The request body is over {most} bytes; nothing was sent.")
-    if int(request.headers.get("content-length", 0)) > most:
-        raise too_long
+    length = int(request.headers.get("content-length", 0))
     received = bytearray()
-    try:
-        async for chunk in request.stream():
-            received += chunk
-            if len(received) > most:
-                raise too_long
-    except ClientDisconnect:
-        raise HTTPException(400, "The request ended in its middle; nothing was sent.") from None
+    more = True
+    while more and max(length, len(received)) <= most:
+        message = await request.receive()
+        if message["type"] == "http.disconnect":
+            raise HTTPException(400, "The request ended in its middle; nothing was sent.")
+        received += message.get("body", b"")
+        more = message.get("more_body", False)
+    if max(length, len(received)) > most:
+        raise HTTPException(413, f"The request body is over {most} bytes; nothing was sent.")
     return bytes(received)
 
 

@@ -6,6 +6,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from gateway.core.ids import hex_digits
 from gateway.core.parts import Part
 
 Work = Literal["clients", "followers", "health", "probes", "fences", "stops", "set_up", "live"]
@@ -47,6 +48,11 @@ ORIGIN: ContextVar[Origin] = ContextVar("origin", default=GATEWAY)
 
 current = ORIGIN.get
 """The origin of what is asked here and now; a task keeps that of its beginning."""
+
+
+def new_request_id() -> str:
+    """Name a request whose sender does not; as long as the id of a trace."""
+    return hex_digits(32)
 
 
 @contextmanager

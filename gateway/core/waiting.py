@@ -1,6 +1,8 @@
 """Waiting for something that may not happen in time."""
 
 import asyncio
+from collections.abc import Awaitable, Coroutine
+from typing import Any
 
 
 async def happens(event: asyncio.Event, within_s: float) -> bool:
@@ -10,3 +12,8 @@ async def happens(event: asyncio.Event, within_s: float) -> bool:
             return await event.wait()
     except TimeoutError:
         return False
+
+
+def together(*works: Coroutine[Any, Any, object]) -> Awaitable[object]:
+    """Do all at the same time; one alone takes no task of its own."""
+    return works[0] if len(works) == 1 else asyncio.gather(*works)

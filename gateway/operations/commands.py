@@ -1,12 +1,11 @@
 """Commands of the tables: what becomes of each is decided by its effect."""
 
-import asyncio
-
 from gateway.core.errors import NotAllowed
 from gateway.core.move_record import START_WITHIN_S
 from gateway.core.origin import Origin
 from gateway.core.rights import RIGHT_OF
 from gateway.core.targets import Answer, AnyCommand, Begun, Result
+from gateway.core.waiting import together
 from gateway.operations.caller import for_caller, require
 from gateway.plant import Plant
 from protocols.table import Effect
@@ -35,7 +34,7 @@ async def do(
     plant.require_unlatched(addressed.moved)
     begun = await addressed.start(command, start_within_s)
     if isinstance(begun, Begun) and wait_s:
-        await asyncio.gather(*(addressed.log.wait(move.id, wait_s) for move in begun.moves))
+        await together(*(addressed.log.wait(move.id, wait_s) for move in begun.moves))
     return begun
 
 

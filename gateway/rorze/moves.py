@@ -18,6 +18,7 @@ from gateway.core.journal.intents import OF_MOVES
 from gateway.core.move_log import MoveLog, new_id
 from gateway.core.move_record import START_WITHIN_S, Move, MoveError, MoveKind, MoveStatus
 from gateway.core.origin import working
+from gateway.core.waiting import together
 from gateway.core.ways import Ways
 from gateway.rorze.bodies import Body, Group, MotorState
 from gateway.rorze.calls import calls_for_body
@@ -208,7 +209,7 @@ class Moves:
         for case in flight.cases:
             self._reply(case.body, case.move, results[case.body])
         flight.answer(results)
-        await asyncio.gather(*(self._see_through(case, results[case.body]) for case in flight.cases))
+        await together(*(self._see_through(case, results[case.body]) for case in flight.cases))
 
     async def _send(self, flight: "_Flight", start_within_s: float) -> "_Results":
         expires_at = asyncio.get_running_loop().time() + start_within_s

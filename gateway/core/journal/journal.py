@@ -153,8 +153,8 @@ class Journal:
         return done
 
     def _give_up(self, done: "asyncio.Future[None]") -> None:
-        self._in_trouble(f"the disk has taken nothing for {WRITTEN_WITHIN_S:g} s")
         if not done.done():
+            self._in_trouble(f"the disk has taken nothing for {WRITTEN_WITHIN_S:g} s")
             done.set_exception(JournalUnavailable(self.trouble or ""))
 
     def _end_of(self, overdue: asyncio.TimerHandle, began_at: float, _: "asyncio.Future[None]") -> None:

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from gateway.core.waiting import happens
+from gateway.core.waiting import happens, together
 from tests.gateway.rorze.far_end import virtual
 
 
@@ -25,3 +25,18 @@ async def test_waiting_ends_when_the_time_is_up() -> None:
     began_at = loop.time()
     assert not await happens(asyncio.Event(), 5.0)
     assert loop.time() - began_at == pytest.approx(5.0)
+
+
+@virtual
+async def test_works_are_done_together_and_one_alone_where_it_stands() -> None:
+    loop = asyncio.get_running_loop()
+    began_at = loop.time()
+    await together(asyncio.sleep(2.0), asyncio.sleep(3.0))
+    await together(asyncio.sleep(1.0))
+    assert loop.time() - began_at == pytest.approx(4.0)
+
+    async def mine() -> None:
+        assert asyncio.current_task() is here
+
+    here = asyncio.current_task()
+    await together(mine())
