@@ -21,6 +21,7 @@ from starlette.routing import BaseRoute, Route
 from starlette.types import Scope
 
 from api.common.faults import InvalidBody, faults_of
+from api.common.japanese import MOTOR, TITLES
 from gateway.access.errors import NotAuthenticated, NotPermitted
 from gateway.core.errors import (
     Ambiguous,
@@ -106,7 +107,7 @@ DECLARED: Final[dict[int | str, dict[str, Any]]] = {
 def problem_of(
     error: GatewayError, instance: str, calls: Sequence[NextCall] = (), *, japanese: bool = False
 ) -> Problem:
-    """Describe an error, with the calls that help; in Japanese, if that is wanted and it has the words."""
+    """Describe an error, with the calls that help; in Japanese, if that is wanted."""
     problem = Problem(
         type=TYPE_PREFIX + error.kind,
         title=error.title,
@@ -124,13 +125,25 @@ def problem_of(
             InvalidField(field="source", message=fault.reason, line=fault.line, column=fault.column)
             for fault in error.faults
         ]
-    if japanese and error.detail_ja:
+    if japanese:
         _translate(problem, error)
     return problem
 
 
 def _translate(problem: Problem, error: GatewayError) -> None:
-    problem.title, problem.detail, problem.remedy = error.title_ja, error.detail_ja, error.remedy_ja
+    if not error.detail_ja:
+        _put_in_japanese(problem)
+        return
+    problem.title = error.title_ja or TITLES[error.kind]
+    problem.detail = error.detail_ja
+    problem.remedy = error.remedy_ja or problem.remedy
+
+
+def _put_in_japanese(problem: Problem) -> None:
+    """Say what kind of refusal it is, and what became of the motor; the rest stays English."""
+    title = TITLES.get(problem.type.removeprefix(TYPE_PREFIX))
+    if title is not None:
+        problem.title, problem.detail = title, f"{title}。{MOTOR[problem.moved]}（{problem.detail}）"
 
 
 def _status_of(error: GatewayError) -> int:
@@ -161,7 +174,8 @@ def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | No
             problem.detail,
             extra={"facts": {"caller": current().caller, "request_id": problem.request_id}},
         )
-    return response_to(problem, headers)
+    language = {"Content-Language": "ja"} if wants_japanese(request) else {}
+    return response_to(problem, {"Vary": "Accept-Language", **language, **(headers or {})})
 
 
 def wants_japanese(request: Request) -> bool:
@@ -196,12 +210,9 @@ def install(app: FastAPI, remedies: Remedies = lambda _path, error: error.next) 
 async def _tell_gateway_error(remedies: Remedies, request: Request, error: GatewayError) -> Response:
     if isinstance(error, NotAuthenticated) and _shows_pages(request):
         return RedirectResponse(f"{SIGN_IN}?{urlencode({'next': path_of(request.scope)})}", 303)
-    japanese = wants_japanese(request)
     calls = remedies(path_of(request.scope), error)
-    problem = problem_of(error, instance_of(request), calls, japanese=japanese)
-    headers = {"Vary": "Accept-Language"}
-    if japanese and error.detail_ja:
-        headers["Content-Language"] = "ja"
+    problem = problem_of(error, instance_of(request), calls, japanese=wants_japanese(request))
+    headers = {}
     if problem.status == 503:
         headers["Retry-After"] = str(RETRY_AFTER_S)
     if problem.status == 401:
@@ -278,7 +289,10 @@ PHRASES = {413: "Request Entity Too Large"}
 
 
 def _plain(request: Request, status: int, detail: str) -> Problem:
-    return plain_problem(status, detail, instance_of(request))
+    problem = plain_problem(status, detail, instance_of(request))
+    if wants_japanese(request):
+        _put_in_japanese(problem)
+    return problem
 
 
 def plain_problem(status: int, detail: str, instance: str) -> Problem:

@@ -311,7 +311,7 @@ class ControllerRefused(ControllerError):
         super().__init__(self._told(address, command_code, text), command_code, error_code, text)
         self.address = address
         self.lasting = lasting
-        self.detail_ja += " このコマンドではモータは動いていません。"
+        self.detail_ja = f"{address} {self.detail_ja} このコマンドではモータは動いていません。"
 
     def _told(self, address: str, command_code: str, text: ErrorText) -> str:
         return f"{address} refused {command_code}: {text.en} Nothing moved because of it."

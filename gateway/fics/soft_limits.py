@@ -84,7 +84,7 @@ async def name_limits(
     ]
     refusal.detail = f"{unit.address} refused {code}: {', and '.join(told)}. Nothing moved because of it."
     refusal.remedy = "Choose a target within the soft limits, or change them in the unit's settings."
-    refusal.detail_ja = f"{code}: {''.join(told_ja)}このコマンドではモータは動いていません。"
+    refusal.detail_ja = f"{unit.address} {code}: {''.join(told_ja)}このコマンドではモータは動いていません。"
     refusal.remedy_ja = "ソフトリミットの範囲内の移動先を指定するか、ソフトリミットの設定を変更してください。"
 
 

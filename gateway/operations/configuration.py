@@ -13,6 +13,8 @@ from gateway.core.rights import Right
 from gateway.operations.caller import needs
 from gateway.plant import Plant
 
+NOT_ADDED = "Correct what is to be added; the file is as it was."
+
 
 class Reloaded(Changes):
     """What differed from what was served."""
@@ -46,7 +48,7 @@ async def add_line(plant: Plant, table: Mapping[str, Any], *, dry_run: bool) -> 
     try:
         text, wanted = await asyncio.to_thread(file.with_line, table)
     except ConfigError as error:
-        raise _unusable(error) from None
+        raise _unusable(error, NOT_ADDED) from None
     return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
 
 
@@ -63,7 +65,7 @@ async def add_bodies(
     try:
         text, wanted = await asyncio.to_thread(file.with_bodies, line_id, bodies)
     except ConfigError as error:
-        raise _unusable(error) from None
+        raise _unusable(error, NOT_ADDED) from None
     return await _write_and_serve(plant, file, text, wanted, dry_run=dry_run)
 
 
@@ -92,5 +94,5 @@ def _file_of(plant: Plant) -> ConfigFile:
     return plant.file
 
 
-def _unusable(error: ConfigError) -> InvalidRequest:
-    return InvalidRequest(f"{error}; nothing was changed.", "Mend the file, then reload it.")
+def _unusable(error: ConfigError, remedy: str = "Mend the file, then reload it.") -> InvalidRequest:
+    return InvalidRequest(f"{error}; nothing was changed.", remedy)

@@ -35,7 +35,7 @@ async def name_limits(body: Body, command: RorzeCommand[Any], refusal: GatewayEr
     )
     refusal.remedy = "Choose a target within the soft limits, or change them in the body's settings."
     refusal.detail_ja = (
-        f"{refusal.command_code}: 目標位置 {target} が移動可能範囲の{side_ja} {limit} を超えています。"
-        "このコマンドではモータは動いていません。"
+        f"{body.address} {refusal.command_code}: 目標位置 {target} が移動可能範囲の{side_ja} {limit} を"
+        "超えています。このコマンドではモータは動いていません。"
     )
     refusal.remedy_ja = "移動可能範囲内の目標位置を指定するか、移動可能範囲の設定を変更してください。"

@@ -1,6 +1,6 @@
 """What clients read about every error, and what they may conclude from its status."""
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from typing import Annotated, Any, Literal
 
 import httpx2
@@ -9,6 +9,7 @@ from fastapi import FastAPI, Request
 from httpx2 import ASGITransport, AsyncClient
 from pydantic import BaseModel, Field
 
+from api.common.japanese import TITLES
 from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, TYPE_PREFIX, install, problem_of, wants_japanese
 from gateway.core.errors import (
     Ambiguous,
@@ -176,8 +177,21 @@ def test_what_a_controller_says_is_told_in_japanese_and_means_the_same(error: Ga
     assert english.model_dump(exclude=changed) == japanese.model_dump(exclude=changed)
 
 
-def test_what_the_gateway_says_itself_is_english() -> None:
-    assert problem_of(NoReply(DETAIL), "/", japanese=True) == problem_of(NoReply(DETAIL), "/")
+def test_what_the_gateway_says_itself_has_its_kind_in_japanese_and_the_rest_in_english() -> None:
+    problem = problem_of(NoReply(DETAIL), "/", japanese=True)
+    assert problem.title == "応答がありません"
+    assert problem.detail == f"応答がありません。この要求でモータが動いたかどうかは分かりません。（{DETAIL}）"
+    assert problem.remedy == problem_of(NoReply(DETAIL), "/").remedy
+
+
+def kinds_below(error: type[GatewayError]) -> Iterator[type[GatewayError]]:
+    for kind in error.__subclasses__():
+        yield from (kind, *kinds_below(kind))
+
+
+def test_every_kind_of_refusal_has_a_title_in_japanese() -> None:
+    own = [it for it in kinds_below(GatewayError) if it.__module__.startswith("gateway.")]
+    assert [it for it in own if not it.title_ja and it.kind not in TITLES] == []
 
 
 @pytest.mark.parametrize(
@@ -267,11 +281,16 @@ async def test_what_may_be_repeated_says_when_and_names_the_path_as_a_uri(client
 async def test_an_answer_tells_its_language_where_there_is_a_choice(client: AsyncClient) -> None:
     english = await client.get("/refused")
     japanese = await client.get("/refused", headers={"Accept-Language": "ja"})
-    only_english = await client.get("/down/x", headers={"Accept-Language": "ja"})
+    own = await client.get("/down/x", headers={"Accept-Language": "ja"})
+    unknown = await client.get("/nowhere", headers={"Accept-Language": "ja"})
     assert told(english)["title"] == "The controller refused"
     assert told(japanese)["title"] == "コントローラが実行を拒否しました"
-    answers = (english, japanese, only_english)
-    assert [answer.headers.get("content-language") for answer in answers] == [None, "ja", None]
+    assert told(own)["title"] == "回線が使用できません"
+    assert told(unknown)["detail"].startswith(
+        "見つかりません。この要求でモータは動いていません。（There is nothing"
+    )
+    answers = (english, japanese, own, unknown)
+    assert [answer.headers.get("content-language") for answer in answers] == [None, "ja", "ja", "ja"]
     assert {answer.headers["vary"] for answer in answers} == {"Accept-Language"}
 
 
