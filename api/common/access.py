@@ -12,7 +12,7 @@ from urllib.parse import parse_qs, parse_qsl, urlencode
 from starlette.requests import cookie_parser
 from starlette.types import Scope
 
-from api.common.problems import path_of
+from api.common.problems import CALLER, path_of
 from gateway.access import keys
 from gateway.access.credentials import Credentials
 from gateway.access.errors import NotAuthenticated, NotPermitted
@@ -90,9 +90,9 @@ class _Counted(_Of):
     """A request of a key, which may have so many."""
 
     def __init__(self, principal: Principal, origin: Origin, usages: Usages, use: Use) -> None:
-        caller = f"{principal.name} ({origin.caller})"
+        self.caller = f"{principal.name} ({origin.caller})"
         # `replace` takes three times as long, at every request.
-        self._origin = Origin(caller, origin.request_id, origin.key, origin.work, origin.claim)
+        self._origin = Origin(self.caller, origin.request_id, origin.key, origin.work, origin.claim)
         self._principal, self._usages, self._use = principal, usages, use
 
     def __enter__(self) -> None:
@@ -149,6 +149,7 @@ class Access:
         use = _use_of(scope, right)
         origin = _with_leases(current(), scope, right)
         passage = _Counted(grant.principal, origin, self._usages, use)
+        scope[CALLER] = passage.caller
         if use is Use.SUBSCRIBER:
             passage.holds = lambda: self._holds(grant, session)
         return passage

@@ -45,6 +45,8 @@ log = logging.getLogger(__name__)
 TYPE_PREFIX = "urn:motion-gateway:problem:"
 MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER_S = 1
+CALLER: Final = "motion-gateway.caller"
+"""Stands in the scope of a request whose sender has shown a good key: the key's name, and its address."""
 SIGN_IN: Final = "/sign-in"
 """The page that takes a key from somebody with a browser."""
 
@@ -172,7 +174,12 @@ def _refusal(request: Request, problem: Problem, headers: Mapping[str, str] | No
             problem.status,
             problem.type.removeprefix(TYPE_PREFIX),
             problem.detail,
-            extra={"facts": {"caller": current().caller, "request_id": problem.request_id}},
+            extra={
+                "facts": {
+                    "caller": request.scope.get(CALLER, current().caller),
+                    "request_id": problem.request_id,
+                }
+            },
         )
     language = {"Content-Language": "ja"} if wants_japanese(request) else {}
     return response_to(problem, {"Vary": "Accept-Language", **language, **(headers or {})})

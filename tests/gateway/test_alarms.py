@@ -325,3 +325,73 @@ def test_a_restore_that_did_not_end_well_names_its_record(status: str) -> None:
             await do_reset(it.plant)
 
     story()
+
+
+@pytest.mark.parametrize(("cancelled", "alarmed"), [(True, True), (False, False)])
+def test_a_gateway_that_was_held_up_is_an_alarm_where_that_has_cancelled_something(
+    cancelled: bool, alarmed: bool
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with rig() as it:
+            it.plant.events.publish("gateway.loop.held", "/gateway", {"seconds": 3.2, "cancelled": cancelled})
+            assert ("gateway.held_up" in standing(it.plant)) is alarmed
+            if alarmed:
+                alarm = standing(it.plant)["gateway.held_up"]
+                assert ("3.2 s" in alarm.en.happened, "3.2秒" in alarm.ja.happened) == (True, True)
+                await do_reset(it.plant)
+
+    story()
+
+
+@in_virtual_time
+async def test_a_file_that_was_not_taken_is_an_alarm_with_its_reason() -> None:
+    async with rig() as it:
+        it.plant.events.publish("gateway.reload_failed", "/gateway", {"reason": "line 2: unknown key."})
+        alarm = standing(it.plant)["gateway.reload_failed"]
+        for text in (alarm.en, alarm.ja):
+            assert "line 2: unknown key." in text.happened
+        assert [call.path for call in alarm.next] == ["/system/reload"]
+        await do_reset(it.plant)
+
+
+JOG: Final = {
+    "id": "j1",
+    "state": "stopping",
+    "ends_as": "lost",
+    "heartbeat_within_ms": 500,
+    "unit": 1,
+    "axis": "X",
+    "direction": "+",
+}
+
+
+@pytest.mark.parametrize(
+    ("event", "subject", "data", "told"),
+    [
+        ("robot.jog.not_stopped", "/robots/r1", JOG, ["r1", "1", "X"]),
+        (
+            "robot.move.overdue",
+            "/robots/r1/units/1",
+            {"move_id": "m1", "longest_s": 2.0, "request_id": None},
+            ["r1", "m1"],
+        ),
+    ],
+)
+def test_a_robot_that_may_move_on_is_an_alarm_whose_next_calls_look_and_stop(
+    event: str, subject: str, data: dict[str, object], told: list[str]
+) -> None:
+    @in_virtual_time
+    async def story() -> None:
+        async with fics_rig() as it:
+            it.plant.events.publish(event, subject, data)
+            alarm = standing(it.plant)[event]
+            for text in (alarm.en, alarm.ja):
+                assert all(fact in text.happened for fact in told)
+            assert [(call.method, call.path) for call in alarm.next] == [
+                ("GET", "/robots/r1"),
+                ("POST", "/robots/r1/stop"),
+            ]
+            await do_reset(it.plant)
+
+    story()

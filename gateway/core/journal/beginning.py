@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 
 from gateway.core.journal import writes
 from gateway.core.journal.disk import Disk
+from gateway.core.journal.writes import Write
 
 EPOCHS_KEPT: Final = 100
 
@@ -61,13 +62,20 @@ class Beginning(NamedTuple):
     """For how long gateways have run on this journal."""
 
 
-def begin(
-    disk: Disk, most_events: int = 100_000, most_moves: int = 1000, most_alarms: int = 1000
-) -> Beginning:
+def begin(disk: Disk) -> Beginning:
     """Read what the last life has left, and note that this one has begun.
 
     :raises DiskFull, DiskFailed: that could not be noted.
     """
+    found = left_in(disk)
+    disk.commit(begun(found), durable=True)
+    return found
+
+
+def left_in(
+    disk: Disk, most_events: int = 100_000, most_moves: int = 1000, most_alarms: int = 1000
+) -> Beginning:
+    """Read what the last life has left."""
     known: dict[str, str] = dict(disk.rows("SELECT name, value FROM meta"))
     [(last,)] = disk.rows("SELECT coalesce(max(number), 0) FROM events")
     was_clean = known.get("clean", "1") == "1"
@@ -76,7 +84,7 @@ def begin(
     if epoch is not None and not was_clean:
         earlier = dict([*earlier.items(), (epoch, int(last))][-EPOCHS_KEPT:])
         epoch = None
-    found = Beginning(
+    return Beginning(
         epoch=epoch or secrets.token_hex(4),
         earlier=earlier,
         last_event=int(last),
@@ -90,14 +98,17 @@ def begin(
         alarms=_alarms(disk, most_alarms),
         ran_s=float(known.get(writes.RAN_S, 0.0)),
     )
+
+
+def begun(life: Beginning) -> list[Write]:
+    """What notes that a life has begun."""
     facts = {
-        "epoch": found.epoch,
-        "epochs": json.dumps(earlier),
+        "epoch": life.epoch,
+        "epochs": json.dumps(dict(life.earlier)),
         "clean": "0",
         "seen_at": str(time.time()),
     }
-    disk.commit([writes.meta(name, value) for name, value in facts.items()], durable=True)
-    return found
+    return [writes.meta(name, value) for name, value in facts.items()]
 
 
 def anew() -> Beginning:

@@ -93,7 +93,7 @@ class Journal:
     _waiting: "SimpleQueue[_Entry | _Question | None]" = field(default_factory=SimpleQueue)
     _thread: threading.Thread | None = None
     _unsynced_since: float | None = None
-    _failed: bool = False
+    failed: bool = False
     """The file is not trusted again in this process."""
     _owed: list[Write] = field(default_factory=list)
     """What nobody waited for and a full disk has not taken, in its order."""
@@ -126,7 +126,7 @@ class Journal:
         :raises JournalUnavailable: it cannot.
         """
         if self.trouble is not None:
-            raise JournalUnavailable(self.trouble, failed=self._failed)
+            raise JournalUnavailable(self.trouble, failed=self.failed)
 
     def note(self, *entries: Write) -> None:
         """Write soon; nobody waits."""
@@ -183,6 +183,10 @@ class Journal:
         if noted:
             self._waiting.put(_Entry(noted))
 
+    def owe(self, entries: Sequence[Write], why: DiskFull) -> None:
+        """Begin in trouble: these are written first, when a disk that was full has room."""
+        self._owed, self.trouble = [*entries], str(why)
+
     # the writer's thread
 
     def _run(self) -> None:
@@ -225,14 +229,14 @@ class Journal:
         self._loop.call_soon_threadsafe(self._settle, entries, error)
 
     def _try(self, batch: Sequence[Write], *, durable: bool) -> OSError | None:
-        if self._failed:
+        if self.failed:
             return DiskFailed(self.trouble or "it has failed before")
         try:
             self.disk.commit([*self._owed, *batch], durable=durable)
         except DiskFull as error:
             return error
         except DiskFailed as error:
-            self._failed = True
+            self.failed = True
             return error
         self._owed.clear()
         return None
@@ -265,7 +269,7 @@ class Journal:
                 self.disk.check()
                 self.disk.tidy()
             except DiskFailed as gone:
-                self._failed, error = True, gone
+                self.failed, error = True, gone
         self._unsynced_since = None
         self._loop.call_soon_threadsafe(self._settle, [], error)
 
@@ -290,7 +294,7 @@ class Journal:
                 if error is None:
                     entry.done.set_result(None)
                 else:
-                    entry.done.set_exception(JournalUnavailable(str(error), failed=self._failed))
+                    entry.done.set_exception(JournalUnavailable(str(error), failed=self.failed))
 
     def _in_trouble(self, why: str) -> None:
         if self.trouble is None:

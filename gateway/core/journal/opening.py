@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gateway.core.journal.beginning import Beginning, anew, begin
-from gateway.core.journal.disk import Disk, DiskFailed, InUse, SqliteDisk
+from gateway.core.journal.beginning import Beginning, anew, begun, left_in
+from gateway.core.journal.disk import Disk, DiskFailed, DiskFull, InUse, SqliteDisk
 from gateway.core.journal.journal import Journal
 from gateway.core.journal.writes import Value, Write
 
@@ -60,25 +60,33 @@ def open_journal(directory: Path) -> Opened:
     """
     try:
         disk = SqliteDisk(directory)
-        past = _begin(disk)
+        journal, past = _begin(disk)
     except InUse:
         raise
     except (OSError, sqlite3.Error) as error:
         log.error(  # noqa: TRY400  # one sentence says all
             "the journal in %s cannot be used: %s; only reads and stops are sent", directory, error
         )
-        return Opened(Journal(NoDisk(str(error)), trouble=str(error)), anew())
+        return Opened(Journal(NoDisk(str(error)), trouble=str(error), failed=True), anew())
     if disk.set_aside is not None:
         log.error(
             "the journal was broken: it is now %s, and a new one was begun; what was under way is not known",
             disk.set_aside,
         )
-    return Opened(Journal(disk, ran_s=past.ran_s), past, disk.set_aside)
+    return Opened(journal, past, disk.set_aside)
 
 
-def _begin(disk: Disk) -> Beginning:
+def _begin(disk: Disk) -> tuple[Journal, Beginning]:
+    """Read the past, and note that a life has begun; on a full disk that is done when it has room."""
     try:
-        return begin(disk)
+        past = left_in(disk)
+        journal = Journal(disk, ran_s=past.ran_s)
+        try:
+            disk.commit(begun(past), durable=True)
+        except DiskFull as full:
+            log.error("the journal cannot be written: %s; only reads and stops are sent", full)  # noqa: TRY400  # one sentence says all
+            journal.owe(begun(past), full)
     except BaseException:
         disk.close()
         raise
+    return journal, past

@@ -1,6 +1,7 @@
 """The door in daily use: keys and scopes, limits, streams that end with their key, and names in the trace."""
 
 import asyncio
+import logging
 
 import pytest
 
@@ -62,6 +63,20 @@ async def test_a_group_is_defined_by_who_may_set_up_all_its_members(stand: Stand
     foreign = {"members": ["leg.00", "leg.70"]}
     answer = await stand.client.put("/groups/arm.86", json=foreign, headers=keys.header("setup", "arm"))
     assert answer.status_code == 403
+
+
+def test_a_refusal_names_the_key_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO)
+
+    @guarded({"moves_per_key_and_s": 1})
+    async def story(stand: Stand, keys: Keys) -> None:
+        caplog.clear()
+        for body in ("77", "3F"):  # there is none; the key has had its move of this second
+            await stand.post(f"/bodies/{body}/moves", RELATIVE, **keys.header("operator"))
+        facts = [record.__dict__["facts"] for record in caplog.records if " refused with " in record.message]
+        assert [it["caller"].partition(" (")[0] for it in facts] == ["operator", "operator"]
+
+    story()
 
 
 @guarded({"requests_per_key": 2, "moves_per_key_and_s": 3, "subscribers_per_key": 1})

@@ -1995,9 +1995,9 @@ class Deed(TypedDict):
     ended_at: str | None
     """When its outcome was known; null while it is not."""
     outcome: str | None
-    """answered, refusal, not_sent, or unknown where nobody knows whether it was executed."""
+    """answered, refusal, failure, not_sent, or unknown: nobody knows whether it was executed."""
     detail: str | None
-    """Why it was not carried out."""
+    """Why it was not carried out, or the controller's error."""
 
 
 class Difference(TypedDict):

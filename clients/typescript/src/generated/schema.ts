@@ -8114,12 +8114,12 @@ export interface components {
             ended_at: string | null;
             /**
              * Outcome
-             * @description answered, refusal, not_sent, or unknown where nobody knows whether it was executed.
+             * @description answered, refusal, failure, not_sent, or unknown: nobody knows whether it was executed.
              */
             outcome: string | null;
             /**
              * Detail
-             * @description Why it was not carried out.
+             * @description Why it was not carried out, or the controller's error.
              */
             detail: string | null;
         };

@@ -1,13 +1,16 @@
 """A journal at the start: another gateway's is left alone, and one that cannot be used says so."""
 
+import asyncio
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-from gateway.core.journal.disk import DiskFailed, InUse
+from gateway.core.journal import journal as module
+from gateway.core.journal.disk import DiskFailed, DiskFull, InUse, SqliteDisk
 from gateway.core.journal.journal import JournalUnavailable
 from gateway.core.journal.opening import open_journal
-from gateway.core.journal.writes import meta
+from gateway.core.journal.writes import Write, meta
 
 
 def test_another_gateways_journal_is_left_alone(tmp_path: Path) -> None:
@@ -22,10 +25,41 @@ def test_one_that_cannot_be_used_takes_nothing(tmp_path: Path, caplog: pytest.Lo
     journal, past, set_aside = open_journal(tmp_path / "file")
     assert (past.last_event, past.was_clean, set_aside) == (0, True, None)
     assert "only reads and stops are sent" in caplog.text
-    with pytest.raises(JournalUnavailable, match="nothing was sent"):
+    with pytest.raises(JournalUnavailable, match="nothing was sent") as refused:
         journal.require()
+    assert "restart the gateway" in refused.value.remedy
     with pytest.raises(DiskFailed):
         journal.disk.commit([meta("a", "b")], durable=True)
+
+
+@pytest.mark.anyio
+async def test_a_life_that_begins_on_a_full_disk_knows_the_past_and_writes_when_there_is_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "LOOK_S", 0.005)
+    before = open_journal(tmp_path)
+    before.journal.disk.close()  # as a crash does, it does not mark its end
+    is_full = True
+    commit = SqliteDisk.commit
+
+    def takes(disk: SqliteDisk, writes: Sequence[Write], *, durable: bool) -> None:
+        if is_full:
+            raise DiskFull("no space left on device")
+        commit(disk, writes, durable=durable)
+
+    monkeypatch.setattr(SqliteDisk, "commit", takes)
+    journal, past, _ = open_journal(tmp_path)
+    assert (past.was_clean, list(past.earlier)) == (False, [before.past.epoch])
+    with pytest.raises(JournalUnavailable, match="no space left"):
+        journal.require()
+    recovered = asyncio.Event()
+    journal.on_trouble = lambda why: recovered.set() if why is None else None
+    journal.start()
+    is_full = False
+    await recovered.wait()
+    journal.require()
+    assert dict(await journal.rows("SELECT name, value FROM meta"))["epoch"] == past.epoch
+    await journal.close()
 
 
 def test_a_broken_one_is_replaced(tmp_path: Path) -> None:
