@@ -12,7 +12,7 @@ from starlette.websockets import WebSocketDisconnect
 from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
 from api.event_models import EventList
-from api.front.websocket_protocol import EVENTS
+from api.front.websocket_protocol import EVENTS, SINGLY, TOGETHER
 from gateway.core.addresses import canonical_address, there_are
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription
@@ -21,8 +21,8 @@ from gateway.plant import Plant
 
 router = new_router("events")
 
-SUBPROTOCOL = "cloudevents.json"
-"""One CloudEvent in each text frame; spoken to clients that ask for no subprotocol, too."""
+SUBPROTOCOLS = (TOGETHER, SINGLY)
+"""The first that a client offers is spoken; to one that offers none of them events are sent singly."""
 CLOSE_SLOW_CONSUMER = 4008
 CLOSE_INVALID = 4400
 CLOSE_GOING_AWAY = 1001
@@ -124,11 +124,11 @@ def _frames(events: Sequence[Event]) -> bytes:
 
 @router.websocket("/events", Right.VIEW)
 async def follow_events(websocket: WebSocket) -> None:
-    """Send events as they happen, one in each text frame; what the client sends is not read."""
+    """Send events as they happen, one in each text frame or all together; what the client sends is not read."""
     plant: Plant = websocket.app.state.plant
     query = websocket.query_params
     offered = websocket.scope.get("subprotocols", ())
-    await websocket.accept(SUBPROTOCOL if SUBPROTOCOL in offered else None)
+    await websocket.accept(next((it for it in SUBPROTOCOLS if it in offered), None))
     try:
         require_known(websocket, ("after", "bodies", "types", "sample"))
         wanted = _addresses(plant, query.get("bodies")), _split(query.get("types"))

@@ -4,6 +4,8 @@ import { type Event, address } from "./gateway.ts";
 
 /** Before each further try to open it; the last one from then on. */
 const PAUSES_MS = [200, 500, 1000, 2000] as const;
+/** Each message is an array of all events that are sent at once. */
+const SUBPROTOCOL = "cloudevents-batch.json";
 /** The query has something that this gateway does not know. */
 const CLOSE_INVALID = 4400;
 
@@ -12,7 +14,7 @@ export interface Listener {
   query: () => Record<string, string> | undefined;
   opened: () => void;
   closed: (invalid: boolean) => void;
-  event: (event: Event) => void;
+  events: (events: Event[]) => void;
 }
 
 /** Follows a stream until it is ended, over broken connections too. */
@@ -37,16 +39,13 @@ export class Live {
   #open(): void {
     const query = this.#listener.query();
     if (!query) return this.#later();
-    const socket = new WebSocket(`${address.replace("http", "ws")}/events?${new URLSearchParams(query)}`);
+    const socket = new WebSocket(`${address.replace("http", "ws")}/events?${new URLSearchParams(query)}`, SUBPROTOCOL);
     this.#socket = socket;
     socket.onopen = () => {
       this.#failures = 0;
       this.#listener.opened();
     };
-    socket.onmessage = ({ data }) => {
-      const told = JSON.parse(data as string) as Event | Event[];
-      for (const event of Array.isArray(told) ? told : [told]) this.#listener.event(event);
-    };
+    socket.onmessage = ({ data }) => this.#listener.events(JSON.parse(data as string) as Event[]);
     socket.onclose = ({ code }) => {
       if (this.#ended) return;
       this.#listener.closed(code === CLOSE_INVALID);

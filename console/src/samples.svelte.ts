@@ -52,7 +52,7 @@ class Samples {
         live.end();
         end = this.#poll(one);
       },
-      event: (event) => this.#take(event, one),
+      events: (events) => events.forEach((event) => this.#take(event, one)),
     });
     return () => end();
   }
