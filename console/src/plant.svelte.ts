@@ -15,7 +15,7 @@ import {
   gateway,
 } from "./gateway.ts";
 import { addressOf, leases } from "./leases.svelte.ts";
-import { Live } from "./live.ts";
+import { EVENTS, Live } from "./live.ts";
 
 /** How often what is known is read again where nothing happens. */
 const PERIOD_MS = 2000;
@@ -85,7 +85,8 @@ class Plant {
     setInterval(() => (this.now = Date.now()), 500);
     setInterval(() => this.readSoon(), PERIOD_MS);
     void this.read();
-    new Live({
+    new Live<Event[]>({
+      ...EVENTS,
       query: () => this.identity && { ...this.mine(), ...(this.#cursor && { after: this.#cursor }) },
       opened: () => {
         this.streaming = true;
@@ -93,7 +94,7 @@ class Plant {
         void this.read();
       },
       closed: () => (this.streaming = false),
-      events: (events) => this.#take(events),
+      told: (events) => this.#take(events),
     });
   }
 
