@@ -10,6 +10,7 @@ from app import (
     alarming,
     backing_up,
     exits,
+    jogging,
     journal,
     keys,
     leasing,
@@ -42,6 +43,7 @@ for command in (
     app.command()(command)
 # Negative numbers look like options: `move 3F relative -500`.
 app.command(context_settings={"ignore_unknown_options": True})(moving.move)
+app.command(context_settings={"ignore_unknown_options": True})(jogging.jog)
 app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
 app.add_typer(keys.app, name="keys")
