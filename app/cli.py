@@ -22,6 +22,7 @@ from app import (
     serving,
     setting_up,
     stopping,
+    tracing,
     watching,
 )
 
@@ -34,7 +35,7 @@ simulate = typer.Typer(help="Run fake controllers to develop and test against.",
 
 for command in (
     *(serving.serve, setting_up.init, setting_up.check),
-    *(watching.status, watching.watch, watching.scan),
+    *(watching.status, watching.watch, watching.scan, tracing.trace),
     moving.send,
     stopping.stop,
     reloading.reload,
