@@ -31,7 +31,7 @@ export function fieldsOf(parameters: Schema): Field[] {
     const one = alone(schema);
     return {
       name,
-      description: schema.description ?? "",
+      description: schema.description?.replaceAll("`", "") ?? "",
       required: parameters.required?.includes(name) ?? false,
       kind: one.type === "integer" || one.type === "number" ? "number" : one.type === "string" ? "text" : "json",
       choices: one.type === "boolean" ? ["true", "false"] : one.enum?.map(String),
