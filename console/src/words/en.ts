@@ -265,6 +265,7 @@ export const en = {
     evidence: "Evidence",
     frame: "Frame",
     moveCurve: "Position during the move, measured and planned",
+    noCurve: "The gateway has samples of the newest moves only, and none from before its start.",
     showCurve: "Show the curve",
     measured: "measured",
     planned: "planned",

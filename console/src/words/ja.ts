@@ -266,6 +266,7 @@ export const ja: typeof en = {
     evidence: "根拠",
     frame: "フレーム",
     moveCurve: "動作中の位置（実測と計画）",
+    noCurve: "サンプルが残っているのは、ゲートウェイの起動後の新しい動作だけです。",
     showCurve: "曲線を表示",
     measured: "実測",
     planned: "計画",
