@@ -9,14 +9,14 @@ from pydantic import BaseModel, Field
 
 from api.common.requests import new_router
 from api.front.documents import JSON, Document
-from gateway.core.rights import Right
+from gateway.core.rights import RIGHT_OF, Right
 from protocols.fics.commands import ROWS as FICS_ROWS
 from protocols.fics.commands import of_the_robot
 from protocols.fics.row import Block, FicsCommand, WhenAnswered
 from protocols.rorze.commands import COMMANDS, Row
 from protocols.rorze.errors import lookup
 from protocols.rorze.row import MODE_NAMES, LinkMasterCommand, ModeName, RorzeCommand
-from protocols.table import Retry
+from protocols.table import Effect, Retry
 
 router = new_router("commands")
 
@@ -40,6 +40,8 @@ class _CommandInfo(BaseModel):
     reply: dict[str, Any] = Field(description="JSON Schema of the reply.")
     usage: list[str] = Field(description="How the parameters are written on the line.")
     starts_motion: bool
+    effect: Effect = Field(description="What it does, by which the right follows.")
+    right: Right = Field(description="What sending it takes.")
     retry: Retry = Field(
         description="What repeating it without a reply would do. The gateway repeats only "
         "`read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look "
@@ -100,6 +102,8 @@ def _shared(row: type[RorzeCommand[Any]] | type[FicsCommand[Any]]) -> dict[str, 
         "reply": row.reply_type().model_json_schema(),
         "usage": row.usage(),
         "starts_motion": row.starts_motion(),
+        "effect": row.effect,
+        "right": RIGHT_OF[row.effect],
         "retry": row.retry,
         "example": list(row.example),
     }

@@ -1,15 +1,18 @@
 """Lines over HTTP: their state, scans of them, and the record of every byte."""
 
 import asyncio
+import re
 from collections.abc import AsyncIterator, Sequence
 from datetime import datetime
 from typing import Annotated, Any, Literal, Union
 
-from fastapi import Header, Query, Request, Response
+from fastapi import Header, Query, Request, Response, WebSocket
 from pydantic import AwareDatetime, BaseModel, Field
+from starlette.datastructures import QueryParams
 from starlette.responses import StreamingResponse
 
 from api.common.problems import DECLARED
+from api.common.query_params import require_known
 from api.common.requests import (
     LineId,
     Wait,
@@ -22,6 +25,8 @@ from api.common.requests import (
     wait_headers,
     wait_s,
 )
+from api.common.sockets import CLOSE_GOING_AWAY, refuse, tell
+from gateway.core.errors import GatewayError, InvalidRequest
 from gateway.core.rights import Right
 from gateway.families import FAMILIES
 from gateway.operations import bodies as body_operations
@@ -146,14 +151,18 @@ async def follow_trace(
     line_id: LineId,
     bodies: TracedBodies = None,
     request_id: TracedRequest = None,
+    last: Annotated[int, Query(ge=0, le=MAX_TRACE_ENTRIES)] = 0,
     last_event_id: Annotated[str | None, Header(pattern="^[0-9]{1,18}$")] = None,
 ) -> Response:
-    """Send the line's records as they come (text/event-stream); `gap` tells how many were missed."""
+    """Send the line's records as they come (text/event-stream), after the `last` that there are.
+
+    `gap` tells how many were missed.
+    """
     plant = plant_of(request)
     passing = traces.filter_of(plant, line_id, _split(bodies), request_id)
     after = None if last_event_id is None else int(last_event_id)
     return StreamingResponse(
-        _server_sent(traces.follow(plant, line_id, passing, after)),
+        _server_sent(traces.follow(plant, line_id, passing, after, last)),
         media_type="text/event-stream",
         headers={"Cache-Control": "no-cache", "X-Accel-Buffering": "no"},
     )
@@ -166,7 +175,7 @@ async def _server_sent(news: AsyncIterator[traces.News | None]) -> AsyncIterator
     async for it in news:
         if it is not None:
             told_at = loop.time()
-            yield _frames(it)
+            yield await asyncio.to_thread(_frames, it)
         elif loop.time() - told_at >= KEEP_ALIVE_S:
             told_at = loop.time()
             yield b": still here\n\n"
@@ -178,10 +187,53 @@ def _frames(news: traces.News) -> bytes:
     return f"{gap}{data}id: {news.number}\n\n".encode()
 
 
+@router.websocket("/lines/{line_id}/trace/stream", Right.VIEW)
+async def follow_trace_by_socket(websocket: WebSocket, line_id: str) -> None:
+    """Send the line's records as they come, all that are new in one text frame, with how many were missed."""
+    plant, query = plant_of(websocket), websocket.query_params
+    await websocket.accept()
+    try:
+        require_known(websocket, ("bodies", "request_id", "last", "after"))
+        passing = traces.filter_of(plant, line_id, _split(query.get("bodies")), query.get("request_id"))
+        after, last = _whole(query, "after"), _whole(query, "last") or 0
+        news = traces.follow(plant, line_id, passing, after, min(last, MAX_TRACE_ENTRIES))
+    except GatewayError as error:
+        await refuse(websocket, error)
+        return
+    await tell(websocket, _send(websocket, news))
+
+
+async def _send(websocket: WebSocket, news: AsyncIterator[traces.News | None]) -> None:
+    async for it in news:
+        if it is not None:
+            await websocket.send_text(await asyncio.to_thread(_message, it))
+    await websocket.close(CLOSE_GOING_AWAY, "the gateway is shutting down")
+
+
+def _message(news: traces.News) -> str:
+    return f'{{"number":{news.number},"missed":{news.missed},"entries":[{_records(news.entries)}]}}'
+
+
+def _whole(query: QueryParams, name: str) -> int | None:
+    """Read a whole number from 0.
+
+    :raises InvalidRequest: it is none.
+    """
+    text = query.get(name)
+    if text is None:
+        return None
+    if not re.fullmatch("[0-9]{1,18}", text):
+        raise InvalidRequest(f"{name}: {text!r} is no whole number from 0.", "Give one, or leave it out.")
+    return int(text)
+
+
 def _split(text: str | None) -> list[str] | None:
     return None if text is None else [part.strip() for part in text.split(",")]
 
 
 def _trace(line_id: str, entries: Sequence[BaseModel]) -> str:
-    records = ",".join(entry.model_dump_json() for entry in entries)
-    return f'{{"line_id":"{line_id}","entries":[{records}]}}'
+    return f'{{"line_id":"{line_id}","entries":[{_records(entries)}]}}'
+
+
+def _records(entries: Sequence[BaseModel]) -> str:
+    return ",".join(entry.model_dump_json() for entry in entries)

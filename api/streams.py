@@ -8,12 +8,12 @@ from typing import Annotated
 
 from fastapi import Header, Query, Request, Response, WebSocket
 from starlette.responses import StreamingResponse
-from starlette.websockets import WebSocketDisconnect
 
 from api.common.query_params import require_known
 from api.common.requests import new_router, plant_of
+from api.common.sockets import CLOSE_GOING_AWAY, CLOSE_SLOW_CONSUMER, refuse, tell
 from api.event_models import EventList
-from api.front.websocket_protocol import EVENTS
+from api.front.websocket_protocol import EVENTS, SINGLY, TOGETHER
 from gateway.core.addresses import canonical_address, there_are
 from gateway.core.errors import InvalidRequest
 from gateway.core.events import FASTEST_HZ, SLOWEST_HZ, Event, SlowConsumer, Subscription
@@ -24,13 +24,8 @@ from protocols.wording import shown, unknown
 
 router = new_router("events")
 
-SUBPROTOCOL = "cloudevents.json"
-"""One CloudEvent in each text frame; spoken to clients that ask for no subprotocol, too."""
-CLOSE_SLOW_CONSUMER = 4008
-CLOSE_INVALID = 4400
-CLOSE_GOING_AWAY = 1001
-MAX_REASON_BYTES = 123
-"""The reason of a close is no longer (RFC 6455, 5.5)."""
+SUBPROTOCOLS = (TOGETHER, SINGLY)
+"""The first that a client offers is spoken; to one that offers none of them events are sent singly."""
 KEEP_ALIVE_S = 15.0
 """A silent stream of server-sent events carries a comment this often, so that dead clients are noticed."""
 
@@ -127,37 +122,19 @@ def _frames(events: Sequence[Event]) -> bytes:
 
 @router.websocket("/events", Right.VIEW)
 async def follow_events(websocket: WebSocket) -> None:
-    """Send events as they happen, one in each text frame; what the client sends is not read."""
+    """Send events as they happen, in a text frame each or in one; what the client sends is not read."""
     plant: Plant = websocket.app.state.plant
     query = websocket.query_params
     offered = websocket.scope.get("subprotocols", ())
-    await websocket.accept(SUBPROTOCOL if SUBPROTOCOL in offered else None)
+    await websocket.accept(next((it for it in SUBPROTOCOLS if it in offered), None))
     try:
         require_known(websocket, ("after", "bodies", "types", "sample"))
         wanted = _addresses(plant, query.get("bodies")), _types(query.get("types"))
         events = plant.events.subscribe(query.get("after"), *wanted, _rate(query.get("sample")))
     except InvalidRequest as error:
-        await websocket.close(CLOSE_INVALID, error.detail.encode()[:MAX_REASON_BYTES].decode(errors="ignore"))
+        await refuse(websocket, error)
         return
-    await _follow(websocket, events)
-
-
-async def _follow(websocket: WebSocket, events: Subscription) -> None:
-    """Send beside a task that listens, or a client that has gone would be noticed only at the next event."""
-    listener = asyncio.create_task(_listen(websocket), name="events listener")
-    sender = asyncio.create_task(_send(websocket, events), name="events sender")
-    try:
-        await asyncio.wait((listener, sender), return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        listener.cancel()
-        sender.cancel()
-        await asyncio.gather(listener, sender, return_exceptions=True)
-
-
-async def _listen(websocket: WebSocket) -> None:
-    message = await websocket.receive()
-    while message["type"] != "websocket.disconnect":
-        message = await websocket.receive()
+    await tell(websocket, _send(websocket, events))
 
 
 async def _send(websocket: WebSocket, events: Subscription) -> None:
@@ -166,8 +143,6 @@ async def _send(websocket: WebSocket, events: Subscription) -> None:
         await websocket.close(CLOSE_GOING_AWAY, "the gateway is shutting down")
     except SlowConsumer as slow:
         await websocket.close(CLOSE_SLOW_CONSUMER, f"slow consumer; go on after {slow.cursor}")
-    except WebSocketDisconnect:
-        return
 
 
 def _addresses(plant: Plant, text: str | None) -> list[str] | None:

@@ -10,6 +10,7 @@ from app import (
     alarming,
     backing_up,
     exits,
+    jogging,
     journal,
     keys,
     leasing,
@@ -21,6 +22,7 @@ from app import (
     serving,
     setting_up,
     stopping,
+    tracing,
     watching,
 )
 
@@ -33,7 +35,7 @@ simulate = typer.Typer(help="Run fake controllers to develop and test against.",
 
 for command in (
     *(serving.serve, setting_up.init, setting_up.check),
-    *(watching.status, watching.watch, watching.scan),
+    *(watching.status, watching.watch, watching.scan, tracing.trace),
     moving.send,
     stopping.stop,
     reloading.reload,
@@ -42,6 +44,7 @@ for command in (
     app.command()(command)
 # Negative numbers look like options: `move 3F relative -500`.
 app.command(context_settings={"ignore_unknown_options": True})(moving.move)
+app.command(context_settings={"ignore_unknown_options": True})(jogging.jog)
 app.add_typer(simulate, name="simulate")
 app.add_typer(journal.journal, name="journal")
 app.add_typer(keys.app, name="keys")

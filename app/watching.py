@@ -118,7 +118,8 @@ def watch(
     try:
         query = {"types": types, "bodies": bodies and _addresses(client, bodies)}
         query["sample"] = None if sample is None else f"{sample:g}"
-        events = _events(client, {name: it for name, it in query.items() if it}, after)
+        wanted = {name: it for name, it in query.items() if it}
+        events = follow(client, "/events/stream", wanted, after)
         for event in islice(events, count):
             typer.echo(json.dumps(event, ensure_ascii=False) if as_json else _line(event))
     except Failure as failure:
@@ -131,15 +132,17 @@ def _addresses(client: Client, words: str) -> str:
     return ",".join(find(client, word.strip()).filter for word in words.split(","))
 
 
-def _events(client: Client, query: dict[str, str], cursor: str | None) -> Iterator[dict[str, Any]]:
-    """All events from a cursor on, over as many connections as it takes; the first one has to be made.
+def follow(
+    client: Client, path: str, query: dict[str, str], cursor: str | None = None
+) -> Iterator[dict[str, Any]]:
+    """All that a stream tells after a cursor, over as many connections as it takes; the first has to be made.
 
     :raises Failure: the gateway is not there, or refuses.
     """
     reached = lost = False
     while True:
         try:
-            for event_cursor, event in _stream(client, query, cursor):
+            for event_cursor, event in _stream(client, path, query, cursor):
                 if event is not None:
                     yield event
                 cursor, reached, lost = event_cursor, True, False
@@ -155,7 +158,7 @@ def _events(client: Client, query: dict[str, str], cursor: str | None) -> Iterat
 
 
 def _stream(
-    client: Client, query: dict[str, str], cursor: str | None
+    client: Client, path: str, query: dict[str, str], cursor: str | None
 ) -> Iterator[tuple[str, dict[str, Any] | None]]:
     """The events of one connection, each with its cursor; first the cursor alone from which on they come.
 
@@ -164,7 +167,7 @@ def _stream(
     headers = {**client.headers(), **({"Last-Event-ID": cursor} if cursor else {})}
     with httpx.stream(
         "GET",
-        f"{client.url}/events/stream",
+        client.url + path,
         params=query,
         headers=headers,
         timeout=httpx.Timeout(ANSWER_S, read=SILENT_S),
@@ -192,14 +195,16 @@ def _lines(pieces: Iterable[str]) -> Iterator[str]:
 
 
 def _server_sent(lines: Iterable[str]) -> Iterator[tuple[str, dict[str, Any] | None]]:
-    """Read server-sent events, and the comment that tells where they begin."""
+    """Read server-sent events, and where those go on that come after a comment, or after an end."""
     cursor = ""
     for line in lines:
         name, _, value = line.partition(": ")
         if name == "" and value.startswith("events after "):
-            yield value.removeprefix("events after "), None
+            cursor = value.removeprefix("events after ")
         elif name == "id":
             cursor = value
+        elif line == "" and cursor:
+            yield cursor, None
         elif name == "data":
             yield cursor, json.loads(value)
 

@@ -9,6 +9,7 @@ import uvloop
 
 from benchmarks import (
     bulk,
+    console,
     crowd,
     dpram_round_trip,
     fan_out,
@@ -40,6 +41,7 @@ class Benchmark(StrEnum):
     FAN_OUT = "fan-out"
     MOVE_COST = "move-cost"
     LIVE_VALUES = "live-values"
+    CONSOLE = "console"
     KEY_COST = "key-cost"
     FULL_LINE = "full-line"
     TLS_CROWD = "tls-crowd"
@@ -57,6 +59,7 @@ RUNS: dict[Benchmark, Callable[[float], Awaitable[list[Figure]]]] = {
     Benchmark.FAN_OUT: fan_out.run,
     Benchmark.MOVE_COST: move_cost.run,
     Benchmark.LIVE_VALUES: live_values.run,
+    Benchmark.CONSOLE: console.run,
     Benchmark.KEY_COST: key_cost.run,
     Benchmark.FULL_LINE: full_line.run,
     Benchmark.TLS_CROWD: tls_crowd.run,

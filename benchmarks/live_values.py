@@ -43,7 +43,7 @@ async def _rounds(seconds: float) -> list[tuple[float, float, float]]:
         process = await stack.enter_async_context(gateway(config, web, apart))
         await asyncio.sleep(SETTLE_S)
         return [
-            (await _percent(process, seconds), *await _watched(process, web, seconds)) for _ in range(ROUNDS)
+            (await percent(process, seconds), *await _watched(process, web, seconds)) for _ in range(ROUNDS)
         ]
 
 
@@ -52,13 +52,14 @@ async def _watched(process: Process, port: int, seconds: float) -> tuple[float, 
     await asyncio.get_running_loop().create_connection(lambda: client, "127.0.0.1", port)
     await client.open.wait()
     before = client.values
-    percent = await _percent(process, seconds)
+    cpu = await percent(process, seconds)
     values = client.values - before
     client.leave()
-    return percent, values / seconds
+    return cpu, values / seconds
 
 
-async def _percent(process: Process, seconds: float) -> float:
+async def percent(process: Process, seconds: float) -> float:
+    """Give the share of a processor that a program takes in the next seconds."""
     begun_s = cpu_s(process)
     await asyncio.sleep(seconds)
     return 100 * (cpu_s(process) - begun_s) / seconds

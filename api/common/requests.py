@@ -10,6 +10,7 @@ from typing import Annotated
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel
 from pydantic_core import to_json
+from starlette.requests import HTTPConnection
 
 from api.common.access import Access
 from api.common.routes import HttpRoute, Router
@@ -53,7 +54,7 @@ def new_router(tag: str, route_class: type[HttpRoute] = StrictRoute) -> Router:
     return Router(tag, route_class)
 
 
-def plant_of(request: Request) -> Plant:
+def plant_of(request: HTTPConnection) -> Plant:
     """The plant that the app serves."""
     plant: Plant = request.app.state.plant
     return plant

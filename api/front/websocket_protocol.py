@@ -20,6 +20,10 @@ _log.setLevel(logging.WARNING)
 
 EVENTS: Final = "motion_gateway.events"
 """The ASGI extension by which an application writes events to a WebSocket: its `outlet`."""
+SINGLY: Final = "cloudevents.json"
+"""The subprotocol of one CloudEvent in each text frame."""
+TOGETHER: Final = "cloudevents-batch.json"
+"""The subprotocol of a JSON array in each text frame: all CloudEvents that are sent at once."""
 
 
 class WebSocketProtocol(WebSocketsSansIOProtocol):
@@ -107,6 +111,8 @@ class WebSocketProtocol(WebSocketsSansIOProtocol):
 
     async def send(self, message: Any) -> None:
         """Send for the application; an answer that refuses the handshake is one to it, too."""
+        if message["type"] == "websocket.accept" and message.get("subprotocol") == TOGETHER:
+            self.writer = _frame_of_all
         await super().send(message)
         if message["type"] == "websocket.http.response.body" and not message.get("more_body", False):
             self.handshake_complete = True
@@ -144,11 +150,15 @@ def _nobody_asks() -> None:
 
 def _frames(events: Sequence[Event]) -> bytes:
     """Write text frames as a server does: whole, and not masked (RFC 6455 5.2)."""
-    return b"".join(map(_frame, events))
+    return b"".join(_frame(event.json) for event in events)
 
 
-def _frame(event: Event) -> bytes:
-    text = event.json.encode()
+def _frame_of_all(events: Sequence[Event]) -> bytes:
+    return _frame(f"[{','.join(event.json for event in events)}]")
+
+
+def _frame(content: str) -> bytes:
+    text = content.encode()
     size = len(text)
     if size < 126:
         head = pack("!BB", 0x81, size)

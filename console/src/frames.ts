@@ -3,7 +3,7 @@
 import type { Schemas } from "./gateway.ts";
 import { language, words } from "./words/index.svelte.ts";
 
-type Info = Schemas["CommandInfo"] | Schemas["FicsCommandInfo"];
+export type Info = Schemas["CommandInfo"] | Schemas["FicsCommandInfo"];
 
 const RORZE_FRAME = /^(>?)&([0-9A-F]{2})(?:@([0-9A-F]{2})|([0-9A-Z][0-9A-Z+*-][0-9A-Z])(.*))/;
 const FICS_FRAME = /^([0-9A-Z]{3})(?: |\\|$)/;
@@ -67,6 +67,10 @@ export class Meanings {
   }
 
   #titled(info: Info | undefined): string {
-    return (language.now === "ja" ? info?.title_ja : info?.title_en) ?? "";
+    return info ? titleOf(info) : "";
   }
+}
+
+export function titleOf(info: Info): string {
+  return language.now === "ja" ? info.title_ja : info.title_en;
 }

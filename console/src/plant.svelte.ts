@@ -15,12 +15,12 @@ import {
   gateway,
 } from "./gateway.ts";
 import { addressOf, leases } from "./leases.svelte.ts";
-import { Live } from "./live.ts";
+import { EVENTS, Live } from "./live.ts";
 
 /** How often what is known is read again where nothing happens. */
 const PERIOD_MS = 2000;
 /** Events that come together are followed by one reading. */
-const SETTLE_MS = 150;
+const SETTLE_MS = 250;
 /** What is older than this is not fresh. */
 const STALE_MS = 5000;
 const KEPT_EVENTS = 1000;
@@ -28,6 +28,17 @@ const PAGE = 1000;
 const PAGES = 10;
 const ENDS = ["succeeded", "failed", "stopped", "lost", "unknown"];
 const MOVES_ENDED = ENDS.flatMap((end) => [`body.move.${end}`, `robot.move.${end}`, `scara.move.${end}`]).join(",");
+
+type Part = "bodies" | "lines" | "groups" | "robots" | "scaras" | "alarms" | "leases";
+const ALL: readonly Part[] = ["bodies", "lines", "groups", "robots", "scaras", "alarms", "leases"];
+const CONCERNED: Record<string, readonly Part[]> = {
+  body: ["bodies", "scaras"],
+  line: ["lines"],
+  group: ["groups"],
+  robot: ["robots"],
+  scara: ["scaras"],
+  alarm: ["alarms"],
+};
 
 class Plant {
   lines = $state.raw<Line[]>([]);
@@ -54,7 +65,17 @@ class Plant {
   #settling: ReturnType<typeof setTimeout> | undefined;
   #knowsEnds = false;
   #reading = false;
-  #again = false;
+  /** What is to be read next. */
+  readonly #wanted = new Set<Part>();
+  readonly #readers: Record<Part, () => Promise<unknown>> = {
+    bodies: async () => (this.bodies = (await gateway.http.GET("/bodies")).data?.bodies ?? []),
+    lines: async () => (this.lines = (await gateway.http.GET("/lines")).data?.lines ?? []),
+    groups: async () => (this.groups = (await gateway.http.GET("/groups")).data?.groups ?? []),
+    robots: async () => (this.robots = (await gateway.http.GET("/robots")).data?.robots ?? []),
+    scaras: async () => (this.scaras = (await gateway.http.GET("/scaras")).data?.scaras ?? []),
+    alarms: () => optional(async () => (this.alarms = await standingAlarms())),
+    leases: () => optional(() => leases.read()),
+  };
 
   /** Whether what is shown is what is known now. */
   readonly fresh = $derived(this.streaming && this.now - this.heardAt < STALE_MS);
@@ -64,7 +85,8 @@ class Plant {
     setInterval(() => (this.now = Date.now()), 500);
     setInterval(() => this.readSoon(), PERIOD_MS);
     void this.read();
-    new Live({
+    new Live<Event[]>({
+      ...EVENTS,
       query: () => this.identity && { ...this.mine(), ...(this.#cursor && { after: this.#cursor }) },
       opened: () => {
         this.streaming = true;
@@ -72,7 +94,7 @@ class Plant {
         void this.read();
       },
       closed: () => (this.streaming = false),
-      event: (event) => this.#take(event),
+      told: (events) => this.#take(events),
     });
   }
 
@@ -102,15 +124,17 @@ class Plant {
     return this.lines.find((line) => line.line_id === id);
   }
 
-  readSoon(): void {
+  /** Read again, with whatever else is asked for until then. */
+  readSoon(parts: readonly Part[] = ALL): void {
+    for (const part of parts) this.#wanted.add(part);
     this.#settling ??= setTimeout(() => {
       this.#settling = undefined;
-      void this.read();
+      void this.read([]);
     }, SETTLE_MS);
   }
 
-  async read(): Promise<void> {
-    this.#again = this.#reading;
+  async read(parts: readonly Part[] = ALL): Promise<void> {
+    for (const part of parts) this.#wanted.add(part);
     if (this.#reading) return;
     this.#reading = true;
     try {
@@ -120,27 +144,15 @@ class Plant {
       if (error instanceof Refused && error.status === 401) this.signedOut = true;
     } finally {
       this.#reading = false;
-      if (this.#again) this.readSoon();
+      if (this.#wanted.size > 0) this.readSoon([]);
     }
   }
 
   async #read(): Promise<void> {
-    const { http } = gateway;
-    this.identity ??= (await http.GET("/system/identity")).data;
-    const [bodies, lines, groups, robots, scaras] = await Promise.all([
-      http.GET("/bodies"),
-      http.GET("/lines"),
-      http.GET("/groups"),
-      http.GET("/robots"),
-      http.GET("/scaras"),
-    ]);
-    this.bodies = bodies.data?.bodies ?? [];
-    this.lines = lines.data?.lines ?? [];
-    this.groups = groups.data?.groups ?? [];
-    this.robots = robots.data?.robots ?? [];
-    this.scaras = scaras.data?.scaras ?? [];
-    this.alarms = await optional(async () => (await http.GET("/alarms", { params: { query: { standing: true } } })).data?.alarms);
-    await optional(() => leases.read());
+    this.identity ??= (await gateway.http.GET("/system/identity")).data;
+    const parts = [...this.#wanted];
+    this.#wanted.clear();
+    await Promise.all(parts.map((part) => this.#readers[part]()));
     this.now = this.heardAt = Date.now();
     await this.#readMoves();
     if (!this.#knowsEnds) await this.#readEnds();
@@ -182,13 +194,15 @@ class Plant {
     }
   }
 
-  #take(event: Event): void {
+  #take(events: Event[]): void {
     this.now = this.heardAt = this.eventAt = Date.now();
-    this.#cursor = event.cursor;
-    this.events = [event, ...this.events].slice(0, KEPT_EVENTS);
-    this.#note(moveOf(event));
-    if (event.type === "stream.gap") this.moves = {};
-    this.readSoon();
+    this.events = [...events.toReversed(), ...this.events].slice(0, KEPT_EVENTS);
+    for (const event of events) {
+      this.#cursor = event.cursor;
+      this.#note(moveOf(event));
+      if (event.type === "stream.gap") this.moves = {};
+      this.readSoon(concernedBy(event.type));
+    }
   }
 
   #note(move: AnyMove | undefined): void {
@@ -197,6 +211,16 @@ class Plant {
     if (known && known.created_at > move.created_at) return;
     this.moves = { ...this.moves, [move.body_id]: move };
   }
+}
+
+/** What an event may have changed. */
+function concernedBy(type: string): readonly Part[] {
+  const [family = "", what] = type.split(".");
+  return what === "lease" ? ["leases"] : (CONCERNED[family] ?? ALL);
+}
+
+async function standingAlarms(): Promise<Schemas["Alarm"][] | undefined> {
+  return (await gateway.http.GET("/alarms", { params: { query: { standing: true } } })).data?.alarms;
 }
 
 /** Read what an older gateway does not have. */

@@ -1,7 +1,7 @@
 /** Live positions: the newest of each motor, and those of the last 20 s. */
 
 import { type Event, gateway } from "./gateway.ts";
-import { Live } from "./live.ts";
+import { EVENTS, Live } from "./live.ts";
 import { plant } from "./plant.svelte.ts";
 import { every } from "./reading.ts";
 
@@ -43,7 +43,8 @@ class Samples {
 
   #listen(rate: number, one?: string): () => void {
     let end = () => live.end();
-    const live = new Live({
+    const live = new Live<Event[]>({
+      ...EVENTS,
       query: () => plant.identity && this.#query(rate, one),
       opened: () => undefined,
       closed: (invalid) => {
@@ -52,7 +53,7 @@ class Samples {
         live.end();
         end = this.#poll(one);
       },
-      event: (event) => this.#take(event, one),
+      told: (events) => events.forEach((event) => this.#take(event, one)),
     });
     return () => end();
   }

@@ -30,7 +30,9 @@ function plain(value: unknown): string {
 
 function saidByMove(move: AnyMove): string {
   const { moveKinds } = words();
-  const way = ("scara_id" in move ? [move.start, move.target] : [move.start_position, move.target_position]).map(placed).join(" → ");
+  const places = "scara_id" in move ? [move.start, move.target] : [move.start_position, move.target_position];
+  const isKnown = places.some((place) => place !== null && place !== undefined);
+  const way = isKnown ? places.map(placed).join(" → ") + (places.some(Number.isFinite) ? " pulse" : "") : "";
   const end = move.end_cause && move.end_cause !== "normal" ? move.end_cause : "";
   return [named(moveKinds, move.kind), way, end, move.error?.detail].filter(Boolean).join(", ");
 }

@@ -51,31 +51,36 @@ async def newest(
     require(plant, Right.VIEW, line_id)
     recorder = plant.recorders[line_id]
     records = recorder.records(since)
-    return await asyncio.to_thread(lambda: _formatted(list(passing.pass_on(records))[-limit:]))
+    return await asyncio.to_thread(_passed, passing, records, limit)
 
 
-def follow(plant: Plant, line_id: str, passing: TraceFilter, after: int | None) -> AsyncIterator[News | None]:
-    """Tell records as they come, until the gateway ends; None where there was nothing to tell for a while."""
+def follow(
+    plant: Plant, line_id: str, passing: TraceFilter, after: int | None, last: int = 0
+) -> AsyncIterator[News | None]:
+    """Tell records as they come, until the gateway ends; None where there was nothing to tell for a while.
+
+    They begin after a number, or with the `last` that pass now.
+    """
     require(plant, Right.VIEW, line_id)
-    return _news(plant, line_id, passing, after)
+    return _news(plant, line_id, passing, after, last)
 
 
 async def _news(
-    plant: Plant, line_id: str, passing: TraceFilter, after: int | None
+    plant: Plant, line_id: str, passing: TraceFilter, after: int | None, last: int
 ) -> AsyncIterator[News | None]:
     recorder = plant.recorders[line_id]
     number = recorder.recorded if after is None else min(after, recorder.recorded)
+    if after is None and last:
+        records = recorder.records()
+        yield News(number, await asyncio.to_thread(_passed, passing, records, last), 0)
     while not plant.events.closed:
         first, records = recorder.after(number)
         missed, number = first - 1 - number, first - 1 + len(records)
-        passed = list(passing.pass_on(records))
-        if passed or missed:
-            yield News(number, await asyncio.to_thread(_formatted, passed), missed)
-        else:
-            yield None
+        entries = await asyncio.to_thread(_passed, passing, records, len(records)) if records else []
+        yield News(number, entries, missed) if entries or missed else None
         await asyncio.sleep(LOOK_S)
 
 
-def _formatted(records: Sequence[Record]) -> list[TraceEntry]:
-    """Format records; that takes microseconds a record, and no stop may wait for thousands."""
-    return list(map(TraceEntry.of, records))
+def _passed(passing: TraceFilter, records: Sequence[Record], last: int) -> list[TraceEntry]:
+    """Format records that pass; that takes microseconds a record, and no stop may wait for thousands."""
+    return list(map(TraceEntry.of, list(passing.pass_on(records))[-last:])) if last else []

@@ -63,7 +63,7 @@ class Application:
     async def _follow(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send events, which nobody may read, until the client has left."""
         await receive()
-        await send({"type": "websocket.accept"})
+        await send({"type": "websocket.accept", "subprotocol": next(iter(scope["subprotocols"]), None)})
         self.begun.append("websocket")
         sender = asyncio.create_task(self._flood(send)) if self.go.is_set() else None
         if self.hub is not None:

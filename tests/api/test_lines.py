@@ -8,7 +8,7 @@ from gateway.operations import traces
 from gateway.plant import Plant
 from tests.api.bodies.test_moves import refused
 from tests.api.robots.cell import UNIT, Cell, in_cell
-from tests.api.stand import BODIES, Stand, on_stand
+from tests.api.stand import BODIES, Stand, on_stand, socket
 
 
 @on_stand({"arm": BODIES, "rail": [{"id": "10"}]})
@@ -120,6 +120,39 @@ async def test_the_stream_of_a_trace_resumes_and_tells_what_was_missed(stand: St
     assert r'"data":"&3F6PD\\r"' in answer.text
     assert (await stand.get("/lines/arm/trace/stream", **{"last-event-id": "x"})).status_code == 422
     assert (await stand.get("/lines/leg/trace/stream")).status_code == 404
+
+
+@on_stand()
+async def test_a_trace_is_followed_by_a_socket_from_the_last_records_on(stand: Stand) -> None:
+    mine = {"x-request-id": "job-17"}
+    for _ in range(3):
+        await stand.get("/bodies/3F/inputs", **mine)
+    async with socket(stand, "/lines/arm/trace/stream?bodies=3F&request_id=job-17&last=2") as client:
+        await client.message()
+        before = await client.event()
+        await stand.get("/bodies/3F/inputs")
+        await stand.get("/bodies/3F/outputs", **mine)
+        news = await client.event()
+    assert [it["data"] for it in before["entries"]] == ["&3FCID\\r", ">&3FCIDH0000\\r"]
+    assert (news["entries"][0]["data"], news["missed"]) == ("&3FCOD\\r", 0)
+    async with socket(stand, f"/lines/arm/trace/stream?request_id=job-17&after={before['number']}") as client:
+        await client.message()
+        assert (await client.event())["entries"][0] == news["entries"][0]
+
+
+@on_stand()
+async def test_a_socket_that_asks_for_a_trace_oddly_is_closed_with_a_reason(stand: Stand) -> None:
+    for target in (
+        "arm/trace/stream?last=x",
+        "arm/trace/stream?bodies=77",
+        "arm/trace/stream?lost=1",
+        "leg/trace/stream",
+    ):
+        async with socket(stand, f"/lines/{target}") as client:
+            await client.message()
+            closed = await client.message()
+        assert (closed["type"], closed["code"]) == ("websocket.close", 4400)
+        assert closed["reason"]
 
 
 @on_stand()

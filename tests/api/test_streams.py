@@ -63,6 +63,8 @@ async def test_the_subprotocol_is_spoken_when_it_is_offered(stand: Stand) -> Non
         assert (await client.message())["subprotocol"] == "cloudevents.json"
     async with socket(stand, "/events", ["other"]) as client:
         assert (await client.message())["subprotocol"] is None
+    async with socket(stand, "/events", ["cloudevents.json", "cloudevents-batch.json"]) as client:
+        assert (await client.message())["subprotocol"] == "cloudevents-batch.json"
 
 
 @on_stand()

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.console import CHROMIUM
 from benchmarks.figures import Figure, Target, table
 from benchmarks.http_client import is_complete
 
@@ -58,6 +59,11 @@ ROW = re.compile(r"(?P<name>.+?)  .*(ratio|figure) (>=|<=) \S+ +(reached|MISSED)
         ),
         ("move-cost", ["move: processor time", "memory after moves"]),
         ("live-values", [f"120 bodies watched: {what}" for what in ("a processor", "values")]),
+        pytest.param(
+            "console",
+            [f"console of 120 bodies: {what}" for what in ("a processor", "frames", "its memory")],
+            marks=pytest.mark.skipif(not CHROMIUM, reason="make test installs Chromium"),
+        ),
         ("key-cost", ["read with a checked key: processor"]),
         ("tls-crowd", ["stop among 200 readers and 100 subscribers over TLS: p99"]),
     ],

@@ -257,6 +257,44 @@ def test_the_wire_of_one_body_and_one_request_is_told_apart(plant: Plant, open_c
         assert "http 127.0.0.1" in told
 
 
+def test_a_command_is_sent_by_hand_with_its_effect_and_right_beside_it(
+    plant: Plant, open_console: Open
+) -> None:
+    console = open_console(plant.url, "#/wire/line1")
+    form = console.page.locator("details", has_text="Send a command")
+    form.locator("summary").click()
+    form.get_by_role("combobox", name="To", exact=True).select_option("line1.00")
+    form.get_by_role("combobox", name="Command", exact=True).select_option("set-homing-retries")
+    expect(form).to_contain_text("Changes a setting · takes the right to set up")
+    expect(form).to_contain_text("retries is missing.")
+    form.get_by_label("retries", exact=True).fill("5")
+    form.get_by_role("button", name="Copy as curl: Send").click()
+    said = shlex.split(console.page.evaluate("navigator.clipboard.readText()"))
+    assert said[-1] == '{"retries":5}'
+    form.get_by_role("button", name="Send", exact=True).click()
+    console.shows("Send: done.")
+    told = plant.gateway.command("00", "get-homing-retries")
+    assert told["retries"] == 5
+    form.get_by_role("combobox", name="Command", exact=True).select_option("get-homing-retries")
+    form.get_by_role("button", name="Send", exact=True).click()
+    expect(form.get_by_label("Answer")).to_contain_text('"retries": 5')
+
+
+def test_the_wire_stands_still_while_it_is_read_and_goes_on_with_what_came(
+    plant: Plant, open_console: Open
+) -> None:
+    console = open_console(plant.url, "#/wire/line1")
+    console.page.get_by_label("Contains").fill("009VD1")
+    rows = console.page.locator("tbody tr")
+    before = rows.count()
+    console.button("Pause").click()
+    plant.gateway.command("00", "get-information", comment_number=1)
+    console.page.wait_for_timeout(500)  # it stands still, however long that is
+    assert rows.count() == before
+    console.button("Follow").click()
+    expect(rows).not_to_have_count(before)
+
+
 def test_an_alarm_has_its_remedy_beside_it(plant: Plant, open_console: Open) -> None:
     console = open_console(plant.url, "#/events")
     plant.line.tell("POST", "/bodies/00/brown-outs", for_s=0.05)

@@ -18,6 +18,7 @@ from tests.e2e.processes import (
     SimulatedRobot,
     gateway_at,
     simulated_line,
+    until,
     write_config,
 )
 from tests.open_access import OPEN
@@ -128,6 +129,24 @@ def test_move_status_and_stop_in_few_words(gateway: Gateway, line: SimulatedLine
     said = run("stop", url=gateway.url)
     assert said.returncode == 0, said.stderr
     assert "line1.3F  confirmed" in said.stdout
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "state"),
+    [(signal.SIGINT, 0, "ended"), (signal.SIGTERM, 0, "ended"), (signal.SIGKILL, -9, "lost")],
+)
+def test_a_jog_lasts_as_long_as_the_program(
+    gateway: Gateway, tmp_path: Path, number: signal.Signals, code: int, state: str
+) -> None:
+    begin = gateway.get("/events?limit=1000")["cursor"]
+    program = Program(tmp_path / "jog.log", "jog", "3F", "+", "--url", gateway.url)
+    program.said("It jogs; Ctrl-C stops it.")
+    assert gateway.get("/bodies/3F/status")["moving"]
+    program.signal(number)
+    assert program.ended() == code
+    until(lambda: not gateway.get("/bodies/3F/status")["moving"], "it stands still")
+    told = gateway.get(f"/events?after={begin}&types=body.jog.{state}")
+    assert len(told["events"]) == 1
 
 
 def test_watch_begins_after_a_cursor_and_shows_what_is_asked_for(gateway: Gateway) -> None:

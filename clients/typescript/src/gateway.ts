@@ -101,7 +101,7 @@ export class Gateway {
     });
   }
 
-  /** Send a single command of the controller's table, as GET /commands lists them. */
+  /** Send a single command of the controller's table, as GET /commands lists them; to a link master by `/lines/ID`. */
   async command(address: string, name: string, parameters: Record<string, unknown> = {}): Promise<unknown> {
     return this.#post(`${pathOf(address)}/commands/${name}`, parameters);
   }
@@ -344,8 +344,9 @@ export class Gateway {
   }
 }
 
-/** Where something stands: a body 3F or arm.3F, a group 80, a robot r1, or a unit r1/units/1. */
+/** Where something stands: a body 3F or arm.3F, a group 80, a robot r1, a unit r1/units/1, or a path such as /lines/arm. */
 export function pathOf(address: string): string {
+  if (address.startsWith("/")) return address;
   if (address.includes("/")) return `/robots/${address.split("/").map(encodeURIComponent).join("/")}`;
   const number = /^(?:.*\.)?([0-9][0-9A-Fa-f])$/.exec(address)?.[1];
   if (number === undefined) return `/robots/${encodeURIComponent(address)}`;

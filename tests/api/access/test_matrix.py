@@ -150,6 +150,7 @@ POST      /lines/{line_id}/scans                         setup    line
 GET       /lines/{line_id}/scans/{scan_id}               view     line
 GET       /lines/{line_id}/trace                         view     line
 GET       /lines/{line_id}/trace/stream                  view     line
+WEBSOCKET /lines/{line_id}/trace/stream                  view     line
 GET       /lines/{line_id}/positions                     view     line
 GET       /lines/{line_id}/statuses                      view     line
 GET       /robots                                        view     any

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
+from api.common.sockets import CLOSE_INVALID
 from api.common.strict_json import StrictRoute
 from api.front.stop_paths import is_stop
-from api.streams import CLOSE_INVALID
 from tests.api.stand import RELATIVE, Stand, on_stand, socket
 
 

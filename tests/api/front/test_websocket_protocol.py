@@ -194,6 +194,15 @@ async def test_each_event_is_a_text_frame_whatever_its_length(front: Front) -> N
 
 
 @on_front()
+async def test_all_events_that_are_sent_at_once_are_one_text_frame_for_who_asks_for_it(front: Front) -> None:
+    front.app.hub = hub = EventHub()
+    client = await opened(front, b"sec-websocket-protocol: cloudevents-batch.json\r\n")
+    written = [hub.publish("line.up", "/lines/a", {"x": "あ" * size}) for size in (0, 50, 30_000)]
+    [text] = await texts(client, 1)
+    assert json.loads(text) == [json.loads(it.json) for it in written]
+
+
+@on_front()
 async def test_who_reads_again_is_sent_what_has_come_since(front: Front) -> None:
     front.app.hub = hub = EventHub()
     client = await opened(front)

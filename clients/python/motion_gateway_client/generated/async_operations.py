@@ -11,6 +11,8 @@ from motion_gateway_client.generated.types import (
     Audit,
     AxisPulses,
     Backup,
+    BackupComparison,
+    BodyComparisonRequest,
     BodyErrorOutputs,
     BodyInfo,
     BodyInputs,
@@ -58,6 +60,7 @@ from motion_gateway_client.generated.types import (
     LeaseList,
     LeaseRequest,
     Length,
+    LineComparisonRequest,
     LineInfo,
     LineList,
     LinePositions,
@@ -91,6 +94,7 @@ from motion_gateway_client.generated.types import (
     PositionLabel,
     PositionMoveRequest,
     PositionName,
+    PositionReading,
     PositionsToStore,
     PositionTable,
     PositionUpload,
@@ -110,6 +114,7 @@ from motion_gateway_client.generated.types import (
     Restore,
     RestorePlan,
     RobotAbsoluteMoveRequest,
+    RobotComparisonRequest,
     RobotErrors,
     RobotHomeRequest,
     RobotInfo,
@@ -1096,6 +1101,53 @@ class AsyncOperations(Protocol):
         )
         return answer
 
+    async def compare_body(
+        self,
+        body_id: str,
+        body: BodyComparisonRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> BackupComparison:
+        """Begin to tell what a restore would write and what differs; the record at `Location` has it in the end.
+
+        Nothing is written but the gateway's own mark. `POST .../restores` with `dry_run` is the same in one
+        request, which takes two minutes at 9600 baud.
+        """
+        answer: BackupComparison = await self.call(
+            "POST",
+            filled("/bodies/{body_id}/comparisons", body_id=body_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def get_body_comparison(
+        self, body_id: str, comparison_id: str, *, wait: float | None = None
+    ) -> BackupComparison:
+        """Get a comparison, at once or when it is over; `current` is the one under way, or the last."""
+        answer: BackupComparison = await self.call(
+            "GET",
+            filled(
+                "/bodies/{body_id}/comparisons/{comparison_id}", body_id=body_id, comparison_id=comparison_id
+            ),
+            query={"wait": wait},
+        )
+        return answer
+
+    async def cancel_body_comparison(
+        self, body_id: str, *, idempotency_key: str | None = None
+    ) -> BackupComparison:
+        """Read no more."""
+        answer: BackupComparison = await self.call(
+            "DELETE",
+            filled("/bodies/{body_id}/comparisons/current", body_id=body_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
     async def get_line_backup(self, line_id: str, *, bodies: str | None = None) -> str:
         """Read all that the bodies of a line keep, as one text. It takes two minutes a body at 9600 baud.
 
@@ -1183,6 +1235,49 @@ class AsyncOperations(Protocol):
         )
         return answer
 
+    async def compare_line(
+        self,
+        line_id: str,
+        body: LineComparisonRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> BackupComparison:
+        """Begin to tell what a restore of a line's bodies would write and what differs, one after the other."""
+        answer: BackupComparison = await self.call(
+            "POST",
+            filled("/lines/{line_id}/comparisons", line_id=line_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def get_line_comparison(
+        self, line_id: str, comparison_id: str, *, wait: float | None = None
+    ) -> BackupComparison:
+        """Get a comparison, at once or when it is over; `current` is the one under way, or the last."""
+        answer: BackupComparison = await self.call(
+            "GET",
+            filled(
+                "/lines/{line_id}/comparisons/{comparison_id}", line_id=line_id, comparison_id=comparison_id
+            ),
+            query={"wait": wait},
+        )
+        return answer
+
+    async def cancel_line_comparison(
+        self, line_id: str, *, idempotency_key: str | None = None
+    ) -> BackupComparison:
+        """Read no more."""
+        answer: BackupComparison = await self.call(
+            "DELETE",
+            filled("/lines/{line_id}/comparisons/current", line_id=line_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
     async def get_robot_backup(self, robot_id: str) -> str:
         """Read what a robot tells of what it keeps: variables, and of each unit settings and positions."""
         answer: str = await self.call("GET", filled("/robots/{robot_id}/backup", robot_id=robot_id))
@@ -1258,6 +1353,51 @@ class AsyncOperations(Protocol):
         answer: Restore = await self.call(
             "DELETE",
             filled("/robots/{robot_id}/restores/current", robot_id=robot_id),
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def compare_robot(
+        self,
+        robot_id: str,
+        body: RobotComparisonRequest,
+        /,
+        *,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> BackupComparison:
+        """Begin to tell what a restore of a robot would write and what differs."""
+        answer: BackupComparison = await self.call(
+            "POST",
+            filled("/robots/{robot_id}/comparisons", robot_id=robot_id),
+            query={"wait": wait},
+            body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def get_robot_comparison(
+        self, robot_id: str, comparison_id: str, *, wait: float | None = None
+    ) -> BackupComparison:
+        """Get a comparison, at once or when it is over; `current` is the one under way, or the last."""
+        answer: BackupComparison = await self.call(
+            "GET",
+            filled(
+                "/robots/{robot_id}/comparisons/{comparison_id}",
+                robot_id=robot_id,
+                comparison_id=comparison_id,
+            ),
+            query={"wait": wait},
+        )
+        return answer
+
+    async def cancel_robot_comparison(
+        self, robot_id: str, *, idempotency_key: str | None = None
+    ) -> BackupComparison:
+        """Read no more."""
+        answer: BackupComparison = await self.call(
+            "DELETE",
+            filled("/robots/{robot_id}/comparisons/current", robot_id=robot_id),
             idempotency_key=idempotency_key,
         )
         return answer
@@ -1546,7 +1686,10 @@ class AsyncOperations(Protocol):
     async def list_body_positions(
         self, body_id: str, *, first: int | None = None, last: int | None = None
     ) -> BodyPositions:
-        """Read stored positions (3ND), each in a frame of its own: all 2048 take 90 s at 9600 baud."""
+        """Read stored positions (3ND), each in a frame of its own: all 2048 take 90 s at 9600 baud.
+
+        `POST .../positions/readings` answers at once.
+        """
         answer: BodyPositions = await self.call(
             "GET",
             filled("/bodies/{body_id}/positions", body_id=body_id),
@@ -1573,6 +1716,48 @@ class AsyncOperations(Protocol):
             filled("/bodies/{body_id}/positions", body_id=body_id),
             query={"first": first, "last": last},
             body=body,
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def read_body_positions(
+        self,
+        body_id: str,
+        *,
+        first: int | None = None,
+        last: int | None = None,
+        wait: float | None = None,
+        idempotency_key: str | None = None,
+    ) -> PositionReading:
+        """Begin to read stored positions; the record at `Location` has them in the end."""
+        answer: PositionReading = await self.call(
+            "POST",
+            filled("/bodies/{body_id}/positions/readings", body_id=body_id),
+            query={"first": first, "last": last, "wait": wait},
+            idempotency_key=idempotency_key,
+        )
+        return answer
+
+    async def get_body_position_reading(
+        self, body_id: str, reading_id: str, *, wait: float | None = None
+    ) -> PositionReading:
+        """Get a reading of positions, at once or when it is over; `current` is the one under way, or the last."""
+        answer: PositionReading = await self.call(
+            "GET",
+            filled(
+                "/bodies/{body_id}/positions/readings/{reading_id}", body_id=body_id, reading_id=reading_id
+            ),
+            query={"wait": wait},
+        )
+        return answer
+
+    async def cancel_body_position_reading(
+        self, body_id: str, *, idempotency_key: str | None = None
+    ) -> PositionReading:
+        """Read no more."""
+        answer: PositionReading = await self.call(
+            "DELETE",
+            filled("/bodies/{body_id}/positions/readings/current", body_id=body_id),
             idempotency_key=idempotency_key,
         )
         return answer

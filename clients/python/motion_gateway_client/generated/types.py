@@ -1861,6 +1861,10 @@ class CommandInfo(TypedDict):
     usage: list[str]
     """How the parameters are written on the line."""
     starts_motion: bool
+    effect: Effect
+    """What it does, by which the right follows."""
+    right: Right
+    """What sending it takes."""
     retry: Retry
     """What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
     example: list[str]
@@ -2352,6 +2356,10 @@ class FicsCommandInfo(TypedDict):
     usage: list[str]
     """How the parameters are written on the line."""
     starts_motion: bool
+    effect: Effect
+    """What it does, by which the right follows."""
+    right: Right
+    """What sending it takes."""
     retry: Retry
     """What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice."""
     example: list[str]
@@ -6717,6 +6725,9 @@ Block: TypeAlias = Literal["a", "b", "c", "d"]
 
 
 DetailKind: TypeAlias = Literal["none", "emergency", "driver", "connection", "timeout", "fics", "unreadable"]
+
+
+Effect: TypeAlias = Literal["read", "setting", "motion", "stop", "maintenance"]
 
 
 JsonValue: TypeAlias = Any

@@ -7808,6 +7808,10 @@ export interface components {
             usage: string[];
             /** Starts Motion */
             starts_motion: boolean;
+            /** @description What it does, by which the right follows. */
+            effect: components["schemas"]["Effect"];
+            /** @description What sending it takes. */
+            right: components["schemas"]["Right"];
             /** @description What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice. */
             retry: components["schemas"]["Retry"];
             /**
@@ -8180,6 +8184,12 @@ export interface components {
             unit: "mm" | "um";
         };
         /**
+         * Effect
+         * @description What a command does: who may send it, and which way it goes, is decided by this alone.
+         * @enum {string}
+         */
+        Effect: "read" | "setting" | "motion" | "stop" | "maintenance";
+        /**
          * Encoder
          * @description The encoder of a body, and its set-up.
          */
@@ -8481,6 +8491,10 @@ export interface components {
             usage: string[];
             /** Starts Motion */
             starts_motion: boolean;
+            /** @description What it does, by which the right follows. */
+            effect: components["schemas"]["Effect"];
+            /** @description What sending it takes. */
+            right: components["schemas"]["Right"];
             /** @description What repeating it without a reply would do. The gateway repeats only `read` and software stops. `setting`: read back, and repeat what differs; `conditional`: look first, for it may hide an alarm, wear the flash memory or move; `never`: it is done twice. */
             retry: components["schemas"]["Retry"];
             /**

@@ -1,0 +1,99 @@
+"""What it costs the gateway and a browser to show 120 bodies in the console, each five times a second."""
+
+import asyncio
+import shutil
+from asyncio.subprocess import Process
+from contextlib import AsyncExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from playwright.async_api import Browser, Page, async_playwright
+
+from benchmarks.figures import Figure, Target
+from benchmarks.http_read import write_config
+from benchmarks.live_values import BODIES, GROUPS, SETTLE_S, percent
+from benchmarks.processes import free_port, gateway, set_apart, simulated_line
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+ROUNDS = 3
+LOADS_S = 2.0
+"""The page has read all that it shows once."""
+LINE = "reply_timeout_s = 3.0\n"
+"""The simulator shares its processor with the browser."""
+Watched = tuple[float, float, float]
+"""Percent of a processor, frames a second and MiB."""
+FRAMES = """(seconds) => new Promise((done) => {
+  let frames = 0;
+  const begun = performance.now();
+  const count = (now) => {
+    if (now - begun >= seconds * 1000) return done((1000 * frames) / (now - begun));
+    frames += 1;
+    requestAnimationFrame(count);
+  };
+  requestAnimationFrame(count);
+})"""
+
+
+async def run(seconds: float) -> list[Figure]:
+    """Look at an empty page and at the console, in turn."""
+    share = seconds / ROUNDS / 2
+    rounds = await _rounds(share)
+    empty, shown = zip(*rounds, strict=True)
+    (idle, bare_frames, bare_mib), (cpu, frames, mib) = (zip(*it, strict=True) for it in (empty, shown))
+    return [
+        Figure("console of 120 bodies: a processor", "%", cpu, idle, Target("figure", "<=", 10.0)),
+        Figure("console of 120 bodies: frames", "a s", frames, bare_frames, Target("ratio", ">=", 0.95)),
+        Figure("console of 120 bodies: its memory", "MiB", mib, bare_mib, Target("figure", "<=", 150.0)),
+    ]
+
+
+async def _rounds(seconds: float) -> list[tuple[Watched, Watched]]:
+    line, web = free_port(), free_port()
+    async with AsyncExitStack() as stack:
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        browser = await _browser(stack)
+        apart = stack.enter_context(set_apart())
+        await stack.enter_async_context(simulated_line(BODIES, "--listen", f"tcp://127.0.0.1:{line}"))
+        config = write_config(folder, web, line, BODIES)
+        config.write_text(
+            config.read_text().replace("[[lines.bodies]]", f"{LINE}{GROUPS}[[lines.bodies]]", 1)
+        )
+        process = await stack.enter_async_context(gateway(config, web, apart))
+        await asyncio.sleep(SETTLE_S)
+        return [await _round(browser, process, f"http://127.0.0.1:{web}/", seconds) for _ in range(ROUNDS)]
+
+
+async def _browser(stack: AsyncExitStack) -> Browser:
+    playwright = await stack.enter_async_context(async_playwright())
+    browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    stack.push_async_callback(browser.close)
+    return browser
+
+
+async def _round(browser: Browser, process: Process, url: str, seconds: float) -> tuple[Watched, Watched]:
+    page = await browser.new_page(viewport={"width": 1280, "height": 900})
+    empty = await _watched(browser, page, process, seconds)
+    await page.goto(url)
+    await page.locator("a.tile").nth(len(BODIES) - 1).wait_for()
+    await asyncio.sleep(LOADS_S)
+    shown = await _watched(browser, page, process, seconds)
+    await page.close()
+    return empty, shown
+
+
+async def _watched(browser: Browser, page: Page, process: Process, seconds: float) -> Watched:
+    cpu, frames = await asyncio.gather(percent(process, seconds), page.evaluate(FRAMES, seconds))
+    return cpu, frames, await _memory_mib(browser)
+
+
+async def _memory_mib(browser: Browser) -> float:
+    """Memory of the pages' largest process; what it shares with others is divided among them."""
+    session = await browser.new_browser_cdp_session()
+    told = await session.send("SystemInfo.getProcessInfo")
+    pages = [it["id"] for it in told["processInfo"] if it["type"] == "renderer"]
+    return max(_proportional_kib(page) for page in pages) / 1024
+
+
+def _proportional_kib(process_id: int) -> int:
+    lines = Path(f"/proc/{process_id}/smaps_rollup").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("Pss:"))
