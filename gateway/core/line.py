@@ -47,7 +47,7 @@ W = TypeVar("W")
 class Reader(Protocol[W_co]):
     """Cuts what comes into frames."""
 
-    def feed(self, data: bytes, /) -> Iterable[W_co | Garbage]:
+    def feed(self, data: bytes, /) -> Iterable[W_co]:
         """Take bytes, give the frames that are complete now."""
 
     def pending(self) -> int:
@@ -314,7 +314,11 @@ class LineDriver(PortLoop, Generic[X, W, F]):
     """A port with its session: what is asked waits there for its turn, and not for longer than it may."""
 
     def __init__(
-        self, line_id: str, transport: Transport, session: Session[X, F], reader: Callable[[], Reader[W]]
+        self,
+        line_id: str,
+        transport: Transport,
+        session: Session[X, F],
+        reader: Callable[[], Reader[W | Garbage]],
     ) -> None:
         super().__init__(line_id, transport, session.counters)
         self._session = session
