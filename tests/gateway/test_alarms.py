@@ -248,6 +248,7 @@ NEEDS_NOBODY: Final = {
     "robot": {
         *("online", "unreadable", "stop.refused", "errors.reset", "speeds.restored", "unit.changed"),
         *("power_cycle.acknowledged", "position", "left_moving", "input.changed"),
+        *("status.changed", "sensor.changed"),
     },
 }
 """Good news; what is settled already, or told to those who asked; and what another alarm tells as well."""
@@ -257,6 +258,8 @@ ENDS_WELL: Final = {
     "jog": {"started", "stopping", "ended", "lost", "stopped"},
     "lease": {"taken", "released", "expired", "taken_over", "broken"},
     "backup": {"started", "progress", "succeeded", "failed", "cancelled"},
+    "comparison": {"started", "progress", "succeeded", "failed", "cancelled"},
+    "position_reading": {"started", "progress", "succeeded", "failed", "cancelled"},
     "restore": {"started", "progress", "verified", "cancelled"},
     "upload": {"started", "progress", "succeeded", "cancelled"},
 }

@@ -28,6 +28,7 @@ ME = Origin("test", "r-1")
 FAR = MoveClockwise(distance=50_000)
 ASKS_ITSELF = {
     "alarms.reset",  # on what the alarm is about
+    "backups.compare",  # on what the backup is for
     "backups.plan",  # on what the restore is for
     "backups.read",  # on what is read
     "backups.start",
