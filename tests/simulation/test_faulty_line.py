@@ -88,7 +88,12 @@ class InOrder(Faults):
         if direction is Direction.REPLIES and self._for_each_body:
             queue += frame[:4]
         earliest_s, latest_s = self._free_at[queue] - now, LATEST_S
-        held = [replace(it, delay_s=max(min(it.delay_s, latest_s), earliest_s)) for it in flights]
+        held = [
+            it
+            if earliest_s <= it.delay_s <= latest_s
+            else replace(it, delay_s=max(min(it.delay_s, latest_s), earliest_s))
+            for it in flights
+        ]
         self._free_at[queue] = max([self._free_at[queue], *(now + it.delay_s for it in held)])
         if direction is Direction.REQUESTS:
             self._note_parts(held)
