@@ -7,7 +7,7 @@ which other bodies are heard. The simulator's truth is the judge; a seed that fa
 
 import asyncio
 from collections import Counter, defaultdict, deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from random import Random
 from typing import Any
@@ -260,19 +260,20 @@ class Simulation:
 
     def _any_command(self) -> RorzeCommand[Any]:
         dice = self._dice
-        entry = PositionReference(position=dice.randrange(4))
-        return dice.choice(
-            (
-                GetPosition(),
-                GetControllerStatus(bit=dice.choice((None, 0, 1))),
-                GetEndCause(),
-                GetProgramMemory(memory=f"D{dice.randrange(3)}"),
-                GetPositionEntry(entry=entry),
-                SetPositionEntry(entry=entry, pulses=dice.randrange(1000)),
-                MoveClockwiseSlowly(distance=dice.randint(1, 30)),
-                MoveCounterclockwiseSlowly(distance=dice.randint(1, 30)),
-            )
+        entry, bit = PositionReference(position=dice.randrange(4)), dice.choice((None, 0, 1))
+        memory, pulses = f"D{dice.randrange(3)}", dice.randrange(1000)
+        clockwise, counterclockwise = dice.randint(1, 30), dice.randint(1, 30)
+        commands: tuple[Callable[[], RorzeCommand[Any]], ...] = (
+            GetPosition,
+            lambda: GetControllerStatus(bit=bit),
+            GetEndCause,
+            lambda: GetProgramMemory(memory=memory),
+            lambda: GetPositionEntry(entry=entry),
+            lambda: SetPositionEntry(entry=entry, pulses=pulses),
+            lambda: MoveClockwiseSlowly(distance=clockwise),
+            lambda: MoveCounterclockwiseSlowly(distance=counterclockwise),
         )
+        return dice.choice(commands)()
 
 
 def _changed_something(fact: Fact) -> bool:
