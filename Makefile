@@ -19,12 +19,13 @@ help: ## Show the targets
 serve: $(VENV)/.runtime ## Start the gateway with a simulated line on http://127.0.0.1:8420
 	$(BIN)/motion-gateway serve --demo
 
+# Three at a time keep two cores busy: some tests wait for programs.
 test: $(VENV)/.development $(TYPESCRIPT)/node_modules $(CONSOLE)/node_modules chromium ## Check format, style, types and the dependency rules, and run the tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 3
 
 fuzz: $(VENV)/.development ## Ask all operations 20,000 times what they take and what they do not
 	CASES=20000 $(BIN)/pytest tests/api/test_contract.py

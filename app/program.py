@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,8 +11,10 @@ from app.client import LOCAL, Client, KeyFile, Url
 from app.completing import addresses
 from app.exits import Failure, fail
 from app.targets import find
-from protocols.rorze.programs import STEPS
-from protocols.rorze.user_program.assembler import Assembled, assemble
+from protocols.rorze.programs import LAST_ADDRESS, STEPS
+
+if TYPE_CHECKING:
+    from protocols.rorze.user_program.assembler import Assembled
 
 LOOK_S = 10
 """While an upload runs, its progress is printed at least this often."""
@@ -69,7 +71,7 @@ def download(body: Body, url: Url = LOCAL, key_file: KeyFile = None) -> None:
 def run(
     body: Body,
     label: Annotated[str | None, typer.Option(help="Begin at a label, written without its `*`.")] = None,
-    address: Annotated[int | None, typer.Option(min=0, max=STEPS - 1, help="Begin at an address.")] = None,
+    address: Annotated[int | None, typer.Option(min=0, max=LAST_ADDRESS, help="Begin at an address.")] = None,
     step: Annotated[bool, typer.Option(help="Execute one instruction only.")] = False,
     wait: Annotated[float, typer.Option(min=0, max=60, help="Seconds to wait for its end.")] = 0,
     url: Url = LOCAL,
@@ -99,8 +101,13 @@ def _path(client: Client, word: str) -> str:
     return f"{target.path}/program"
 
 
-def _read(file: Path) -> tuple[str, Assembled]:
-    """Read and assemble a program; its faults are printed as compilers print them."""
+def _read(file: Path) -> "tuple[str, Assembled]":
+    """Read and assemble a program; its faults are printed as compilers print them.
+
+    No other command waits for the assembler to be loaded.
+    """
+    from protocols.rorze.user_program.assembler import Assembled, assemble
+
     try:
         source = file.read_bytes().decode("utf-8-sig")
     except OSError as error:

@@ -72,6 +72,7 @@ async def serve(config: Config, data: Path, file: ConfigFile | None = None) -> N
             # What has been made by now stays: looking it through again would hold up every line for 50 ms.
             gc.collect()
             gc.freeze()
+            gc.enable()
             plant.watch.start()
             scheme = "https" if door.certificate else "http"
             log.info("running on %s://%s:%d", scheme, config.server.host, listener.getsockname()[1])

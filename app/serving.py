@@ -4,6 +4,7 @@ What it takes is loaded when it is asked for: no other command waits for that, a
 """
 
 import asyncio
+import gc
 import sys
 from contextlib import AsyncExitStack
 from pathlib import Path
@@ -34,6 +35,7 @@ def serve(
     """
     if (config is None) == (not demo):
         fail("Say either --config FILE or --demo.", exits.USAGE)
+    gc.disable()  # until the gateway runs: nothing of what is loaded is garbage
     from app.server import CannotListen
     from gateway.config import ConfigError
     from gateway.config_file import ConfigFile

@@ -72,6 +72,8 @@ class Faults:
     def __init__(self, dice: Random) -> None:
         self._dice = dice
         self._switches: dict[tuple[Direction, Fault], Switch] = {}
+        self._in_order: dict[Direction, list[Switch]] = {}
+        """The same, as they meet a frame."""
         self._silent_until: dict[Direction, float] = {}
 
     @property
@@ -85,10 +87,15 @@ class Faults:
         self._switches.pop(key, None)
         if switch.probability or switch.next_frames:
             self._switches[key] = switch
+        self._in_order = {
+            direction: [self._switches[direction, it] for it in Fault if (direction, it) in self._switches]
+            for direction in Direction
+        }
 
     def clear(self) -> None:
         """Turn all faults off; a silence ends at once."""
         self._switches.clear()
+        self._in_order.clear()
         self._silent_until.clear()
 
     def distort(
@@ -107,10 +114,7 @@ class Faults:
         return self._flights(self._bend(frame, hits), hits), hits
 
     def _hits(self, direction: Direction) -> Iterable[tuple[Fault, float]]:
-        for fault in Fault:
-            switch = self._switches.get((direction, fault))
-            if switch is None:
-                continue
+        for switch in self._in_order.get(direction, ()):
             if switch.pass_frames:
                 self.set(replace(switch, pass_frames=switch.pass_frames - 1))
                 continue
@@ -118,7 +122,7 @@ class Faults:
                 self.set(replace(switch, next_frames=switch.next_frames - 1))
             elif self._dice.random() >= switch.probability:
                 continue
-            yield fault, switch.delay_s + self._dice.uniform(0.0, switch.spread_s)
+            yield switch.fault, switch.delay_s + self._dice.uniform(0.0, switch.spread_s)
 
     def _bend(self, frame: bytes, hits: dict[Fault, float]) -> bytes:
         if Fault.GARBLED in hits:

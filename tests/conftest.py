@@ -1,12 +1,16 @@
 """What every test shares: asyncio as the backend, checked events, property tests that bear a busy machine."""
 
+import gc
 import signal
+from itertools import islice
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.catalogue.rows import ROWS
 from tests.checked_events import CheckedHub
+
+gc.disable()  # until the tests are collected: nothing of that is garbage
 
 settings.register_profile("shared machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("shared machine")
@@ -22,8 +26,8 @@ def anyio_backend() -> str:
     return "asyncio"
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let `-k S01` choose the tests of a fault in the catalogue."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Let `-k S01` choose the tests of a fault in the catalogue; begin with the long ones."""
     numbers: dict[str, set[str]] = {}
     for number, row in ROWS.items():
         for test in row.tests:
@@ -31,3 +35,21 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         file, *_, name = item.nodeid.partition("[")[0].split("::")
         item.extra_keyword_matches |= numbers.get(f"{file}::{name}", set())
+    items[:] = long_ones_first(items, getattr(config, "workerinput", {"workercount": 1})["workercount"])
+
+
+def long_ones_first(items: list[pytest.Item], workers: int) -> list[pytest.Item]:
+    """Deal out the long ones: the share that `--dist worksteal` gives each worker begins with some."""
+    marked = [item for item in items if item.get_closest_marker("long")]
+    others = iter([item for item in items if not item.get_closest_marker("long")])
+    order: list[pytest.Item] = []
+    for worker in range(workers):
+        share = marked[worker::workers]
+        order += [*share, *islice(others, max(0, (len(items) + worker) // workers - len(share)))]
+    return [*order, *others]
+
+
+def pytest_collection_finish() -> None:
+    """What is there now stays: it is never looked through for garbage."""
+    gc.freeze()
+    gc.enable()

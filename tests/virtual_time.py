@@ -40,8 +40,9 @@ class _JumpingSelector(selectors.SelectSelector):
             raise NeverEnds(
                 f"It is not over after {self.now:.1f} s, with {self._turns} turns at this instant."
             )
-        ready = super().select(0)
-        if ready or timeout == 0:
+        if timeout == 0:
+            return []  # what is ready goes first
+        if ready := super().select(0):
             return ready
         if timeout is None:
             if from_a_thread := super().select(THREADS_S):

@@ -194,6 +194,7 @@ def ask_all(gateway: Gateway, strategy: Any, count: int) -> list[str]:
     return wrong
 
 
+@pytest.mark.long
 @pytest.mark.timeout(3600)
 def test_every_operation_answers_as_it_is_described(gateway: Gateway) -> None:
     drawn = list(strategies(gateway))

@@ -11,15 +11,23 @@ from tests.e2e.conftest import no_program_outlives_its_tests, programs_words
 __all__ = ["no_program_outlives_its_tests", "programs_words"]
 
 
-@pytest.fixture
-def browser() -> Iterator[Browser]:
-    """One for each test: while it is there, an event loop runs that other tests would trip over."""
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Browser]:
+    """One for each file: while it is there, an event loop runs that other tests would trip over."""
     if not CHROMIUM:
         pytest.skip("make test installs Chromium")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         yield browser
         browser.close()
+
+
+@pytest.fixture
+def browser(chromium: Browser) -> Iterator[Browser]:
+    """The browser; no page outlives its test."""
+    yield chromium
+    for context in chromium.contexts:
+        context.close()
 
 
 @pytest.fixture(scope="session")

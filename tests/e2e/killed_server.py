@@ -4,6 +4,7 @@
 server that says its words there, prints its process number, and waits for its end.
 """
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -18,6 +19,8 @@ from gateway.plant import Plant
 def main(config: str, data: str) -> None:
     """Fork as often as asked."""
     api.create_app(Plant(load(Path(config))))  # builds what all lives share
+    gc.collect()
+    gc.freeze()
     for log in sys.stdin:
         child = os.fork()
         if not child:

@@ -1,9 +1,9 @@
 """The gateway and the simulator as child processes of a test, and what they have really done."""
 
 import json
+import os
 import re
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 import httpx
 
 from protocols.rorze.profile import Profile, SpeedParameters, plan
+from tests.e2e import warm
 from tests.open_access import OPEN
 
 T = TypeVar("T")
@@ -40,25 +41,24 @@ class Program:
 
     def __init__(self, log: Path, *arguments: str) -> None:
         self.log = log
-        with log.open("ab") as words:
-            self._begin = words.tell()
-            self._process = subprocess.Popen(  # noqa: S603  # our own program with the tests' own words
-                [MOTION_GATEWAY, *arguments], stdin=subprocess.DEVNULL, stdout=words, stderr=words
-            )
+        self._begin = log.stat().st_size if log.exists() else 0
+        self._process = warm.start(log, arguments)
         RUNNING.append(self)
 
     @property
     def pid(self) -> int:
         """The operating system's number of it."""
+        assert self._process.pid
         return self._process.pid
 
     def runs(self) -> bool:
         """Whether it has not ended."""
-        return self._process.poll() is None
+        return self._process.exitcode is None
 
     def words(self) -> str:
         """What it has said so far."""
-        return self.log.read_bytes()[self._begin :].decode("utf-8", "replace")
+        said = self.log.read_bytes() if self.log.exists() else b""
+        return said[self._begin :].decode("utf-8", "replace")
 
     def said(self, pattern: str) -> re.Match[str]:
         """Wait until it says something."""
@@ -72,7 +72,8 @@ class Program:
 
     def signal(self, number: signal.Signals) -> None:
         """Send it a signal."""
-        self._process.send_signal(number)
+        if self.runs():
+            os.kill(self.pid, number)
 
     def kill(self) -> None:
         """End it at once, as a power cut would (SIGKILL)."""
@@ -86,14 +87,14 @@ class Program:
 
     def ended(self, within_s: float = PATIENCE_S) -> int:
         """Wait for its end, and give its exit code; one that does not end is killed."""
-        try:
-            return self._process.wait(within_s)
-        finally:
-            self._process.kill()
-            self._gone()
+        self._process.join(within_s)
+        code = self._process.exitcode
+        self.kill()
+        assert code is not None, f"{self.log.stem} does not end within {within_s:.0f} s"
+        return code
 
     def _gone(self) -> None:
-        self._process.wait()
+        self._process.join()
         if self in RUNNING:
             RUNNING.remove(self)
 

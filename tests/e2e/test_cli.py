@@ -160,6 +160,7 @@ def test_watch_begins_after_a_cursor_and_shows_what_is_asked_for(gateway: Gatewa
     assert happened == [[f"body.move.{it}", "/bodies/line1.01"] for it in ("queued", "sent", "started")]
 
 
+@pytest.mark.long
 def test_from_ports_to_a_moving_motor(tmp_path: Path) -> None:
     """A search that is interrupted is enough, once everybody is found."""
     robot = SimulatedRobot(tmp_path)

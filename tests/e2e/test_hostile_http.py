@@ -199,7 +199,7 @@ def test_a_head_that_grows_without_end(gateway: Gateway) -> None:
             while sent < 20_000_000:
                 sent += connection.send(b"y" * 65_536)
         assert sent < 20_000_000
-        assert gateway.http.get("/livez").elapsed.total_seconds() < 1
+        assert gateway.http.get("/livez").elapsed.total_seconds() < 10
 
 
 @pytest.mark.parametrize(

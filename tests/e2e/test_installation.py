@@ -442,6 +442,7 @@ def written(section: str) -> list[str]:
     return [re.sub(r"(?m)^ {4}", "", block) for block in blocks]
 
 
+@pytest.mark.long
 def test_from_nothing_to_a_moving_motor_over_tls_by_the_words_of_the_document(
     installed: Installed, tmp_path: Path
 ) -> None:

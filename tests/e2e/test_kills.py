@@ -26,6 +26,7 @@ IN_MOTION = LIVES // 10
 TIMES = "late_reply_s = 0.02\nreply_timeout_s = 0.1\npoll_interval_s = 0.05"
 
 
+@pytest.mark.long
 @pytest.mark.timeout(1_800)
 def test_an_engine_that_is_killed_500_times_does_nothing_twice_and_forgets_nothing(tmp_path: Path) -> None:
     with ThreadPoolExecutor(CHAINS) as threads:

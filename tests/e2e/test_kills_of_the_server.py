@@ -255,6 +255,7 @@ def parent_of_servers(line: SimulatedLine, robot: SimulatedRobot, data: Path) ->
         parent.end()
 
 
+@pytest.mark.long
 @pytest.mark.timeout(900)
 def test_a_server_that_is_killed_60_times_does_nothing_twice_and_forgets_nothing(tmp_path: Path) -> None:
     data, dice = tmp_path / "data", Random(1)

@@ -3,6 +3,7 @@
 import asyncio
 import sqlite3
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from queue import SimpleQueue
 from random import Random
@@ -81,7 +82,11 @@ class ModelDisk:
 
     def after_kill(self) -> "ModelDisk":
         """The disk that is found when only the process was killed: every commit is there."""
-        return ModelDisk([*self._durable, *(write for batch in self._unsynced for write in batch)])
+        found = copy(self)
+        found._intents, found._durable, found._unsynced = {*self._intents}, [*self._durable], []
+        found._sync([write for batch in self._unsynced for write in batch])
+        found.full = found.detached = False
+        return found
 
     def has_intent(self, request_id: str | None, frame: str) -> bool:
         """Whether a loss of power now would leave the intent to write a frame for a request."""

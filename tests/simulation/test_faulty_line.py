@@ -7,7 +7,7 @@ which other bodies are heard. The simulator's truth is the judge; a seed that fa
 
 import asyncio
 from collections import Counter, defaultdict, deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from random import Random
 from typing import Any
@@ -88,7 +88,12 @@ class InOrder(Faults):
         if direction is Direction.REPLIES and self._for_each_body:
             queue += frame[:4]
         earliest_s, latest_s = self._free_at[queue] - now, LATEST_S
-        held = [replace(it, delay_s=max(min(it.delay_s, latest_s), earliest_s)) for it in flights]
+        held = [
+            it
+            if earliest_s <= it.delay_s <= latest_s
+            else replace(it, delay_s=max(min(it.delay_s, latest_s), earliest_s))
+            for it in flights
+        ]
         self._free_at[queue] = max([self._free_at[queue], *(now + it.delay_s for it in held)])
         if direction is Direction.REQUESTS:
             self._note_parts(held)
@@ -255,19 +260,20 @@ class Simulation:
 
     def _any_command(self) -> RorzeCommand[Any]:
         dice = self._dice
-        entry = PositionReference(position=dice.randrange(4))
-        return dice.choice(
-            (
-                GetPosition(),
-                GetControllerStatus(bit=dice.choice((None, 0, 1))),
-                GetEndCause(),
-                GetProgramMemory(memory=f"D{dice.randrange(3)}"),
-                GetPositionEntry(entry=entry),
-                SetPositionEntry(entry=entry, pulses=dice.randrange(1000)),
-                MoveClockwiseSlowly(distance=dice.randint(1, 30)),
-                MoveCounterclockwiseSlowly(distance=dice.randint(1, 30)),
-            )
+        entry, bit = PositionReference(position=dice.randrange(4)), dice.choice((None, 0, 1))
+        memory, pulses = f"D{dice.randrange(3)}", dice.randrange(1000)
+        clockwise, counterclockwise = dice.randint(1, 30), dice.randint(1, 30)
+        commands: tuple[Callable[[], RorzeCommand[Any]], ...] = (
+            GetPosition,
+            lambda: GetControllerStatus(bit=bit),
+            GetEndCause,
+            lambda: GetProgramMemory(memory=memory),
+            lambda: GetPositionEntry(entry=entry),
+            lambda: SetPositionEntry(entry=entry, pulses=pulses),
+            lambda: MoveClockwiseSlowly(distance=clockwise),
+            lambda: MoveCounterclockwiseSlowly(distance=counterclockwise),
         )
+        return dice.choice(commands)()
 
 
 def _changed_something(fact: Fact) -> bool:
