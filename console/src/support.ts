@@ -25,7 +25,7 @@ export const gather: Deed = async (gateway) => {
     events: () => lastEvents(gateway),
   };
   for (const { line_id } of plant.lines) {
-    const params = { path: { line_id }, query: { last: FRAMES } };
+    const params = { path: { line_id }, query: { limit: FRAMES } };
     asked[`trace of ${line_id}`] = () => http.GET("/lines/{line_id}/trace", { params });
   }
   const found: [string, unknown][] = [["gathered_at", new Date().toISOString()]];

@@ -94,7 +94,7 @@ def test_a_stop_is_heard_while_the_page_is_busy(plant: Plant, open_console: Open
     console.page.evaluate("""() => setInterval(() => {
         const until = performance.now() + 100;
         while (performance.now() < until);
-        for (let n = 0; n < 3; n++) fetch("lines/line1/trace?last=5000");
+        for (let n = 0; n < 3; n++) fetch("lines/line1/trace?limit=5000");
     }, 110)""")
     began = monotonic()
     console.page.keyboard.press("Escape")
