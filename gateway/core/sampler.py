@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 from gateway.core.errors import GatewayError
 from gateway.core.family import AnyLine
 from gateway.core.live import Live
-from gateway.core.origin import LIVE, acting
+from gateway.core.origin import LIVE, ORIGIN
 from gateway.core.waiting import happens
 
 REST_S = 1.0
@@ -58,13 +58,13 @@ class Sampler:
 
     async def run(self) -> None:
         """Ask until cancelled."""
-        with acting(LIVE):
-            while True:
-                demand = self._live.demand
-                now = _now()
-                self._due = {it: self._due.get(it, now) for it in self._sources if self._hz(it)}
-                while not demand.is_set():
-                    await self._next(demand)
+        ORIGIN.set(LIVE)  # of this task alone
+        while True:
+            demand = self._live.demand
+            now = _now()
+            self._due = {it: self._due.get(it, now) for it in self._sources if self._hz(it)}
+            while not demand.is_set():
+                await self._next(demand)
 
     async def _next(self, demand: asyncio.Event) -> None:
         if not self._due:
