@@ -1,10 +1,12 @@
-"""Digits for ids that nobody else has. They are no secrets: whoever knows one may do nothing with it."""
+"""Digits for ids that nobody else has. They are no secrets: to know one permits nothing."""
 
+import os
 from random import Random
 from secrets import randbits
 from typing import Final
 
 _DIGITS: Final = Random(randbits(256))  # noqa: S311  # to ask the system at each request costs ten times as long
+os.register_at_fork(after_in_child=lambda: _DIGITS.seed(randbits(256)))
 
 
 def hex_digits(count: int) -> str:

@@ -1,5 +1,7 @@
 """Ids: of the length that is asked for, and no two alike."""
 
+import os
+
 from gateway.core.ids import hex_digits, sorted_by_time
 
 
@@ -14,3 +16,14 @@ def test_ids_sort_by_time() -> None:
     made = [sorted_by_time(at_ms) for at_ms in (1, 255, 256, 1_800_000_000_000)]
     assert made == sorted(made)
     assert {len(it) for it in made} == {20}
+
+
+def test_a_fork_draws_its_own() -> None:
+    read, write = os.pipe()
+    if os.fork() == 0:
+        os.write(write, hex_digits(32).encode())
+        os._exit(0)
+    os.close(write)
+    assert os.read(read, 32).decode() != hex_digits(32)
+    os.close(read)
+    os.wait()
