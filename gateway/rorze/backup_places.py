@@ -139,7 +139,7 @@ def normal(command: Command) -> Command:
     What bits a number below 0 has is not stated, so that these stay bits.
     """
     if isinstance(command, Interval) and command.lower is None:
-        return type(command)(lower=1 - BILLION, upper=BILLION - 1)
+        return type(command)(**{**dict(command), "lower": 1 - BILLION, "upper": BILLION - 1})
     if not isinstance(command, SetProgramMemory) or command.memory[0] != "D":
         return command
     bits = command.bits if command.value is None else command.value % BITS

@@ -181,17 +181,16 @@ class Simulation:
         if answered is not None and self._same_question(answered, number):
             self.report.stale += 1
             return
-        self.report.miscredited.append(
-            f"{frame} answers {answered}, credited to {number}: {exchange.frame!r}"
-        )
+        between = self._frames()[(answered or number) - 1 : number]
+        self.report.miscredited.append(f"{frame} answers {answered}, credited to {number}: {between}")
 
     def _same_question(self, before: int, now: int) -> bool:
-        """Whether only reads lie between two askings of the same."""
+        """Whether only reads, and what opens a line, lie between two askings of the same."""
         if before > now:
             return False
         frames = self._frames()[before - 1 : now]
-        reads = ("ACD", "APS", "MPS", "VAR V", "VAO", "POR", "MOD", "UNT", "ERR", "ERD", "VER")
-        return frames[0] == frames[-1] and all(it.startswith(reads) for it in frames)
+        reads = ("ACD", "APS", "ASD", "MPS", "VAR V", "VAO", "POR", "MOD", "UNT", "ERR", "ERD", "VER")
+        return frames[0] == frames[-1] and all(it.startswith(("POF 2", *reads)) for it in frames)
 
     def _frames(self) -> list[str]:
         return [part for data in self._cable.written for part in data.decode().split("\r")[:-1]]

@@ -501,6 +501,8 @@ export const en = {
     everything: "everything",
     parts: {
       backup: "backup",
+      comparison: "comparison with a backup",
+      position_reading: "reading of positions",
       body: "body",
       robot: "robot",
       scara: "SCARA robot",

@@ -502,6 +502,8 @@ export const ja: typeof en = {
     everything: "すべて",
     parts: {
       backup: "バックアップ",
+      comparison: "バックアップとの比較",
+      position_reading: "位置の読み出し",
       body: "ボディ",
       robot: "ロボット",
       scara: "スカラロボット",

@@ -184,8 +184,8 @@ async def test_what_a_full_disk_has_not_taken_is_written_in_its_order_when_there
             full.setattr(disk, "_connection", FullConnection())
             journal.note(writes.written("i1", 2.0))
             journal.note(writes.ended("i1", 3.0, "answered"))
-            while journal.trouble is None:  # noqa: ASYNC110
-                await asyncio.sleep(0.002)
+            await journal.rows("SELECT 1")
+            assert journal.trouble is not None
             with pytest.raises(JournalUnavailable):
                 await journal.write(intent(2))
         await recovery(journal)
