@@ -16,6 +16,7 @@ from typing import Any, Final, NamedTuple
 from unittest.mock import patch
 
 from gateway.access.principal import EVERYBODY, asking
+from gateway.core import ids
 from gateway.core.errors import GatewayError, NotFound
 from gateway.core.events import Event
 from gateway.core.lanes import QUEUE_LIMIT, STOPS
@@ -345,6 +346,7 @@ class Seed:
                 (time, "time_ns", lambda: int(self._wall_clock() * 1e9)),
                 (asyncio, "to_thread", _at_once),
                 (secrets, "token_hex", lambda size: random_ids.randbytes(size).hex()),
+                (ids, "_DIGITS", random_ids),
             ):
                 stack.enter_context(patch.object(owner, name, new))
             yield
