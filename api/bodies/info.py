@@ -93,10 +93,7 @@ class BodyInfo(TypedDict):
     groups: list[str]
     counted_in: Annotated[
         CountedIn | None,
-        Field(
-            description="Of the position; null until its operating mode was read: soon after it answers on a "
-            "line of few bodies, on others when a request needs it."
-        ),
+        Field(description="Of the position; null until a request had its operating mode read."),
     ]
     position: Annotated[
         int | None,

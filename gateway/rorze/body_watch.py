@@ -2,10 +2,9 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from math import inf
 
-from gateway.core.errors import ControllerRefused, GatewayError
+from gateway.core.errors import GatewayError
 from gateway.core.lanes import Lane
 from gateway.rorze.bodies import NO_PROGRAM_S, Body
 from gateway.rorze.line import Line
@@ -61,19 +60,12 @@ class BodyWatch:
                 if self._is_over(self._look_at, now):
                     self._look_at = self._health.next_look(now)
                 await body.look(Lane.READ if wanted else background_of(body.line))
-                await self._learn_mode()
             elif self._is_unheard(now) and not self._stopping(body.line):
                 await body.ask(GetControllerStatus(), lane=background_of(body.line))
         if self._mark_wanted(now):
             if self._is_over(self._mark_at, now):
                 self._mark_at = self._health.next_mark(now)
             await body.mark.tend(background_of(body.line))
-
-    async def _learn_mode(self) -> None:
-        """Know what its positions are counted in before somebody asks, where the line has the time."""
-        if is_prompt(self._body.line):
-            with suppress(ControllerRefused):  # who needs it asks for it, and is refused
-                await self._body.know_mode()
 
     def _is_unheard(self, now: float) -> bool:
         """Whether it is to be asked if it is there; on a line of many, when its turn has come."""

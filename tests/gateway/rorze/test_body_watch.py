@@ -130,12 +130,3 @@ async def test_a_loss_of_power_too_short_to_be_silent_is_found_in_the_background
         await asyncio.sleep(MARK_POLL_S + 1.0)
         assert it.types("body.o") == []
         assert it.types("body.power_cycled") == ["body.power_cycled"]
-
-
-@in_virtual_time
-async def test_what_positions_are_counted_in_is_known_before_somebody_asks() -> None:
-    async with rig() as it:
-        await asyncio.sleep(HEALTH_POLL_S)
-        assert it.body().counted_in == "pulses"
-        await asyncio.sleep(2 * HEALTH_POLL_S)
-        assert it.wire.frames().count("&3FEAD") == 1

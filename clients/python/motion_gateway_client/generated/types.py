@@ -519,7 +519,7 @@ class BodyInfo(TypedDict):
     pulses_per_unit: float | None
     groups: list[str]
     counted_in: Literal["pulses", "encoder_counts"] | None
-    """Of the position; null until its operating mode was read: soon after it answers on a line of few bodies, on others when a request needs it."""
+    """Of the position; null until a request had its operating mode read."""
     position: int | None
     """In `counted_in`, as last read; null until it was read since it was called otherwise."""
     position_read_at: str | None

@@ -4435,7 +4435,7 @@ export interface components {
             groups: string[];
             /**
              * Counted In
-             * @description Of the position; null until its operating mode was read: soon after it answers on a line of few bodies, on others when a request needs it.
+             * @description Of the position; null until a request had its operating mode read.
              */
             counted_in: ("pulses" | "encoder_counts") | null;
             /**
