@@ -6,7 +6,7 @@ ACD to a Fics. Whatever else is at a port hears bytes that it does not know.
 """
 
 import asyncio
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,6 +14,7 @@ from urllib.parse import quote
 
 from serial.tools import list_ports
 
+from gateway.core.line import Reader
 from protocols.fics import link as fics
 from protocols.fics.link import TERMINATORS, Terminator
 from protocols.fics.row import FicsCommand
@@ -186,11 +187,7 @@ class Questions:
         self._heard.put_nowait(error)
 
     async def ask(
-        self,
-        question: bytes,
-        feed: Callable[[bytes], Iterable[F]],
-        answer: Callable[[F], T | None],
-        within_s: float,
+        self, question: bytes, reader: Reader[F], answer: Callable[[F], T | None], within_s: float
     ) -> T | None:
         """Ask, and give the first answer that is one; None if none comes.
 
@@ -203,7 +200,7 @@ class Questions:
         try:
             async with asyncio.timeout(wire_s + within_s):
                 while True:
-                    for frame in feed(self._next(await self._heard.get())):
+                    for frame in reader.feed(self._next(await self._heard.get())):
                         if (found := answer(frame)) is not None:
                             return found
         except TimeoutError:
@@ -228,7 +225,7 @@ async def _find_line(questions: Questions) -> FoundLine | None:
         return frame.payload if isinstance(frame, rorze.Answer) else ""
 
     question = rorze.encode(LINK_MASTER, IdentifyControllers())
-    controllers = await questions.ask(question, rorze.LinkReader().feed, answer, ANSWERS_WITHIN_S)
+    controllers = await questions.ask(question, rorze.LinkReader(), answer, ANSWERS_WITHIN_S)
     return None if controllers is None else FoundLine(questions.port.address, controllers)
 
 
@@ -257,7 +254,7 @@ async def _is_there(questions: Questions, body: int, entry: int) -> bool:
             return None
 
     question = rorze.encode(body, command)
-    return bool(await questions.ask(question, rorze.LinkReader().feed, answer, BODY_ANSWERS_WITHIN_S))
+    return bool(await questions.ask(question, rorze.LinkReader(), answer, BODY_ANSWERS_WITHIN_S))
 
 
 # a Fics
@@ -292,7 +289,7 @@ async def _ask_robot(
     """Its answer or its refusal: either shows that a Fics is there."""
     return await questions.ask(
         fics.encode(query, robot.terminator),
-        fics.Ver3Reader().feed,  # reads both modes
+        fics.Ver3Reader(),  # reads both modes
         lambda frame: fics.credit(query, frame),
         ANSWERS_WITHIN_S,
     )
