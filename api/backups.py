@@ -11,6 +11,7 @@ from api.common.requests import (
     BodyId,
     LineId,
     Wait,
+    begun_response,
     json_response,
     new_router,
     origin_of,
@@ -206,8 +207,7 @@ async def get_body_comparison(
 @router.delete("/bodies/{body_id}/comparisons/current", Right.SETUP, response_model=BackupComparison)
 async def cancel_body_comparison(request: Request, body_id: BodyId) -> Response:
     """Read no more."""
-    target = f"/bodies/{body_id}"
-    return json_response(await backups.cancel_comparison(plant_of(request), origin_of(request), target))
+    return await _compared_no_more(request, f"/bodies/{body_id}")
 
 
 # lines
@@ -295,8 +295,7 @@ async def get_line_comparison(
 @router.delete("/lines/{line_id}/comparisons/current", Right.SETUP, response_model=BackupComparison)
 async def cancel_line_comparison(request: Request, line_id: LineId) -> Response:
     """Read no more."""
-    target = f"/lines/{line_id}"
-    return json_response(await backups.cancel_comparison(plant_of(request), origin_of(request), target))
+    return await _compared_no_more(request, f"/lines/{line_id}")
 
 
 # robots
@@ -381,8 +380,7 @@ async def get_robot_comparison(
 @router.delete("/robots/{robot_id}/comparisons/current", Right.SETUP, response_model=BackupComparison)
 async def cancel_robot_comparison(request: Request, robot_id: RobotId) -> Response:
     """Read no more."""
-    target = f"/robots/{robot_id}"
-    return json_response(await backups.cancel_comparison(plant_of(request), origin_of(request), target))
+    return await _compared_no_more(request, f"/robots/{robot_id}")
 
 
 async def _for_body(request: Request, body_id: str, wanted: BodyComparisonRequest) -> Wanted:
@@ -412,8 +410,7 @@ async def _text(request: Request, reading: Reading) -> Response:
 async def _reading(request: Request, reading: Reading, wait: float | None) -> Response:
     waited_s = wait_s(request, wait)
     begun = await backups.read(plant_of(request), origin_of(request), reading, waited_s)
-    headers = {"Location": f"{begun.target}/backups/{begun.id}", **wait_headers(waited_s)}
-    return json_response(begun, 202 if begun.status == "running" else 200, headers)
+    return begun_response(begun, f"{begun.target}/backups", waited_s)
 
 
 async def _read(request: Request, target: str, backup_id: str, wait: float | None) -> Response:
@@ -429,8 +426,7 @@ async def _given_up(request: Request, target: str) -> Response:
 async def _comparing(request: Request, target: Wanted, wait: float | None) -> Response:
     waited_s = wait_s(request, wait)
     begun = await backups.compare(plant_of(request), origin_of(request), target, waited_s)
-    headers = {"Location": f"{begun.target}/comparisons/{begun.id}", **wait_headers(waited_s)}
-    return json_response(begun, 202 if begun.status == "running" else 200, headers)
+    return begun_response(begun, f"{begun.target}/comparisons", waited_s)
 
 
 async def _compared(request: Request, target: str, comparison_id: str, wait: float | None) -> Response:
@@ -439,14 +435,16 @@ async def _compared(request: Request, target: str, comparison_id: str, wait: flo
     return json_response(found, headers=wait_headers(waited_s))
 
 
+async def _compared_no_more(request: Request, target: str) -> Response:
+    return json_response(await backups.cancel_comparison(plant_of(request), origin_of(request), target))
+
+
 async def _begun(request: Request, target: Wanted, wanted: RestoreRequest, wait: float | None) -> Response:
     plant, origin, waited_s = plant_of(request), origin_of(request), wait_s(request, wait)
     if wanted.dry_run:
         return json_response(await backups.plan(plant, origin, target))
     begun = await backups.start(plant, origin, target, wanted.flash, wanted.power_cycle, waited_s)
-    location = f"{begun.target}/restores/{begun.id}"
-    status = 202 if begun.status == "running" else 200
-    return json_response(begun, status, {"Location": location, **wait_headers(waited_s)})
+    return begun_response(begun, f"{begun.target}/restores", waited_s)
 
 
 async def _restore(request: Request, target: str, restore_id: str, wait: float | None) -> Response:

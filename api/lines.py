@@ -16,6 +16,7 @@ from api.common.query_params import require_known
 from api.common.requests import (
     LineId,
     Wait,
+    begun_response,
     is_seen,
     json_response,
     new_router,
@@ -110,8 +111,7 @@ async def start_scan(request: Request, line_id: LineId, wait: Wait = None) -> Re
     plant, waited_s = plant_of(request), wait_s(request, wait)
     scan = await body_operations.start_scan(plant, origin_of(request), line_id)
     await body_operations.get_scan(plant, line_id, scan.id, waited_s)
-    headers = {"Location": f"/lines/{line_id}/scans/{scan.id}", **wait_headers(waited_s)}
-    return json_response(scan, 202 if scan.status == "running" else 200, headers)
+    return begun_response(scan, f"/lines/{line_id}/scans", waited_s)
 
 
 @router.get("/lines/{line_id}/scans/{scan_id}", Right.VIEW, response_model=Scan)

@@ -12,6 +12,7 @@ from api.common.problems import DECLARED
 from api.common.requests import (
     BodyId,
     Wait,
+    begun_response,
     json_response,
     new_router,
     origin_of,
@@ -111,8 +112,7 @@ async def read_body_positions(
     """Begin to read stored positions; the record at `Location` has them in the end."""
     plant, waited_s = plant_of(request), wait_s(request, wait)
     begun = await body_positions.begin_to_read(plant, origin_of(request), body_id, first, last, waited_s)
-    headers = {"Location": f"{begun.target}/positions/readings/{begun.id}", **wait_headers(waited_s)}
-    return json_response(begun, 202 if begun.status == "running" else 200, headers)
+    return begun_response(begun, f"{begun.target}/positions/readings", waited_s)
 
 
 @router.get("/bodies/{body_id}/positions/readings/{reading_id}", Right.VIEW, response_model=PositionReading)

@@ -12,6 +12,7 @@ from api.common.problems import DECLARED
 from api.common.requests import (
     BodyId,
     Wait,
+    begun_response,
     json_response,
     new_router,
     origin_of,
@@ -158,9 +159,7 @@ async def run_program(request: Request, body_id: BodyId, run: RunRequest, wait: 
     """Run the user program (URG), or one instruction of it (USG); it may move the motor. A stop ends it."""
     waited_s = wait_s(request, wait)
     begun = await programs.run(plant_of(request), origin_of(request), body_id, run.command(), waited_s)
-    location = f"/bodies/{begun.body_id}/program/runs/{begun.id}"
-    status = 202 if begun.status == "running" else 200
-    return json_response(begun, status, {"Location": location, **wait_headers(waited_s)})
+    return begun_response(begun, f"/bodies/{begun.body_id}/program/runs", waited_s)
 
 
 @router.get("/bodies/{body_id}/program/runs/current", Right.VIEW, response_model=ProgramState)
@@ -178,9 +177,7 @@ async def get_program_run(request: Request, body_id: BodyId, run_id: str, wait: 
 
 
 def _upload(upload: ProgramUpload, waited_s: float) -> Response:
-    location = f"/bodies/{upload.body_id}/program/uploads/{upload.id}"
-    status = 202 if upload.status == "running" else 200
-    return json_response(upload, status, {"Location": location, **wait_headers(waited_s)})
+    return begun_response(upload, f"/bodies/{upload.body_id}/program/uploads", waited_s)
 
 
 async def _source_of(request: Request) -> ProgramSource:

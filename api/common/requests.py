@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from time import time
-from typing import Annotated
+from typing import Annotated, Protocol
 
 from fastapi import Path, Query, Request, Response
 from pydantic import BaseModel
@@ -97,6 +97,28 @@ def utc_of(at: float) -> datetime:
 def json_response(model: BaseModel, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
     """Answer with a model; it was validated when it was made."""
     return Response(model.model_dump_json(), status, headers, media_type="application/json")
+
+
+class LongWork(Protocol):
+    """The record of work that takes long."""
+
+    @property
+    def id(self) -> str:
+        """What it is found again by."""
+
+    @property
+    def status(self) -> str:
+        """`running` until it is over."""
+
+    def model_dump_json(self) -> str:
+        """Write it as JSON."""
+
+
+def begun_response(work: LongWork, place: str, waited_s: float) -> Response:
+    """Answer with work that has begun, kept at `place`: 202 while it runs, 200 when it is over."""
+    status = 202 if work.status == "running" else 200
+    headers = {"Location": f"{place}/{work.id}", **wait_headers(waited_s)}
+    return Response(work.model_dump_json(), status, headers, media_type="application/json")
 
 
 def told(content: object) -> Response:
