@@ -8,7 +8,7 @@ from time import monotonic
 
 import httpx
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 
 from tests.console.browser import Console, Guarded, Plant, plant_in
 from tests.e2e.processes import until
@@ -316,6 +316,20 @@ def test_what_happened_before_the_page_was_opened_can_be_read(plant: Plant, open
     console.shows("This is all that the gateway still has.")
     console.page.get_by_label("Type").fill("line.up")
     expect(console.page.locator("tbody tr").first).to_contain_text("line: up")
+
+
+def test_what_happens_while_the_page_reads_is_shown_once(plant: Plant, open_console: Open) -> None:
+    console = open_console(plant.url, "#/wire")
+
+    def answer_after_a_move(route: Route) -> None:
+        plant.gateway.http.post("/bodies/01/stop").raise_for_status()
+        route.continue_()
+
+    console.page.route("**/events?*limit=1000*", answer_after_a_move)
+    console.page.evaluate("location.hash = '#/events'")
+    console.shows("This is all that the gateway still has.")
+    console.page.get_by_label("Type").fill("body.stop.confirmed")
+    expect(console.page.locator("tbody tr").first).to_contain_text("body.stop.confirmed")
 
 
 def test_a_body_jogs_while_the_button_is_held(plant: Plant, open_console: Open) -> None:
