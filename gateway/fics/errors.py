@@ -23,6 +23,8 @@ from protocols.table import Retry
 
 LASTING = frozenset({"E05", "E06", "E07", "E08", "E09", "E11", "E12"})
 """Refusals that the same request meets again until it, or a setting, is changed (C-HOST manual 2-12)."""
+IN_MOTION = "E01"
+"""How what the manual forbids during motion is refused (C-HOST manual 1-7)."""
 CANNOT_BE_CARRIED_OUT = "E10"
 HOME_FIRST = "Home the robot first."
 
