@@ -64,7 +64,7 @@ _WORST: Final = {
     Fault.LOST: (0.03, 0.03),
     Fault.GARBLED: (0.02, 0.02),
     Fault.LATE: (0.0, 0.04),
-    Fault.DOUBLED: (0.0, 0.03),
+    Fault.DOUBLED: (0.03, 0.03),
     Fault.MERGED: (0.01, 0.0),
     Fault.NOISE: (0.0, 0.02),
     Fault.SPLIT: (0.02, 0.02),
