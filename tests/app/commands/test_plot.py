@@ -91,7 +91,7 @@ def test_what_the_gateway_refuses_is_said_and_nothing_is_written(
 def test_what_cannot_be_drawn_is_not_asked_for(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, body: str, said: str
 ) -> None:
-    monkeypatch.setattr("app.plotting.find_spec", lambda _: None)
+    monkeypatch.setattr("app.commands.plot.find_spec", lambda _: None)
     fake = gateway()
     words = ("plot", "curve", body, "12", "--distance", "1", "--output", str(tmp_path / name))
     result = fake.run(monkeypatch, *words)
@@ -110,7 +110,7 @@ def test_png_is_made_of_the_same_picture_where_there_is_a_font(
         return list(b"\x89PNG" + b"M" * (has_fonts and "<text" in svg_string))
 
     monkeypatch.setitem(__import__("sys").modules, "resvg_py", SimpleNamespace(svg_to_bytes=svg_to_bytes))
-    monkeypatch.setattr("app.plotting.find_spec", lambda _: object())
+    monkeypatch.setattr("app.commands.plot.find_spec", lambda _: object())
     file = tmp_path / "curve.png"
     said = gateway().run(monkeypatch, "plot", "curve", "3F", "12", "--distance", "300", "--output", str(file))
     if not has_fonts:

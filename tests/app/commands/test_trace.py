@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import httpx
 import pytest
 
-from app import watching
+from app.commands import watch
 from tests.app.fake_gateway import FakeGateway, always
 
 SENT = {
@@ -59,7 +59,7 @@ def test_after_a_break_the_trace_goes_on_where_it_was(monkeypatch: pytest.Monkey
         yield httpx.Response(200, text=now)
 
     monkeypatch.setattr(httpx, "stream", stream)
-    monkeypatch.setattr(watching, "TRY_AGAIN_S", 0.0)
+    monkeypatch.setattr(watch, "TRY_AGAIN_S", 0.0)
     said = FakeGateway().run(monkeypatch, "trace", "arm", "--follow", "--json")
     assert said.exit_code == 0, said.output
     assert list(map(json.loads, said.stdout.splitlines())) == [SENT, HEARD]

@@ -9,8 +9,8 @@ import httpx
 import pytest
 from typer.testing import CliRunner, Result
 
-from app import watching
 from app.cli import app
+from app.commands import watch
 from tests.app.fake_gateway import Answer, FakeGateway, always, plant
 
 BODY = {
@@ -129,7 +129,7 @@ class FakeStream:
     def watch(self, monkeypatch: pytest.MonkeyPatch, *words: str) -> Result:
         monkeypatch.setattr(httpx, "stream", self.stream)
         monkeypatch.setattr(httpx, "request", FakeGateway(plant(b3F="arm")).request)
-        monkeypatch.setattr(watching, "TRY_AGAIN_S", 0.0)
+        monkeypatch.setattr(watch, "TRY_AGAIN_S", 0.0)
         return CliRunner().invoke(app, ["watch", *words])
 
 

@@ -9,8 +9,8 @@ import typer
 
 from app import exits
 from app.client import LOCAL, Client, Json, KeyFile, Url
+from app.commands.watch import follow
 from app.exits import Failure, fail
-from app.watching import follow
 
 _DIRECTIONS: Final = {"tx": "->", "rx": "<-"}
 

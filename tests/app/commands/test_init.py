@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from app import search, setting_up
+from app import search
 from app.cli import app
+from app.commands import init
 from app.found import config_of
 from app.search import Found, FoundLine, FoundRobot
 from gateway.config import parse
@@ -113,7 +114,7 @@ def test_ports_nobody_named_are_spoken_to_only_when_people_agree(monkeypatch: py
     assert "/dev/ttyS7" in asked.stderr
     assert "Nothing was sent" in asked.stderr
     assert run("init", "--yes").exit_code == 0
-    monkeypatch.setattr(setting_up, "_is_asked", lambda: True)
+    monkeypatch.setattr(init, "_is_asked", lambda: True)
     assert run("init", answer="n\n").exit_code == 2
     assert run("init", answer="y\n").exit_code == 0
 

@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from app import cli
+from app.commands.keys import seconds_of
 from app.data_directory import data_directory
-from app.keys import seconds_of
 from gateway.access.keys import KeyFault, KeyStore
 
 

@@ -12,10 +12,10 @@ import typer
 
 from app import exits
 from app.client import LOCAL, Client, KeyFile, Seconds, Url, exit_of_moves, exit_of_stop
+from app.commands.scara_moves import scara_move
 from app.completing import addresses
 from app.exits import Failure, fail
 from app.progress import Progress
-from app.scaras import scara_move
 from app.targets import Target, find
 from protocols.table import Command, SyntaxFault, WireFault
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from app.plot_move import panels_of_body, panels_of_unit, speeds_of
+from app.commands.plot_move import panels_of_body, panels_of_unit, speeds_of
 from tests.app.fake_gateway import FakeGateway
 from tests.app.test_charts import SVG, read_svg
 

@@ -11,8 +11,8 @@ import typer
 from app import exits
 from app.charts import Line, Panel, Point, chart
 from app.client import LOCAL, Client, KeyFile, Url
+from app.commands.plot import Output, require_drawable, write
 from app.exits import Failure, fail
-from app.plotting import Output, require_drawable, write
 from app.targets import find
 
 SHORTEST_S: Final = 0.04

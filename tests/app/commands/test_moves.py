@@ -4,7 +4,8 @@ from typing import Any, get_args
 
 import pytest
 
-from app import exits, moving
+from app import exits
+from app.commands import moves
 from gateway.rorze.scaras.record import ScaraMoveKind
 from tests.app.fake_gateway import FakeGateway, always, move, plant, stopped
 
@@ -294,4 +295,4 @@ def test_what_is_no_move_is_not_sent(
 
 
 def test_the_kinds_of_moves_are_those_of_the_interface() -> None:
-    assert set(moving.MoveKind) == {"relative", "absolute", "position", "home", *get_args(ScaraMoveKind)}
+    assert set(moves.MoveKind) == {"relative", "absolute", "position", "home", *get_args(ScaraMoveKind)}
