@@ -27,6 +27,7 @@ from app.commands import (
 )
 
 app = typer.Typer(
+    cls=exits.Commands,
     help="A network gateway for RORZE and DYNAX motion controllers. It is not a safety function.",
     epilog=exits.IN_WORDS,
     no_args_is_help=True,

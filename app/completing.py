@@ -15,7 +15,7 @@ def addresses(context: typer.Context, begun: str) -> list[str]:
     try:
         client = Client.at(context.params.get("url") or LOCAL, context.params.get("key_file"))
         listed = {kind: client.request("GET", f"/{kind}")[kind] for kind in _IDS}
-    except (Failure, typer.Exit):
+    except Failure:
         return []
     words = [word for kind, items in listed.items() for it in items for word in _words(it, _IDS[kind])]
     return [word for word in words if word.startswith(begun)]

@@ -25,7 +25,7 @@ def show(
     if context.invoked_subcommand:
         return
     path = "/alarms" if everything else "/alarms?standing=true"
-    listed = Client.at(url, key_file).get(path)
+    listed = Client.at(url, key_file).request("GET", path)
     if as_json:
         typer.echo(json.dumps(listed, ensure_ascii=False, indent=2))
     else:

@@ -9,7 +9,7 @@ import typer
 from app import exits
 from app.client import LOCAL, STEP_S, Client, KeyFile, Url
 from app.completing import addresses
-from app.exits import Failure, fail
+from app.exits import Failure, Misuse
 from app.progress import Progress
 from app.targets import find, numbered
 
@@ -40,7 +40,7 @@ def backup(
     try:
         file.write_text(text, "utf-8")
     except OSError as error:
-        fail(f"{file} cannot be written: {error.strerror or error}.", exits.USAGE)
+        raise Failure(f"{file} cannot be written: {error.strerror or error}.", exits.USAGE) from None
 
 
 def diff(
@@ -84,17 +84,19 @@ def restore(
         typer.echo("".join(f"{command}\n" for command in plan["commands"]), nl=False)
         _tell([it for it in plan["differences"] if not it["restorable"]])
         return
-    record = client.ask("POST", f"{path}/restores", {**wanted, "flash": flash, "power_cycle": power_cycle})
+    record = client.request(
+        "POST", f"{path}/restores", {**wanted, "flash": flash, "power_cycle": power_cycle}
+    )
     _end(_followed(client, record, "restores", _being_restored, exits.UNKNOWN))
 
 
 def _text(client: Client, path: str, only: list[str] | None) -> str:
     query = f"?bodies={','.join(only)}" if only else ""
-    return str(_read(client, client.ask("POST", f"{path}/backups{query}"), "backups")["text"])
+    return str(_read(client, client.request("POST", f"{path}/backups{query}"), "backups")["text"])
 
 
 def _plan(client: Client, path: str, wanted: dict[str, object]) -> dict[str, Any]:
-    return _read(client, client.ask("POST", f"{path}/comparisons", wanted), "comparisons")
+    return _read(client, client.request("POST", f"{path}/comparisons", wanted), "comparisons")
 
 
 def _read(client: Client, record: dict[str, Any], records: str) -> dict[str, Any]:
@@ -102,10 +104,10 @@ def _read(client: Client, record: dict[str, Any], records: str) -> dict[str, Any
     try:
         record = _followed(client, record, records, _being_read, exits.NOT_SENT)
     except KeyboardInterrupt:
-        client.ask("DELETE", f"{record['target']}/{records}/current")
+        client.request("DELETE", f"{record['target']}/{records}/current")
         raise
     if record["error"] is not None:
-        fail(f"{record['error']['detail']} {record['error']['remedy']}", exits.REFUSED)
+        raise Failure(f"{record['error']['detail']} {record['error']['remedy']}", exits.REFUSED)
     return record
 
 
@@ -132,7 +134,7 @@ def _followed(
                 record = client.request("GET", f"{record['target']}/{records}/{record['id']}", wait_s=STEP_S)
             except Failure as failure:
                 what = f"{records.removesuffix('s')} {record['id']}"
-                fail(f"The {what} was begun, and its end was not seen: {failure}", lost)
+                raise Failure(f"The {what} was begun, and its end was not seen: {failure}", lost) from None
     return record
 
 
@@ -147,16 +149,16 @@ def _end(record: dict[str, Any]) -> None:
         typer.echo(f"{', '.join(record['controllers'])}: {where} the backup, read back.")
         return
     if differences is None:
-        fail(
+        raise Failure(
             f"{record['status']}: nobody knows what {', '.join(record['controllers'])} holds.", exits.UNKNOWN
         )
     if differences:
-        fail(f"{record['status']}: {len(differences)} differences.", exits.REFUSED)
+        raise Failure(f"{record['status']}: {len(differences)} differences.", exits.REFUSED)
     unseen = ""
     if record["flash"]:
         what = "the power cycle" if record["saved"] else "the writing of flash memory"
         unseen = f", but the end of {what} was not seen"
-    fail(f"{record['status']}: nothing differs from the backup{unseen}.", exits.REFUSED)
+    raise Failure(f"{record['status']}: nothing differs from the backup{unseen}.", exits.REFUSED)
 
 
 def _tell(differences: list[dict[str, Any]]) -> None:
@@ -171,25 +173,20 @@ def _wanted(file: Path, from_body: str | None, only: list[str] | None) -> dict[s
     try:
         text = file.read_bytes().decode("utf-8-sig")
     except OSError as error:
-        fail(f"{file}: {error.strerror or error}. Nothing was sent.", exits.USAGE)
+        raise Misuse(f"{file}: {error.strerror or error}") from None
     except UnicodeDecodeError:
-        fail(f"{file} is not UTF-8 text. Nothing was sent.", exits.USAGE)
+        raise Misuse(f"{file} is not UTF-8 text") from None
     chosen = {"from_body": from_body, "bodies": only or None}
     return {"backup": text, **{name: value for name, value in chosen.items() if value is not None}}
 
 
 def _path_of(client: Client, word: str) -> str:
     """Where a body, a robot or a line is served."""
-    try:
-        if numbered(word) is None:
-            lines = client.request("GET", "/lines")["lines"]
-            if any(line["line_id"] == word and line["protocol"] == "rorze" for line in lines):
-                return f"/lines/{word}"
-        target = find(client, word)
-    except Failure as failure:
-        fail(str(failure), failure.code)
+    if numbered(word) is None:
+        lines = client.request("GET", "/lines")["lines"]
+        if any(line["line_id"] == word and line["protocol"] == "rorze" for line in lines):
+            return f"/lines/{word}"
+    target = find(client, word)
     if target.kind == "groups" or target.unit is not None:
-        fail(
-            f"{word} has no backup of its own: say a body, a robot or a line. Nothing was sent.", exits.USAGE
-        )
+        raise Misuse(f"{word} has no backup of its own: say a body, a robot or a line")
     return target.path

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app import exits
-from app.exits import fail
+from app.exits import Failure, Misuse
 from app.progress import Progress
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def check(file: Annotated[Path, typer.Argument(help="The configuration file (TOM
     try:
         config = load(file)
     except ConfigError as error:
-        fail(str(error), exits.CONFIG)
+        raise Failure(str(error), exits.CONFIG) from None
     typer.echo(f"{file} is in order. It serves on {config.server.host}, port {config.server.port}:")
     for line in config.lines:
         typer.echo(f"  {_served(line)}")
@@ -78,15 +78,15 @@ def init(
     from app.search import addresses_of
 
     if out is not None and out.exists():
-        fail(f"{out} exists, and is left as it is. Name a new file. Nothing was sent.", exits.USAGE)
+        raise Misuse(f"{out} exists, and is left as it is. Name a new file")
     try:
         ports = [addresses_of(it) for it in port or _agreed_ports(yes=yes)]
     except ValueError as error:
-        fail(f"{error}. Nothing was sent.", exits.USAGE)
+        raise Misuse(f"{error}") from None
     found: list[Found] = []
     finished = asyncio.run(_search(ports, found))
     if not found:
-        fail(
+        raise Failure(
             "Nobody was found. Check the power of the controllers and their cables; a link master that does "
             "not answer XID is not found: write its line by hand.",
             exits.REFUSED,
@@ -95,7 +95,7 @@ def init(
     for it in found:
         typer.echo(in_words(it), err=True)
     if not finished:
-        fail(
+        raise Failure(
             "The search was ended before it was over: only what was found until then is written.",
             exits.REFUSED,
         )
@@ -109,7 +109,9 @@ def _agreed_ports(*, yes: bool) -> list[str]:
 
     devices = search.serial_devices()
     if not devices:
-        fail("This machine has no serial port. Name one with --port. Nothing was sent.", exits.REFUSED)
+        raise Failure(
+            "This machine has no serial port. Name one with --port. Nothing was sent.", exits.REFUSED
+        )
     if yes:
         return devices
     listed = "\n".join(f"  {device}" for device in devices)
@@ -119,9 +121,9 @@ def _agreed_ports(*, yes: bool) -> list[str]:
         err=True,
     )
     if not _is_asked():
-        fail("Say --yes, or name ports with --port. Nothing was sent.", exits.USAGE)
+        raise Misuse("Say --yes, or name ports with --port")
     if not typer.confirm("Speak to all of them?", err=True):
-        fail("Name ports with --port. Nothing was sent.", exits.USAGE)
+        raise Misuse("Name ports with --port")
     return devices
 
 
@@ -157,4 +159,6 @@ def _write(text: str, out: Path | None) -> None:
             file.write(text)
     except OSError as error:
         typer.echo(text, nl=False)
-        fail(f"{out} cannot be written: {error.strerror}. It is printed instead.", exits.REFUSED)
+        raise Failure(
+            f"{out} cannot be written: {error.strerror}. It is printed instead.", exits.REFUSED
+        ) from None

@@ -12,7 +12,7 @@ import typer
 from app import exits
 from app.client import LOCAL, Client, KeyFile, Url
 from app.completing import addresses
-from app.exits import Failure, fail
+from app.exits import Failure, Misuse
 from app.progress import Progress
 from app.targets import Target, find
 from gateway.core.stops import CONFIRM_WITHIN_S
@@ -59,11 +59,8 @@ def jog(
     client = Client.at(url, key_file)
     furthest = None if at_most is None else {"value": at_most, "unit": unit}
     options = {"speed": speed, "pattern": pattern, "at_most": furthest}
-    try:
-        target = find(client, address)
-        path, content = _asked(target, way, {name: it for name, it in options.items() if it is not None})
-    except Failure as failure:
-        fail(str(failure), failure.code)
+    target = find(client, address)
+    path, content = _asked(target, way, {name: it for name, it in options.items() if it is not None})
     with _at(signal.default_int_handler, signal.SIGTERM, signal.SIGHUP):
         _jog(client, f"{path}/jogs", content)
 
@@ -77,42 +74,40 @@ def _asked(target: Target, way: str, options: dict[str, Any]) -> tuple[str, dict
         unit = int(target.unit_path().rpartition("/")[2])
         axis, direction = way[:-1].upper(), way[-1:]
         if not axis or direction not in ("+", "-"):
-            raise _usage(f"{way!r} is no axis with a direction: say X+ or X-")
+            raise Misuse(f"{way!r} is no axis with a direction: say X+ or X-")
         if options:
-            raise _usage(f"Robots take no --{next(iter(options)).replace('_', '-')}: their settings say it")
+            raise Misuse(f"Robots take no --{next(iter(options)).replace('_', '-')}: their settings say it")
         return f"/robots/{target.address}", {"unit": unit, "axis": axis, "direction": direction}
     if target.kind != "bodies":
-        raise _usage("Only bodies and units of robots jog; name one of them")
+        raise Misuse("Only bodies and units of robots jog; name one of them")
     if way not in _WAYS:
-        raise _usage(f"{way!r} is no direction: say {', '.join(_WAYS)}")
+        raise Misuse(f"{way!r} is no direction: say {', '.join(_WAYS)}")
     return target.path, {"direction": way, **options}
-
-
-def _usage(sentence: str) -> Failure:
-    return Failure(f"{sentence}. Nothing was sent.", exits.USAGE)
 
 
 def _jog(client: Client, path: str, content: dict[str, Any]) -> None:
     """Jog until it is over, and end."""
     try:
-        jogging = client.ask("POST", path, content)
+        jogging = client.request("POST", path, content)
     except KeyboardInterrupt:
-        fail("It may have begun to jog. No heartbeat follows: the gateway stops it itself.", exits.UNKNOWN)
+        raise Failure(
+            "It may have begun to jog. No heartbeat follows: the gateway stops it itself.", exits.UNKNOWN
+        ) from None
     path = f"{path}/{jogging['id']}"
     trouble = _hold(client, path, jogging["heartbeat_within_ms"] / 1000 / HEARTBEATS)
     try:
         with _at(signal.SIG_IGN, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):  # the stop is seen through
             over = _end(client, path)
     except Failure as failure:
-        fail(
+        raise Failure(
             f"{trouble or failure} No heartbeat follows: the gateway stops it itself within half a second. "
             "If it goes on, use the hardware stop.",
             exits.UNKNOWN,
-        )
+        ) from None
     typer.echo(json.dumps(over, ensure_ascii=False, indent=2))
     if over["state"] == "ended":
         raise typer.Exit(exits.DONE)
-    fail(_ENDS[over["state"]], exits.UNKNOWN if over["state"] == "stopping" else exits.REFUSED)
+    raise Failure(_ENDS[over["state"]], exits.UNKNOWN if over["state"] == "stopping" else exits.REFUSED)
 
 
 def _hold(client: Client, path: str, every_s: float) -> Failure | None:

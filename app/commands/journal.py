@@ -11,7 +11,7 @@ import typer
 
 from app import exits
 from app.data_directory import Data, data_directory
-from app.exits import fail
+from app.exits import Failure
 from gateway.core.journal import files
 from gateway.core.journal.retention import Retention
 
@@ -70,8 +70,8 @@ def _journals() -> Iterator[None]:
     try:
         yield
     except FileExistsError as error:
-        fail(f"{error.filename} exists already; nothing was written.", exits.USAGE)
+        raise Failure(f"{error.filename} exists already; nothing was written.", exits.USAGE) from None
     except OSError as error:
-        fail(error.strerror or str(error), exits.USAGE)
+        raise Failure(error.strerror or str(error), exits.USAGE) from None
     except sqlite3.Error as error:
-        fail(f"The journal cannot be read: {error}.", exits.REFUSED)
+        raise Failure(f"The journal cannot be read: {error}.", exits.REFUSED) from None

@@ -4,11 +4,13 @@ import re
 import time
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Final, NoReturn
+from typing import Annotated, Final
 
 import typer
 
+from app import exits
 from app.data_directory import Data, data_directory
+from app.exits import Failure
 from app.tables import table
 from gateway.access.keys import KeyFault, KeyStore
 from gateway.access.roles import Role
@@ -18,7 +20,6 @@ app = typer.Typer(
 )
 
 _SECONDS: Final = {"s": 1, "m": 60, "h": 3600, "d": 86_400}
-_REFUSED: Final = 1
 
 
 @app.command()
@@ -36,7 +37,7 @@ def create(
         addresses = None if scope is None else [part.strip() for part in scope.split(",")]
         made = _store(data).create(name, role, addresses, None if expires is None else seconds_of(expires))
     except KeyFault as fault:
-        _fail(fault)
+        raise Failure(str(fault), exits.REFUSED) from None
     typer.echo(made)
 
 
@@ -47,7 +48,7 @@ def list_keys(data: Data = None) -> None:
         store = _existing_store(data)
         keys = store.all()
     except KeyFault as fault:
-        _fail(fault)
+        raise Failure(str(fault), exits.REFUSED) from None
     uses, now = store.uses(), time.time()
     head = ("NAME", "ROLE", "SCOPE", "BEGINS", "STATE", "CREATED", "EXPIRES", "LAST USED")
     rows = [
@@ -72,7 +73,7 @@ def revoke(name: Annotated[str, typer.Argument()], data: Data = None) -> None:
     try:
         _existing_store(data).revoke(name)
     except KeyFault as fault:
-        _fail(fault)
+        raise Failure(str(fault), exits.REFUSED) from None
 
 
 def seconds_of(text: str) -> float:
@@ -103,8 +104,3 @@ def _existing_store(data: Path | None) -> KeyStore:
 
 def _written(at: float | None) -> str:
     return "-" if at is None else datetime.fromtimestamp(at).astimezone().isoformat(" ", "minutes")
-
-
-def _fail(fault: KeyFault) -> NoReturn:
-    typer.echo(str(fault), err=True)
-    raise typer.Exit(_REFUSED)

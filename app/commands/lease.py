@@ -10,7 +10,7 @@ import typer
 from app import exits
 from app.client import LEASE_VARIABLE, LOCAL, Client, Json, KeyFile, Url
 from app.completing import addresses
-from app.exits import Failure, fail
+from app.exits import Failure
 from app.tables import table
 from app.targets import find
 from gateway.core.leases import LONGEST_S
@@ -46,19 +46,16 @@ def take(
 ) -> None:
     """Take a lease, and print its token alone; other commands send the one in MOTION_GATEWAY_LEASE."""
     client = Client.at(url, key_file)
-    try:
-        wanted = {"scope": _address(client, scope), "ttl_s": ttl, "take_over": take_over}
-        taken = client.request("POST", "/leases", wanted)
-        typer.echo(json.dumps(taken, indent=2) if as_json else str(taken["token"]))
-        typer.echo(
-            f"{taken['scope']} is leased as {taken['lease']} for {ttl:g} s{', and renewed' if hold else ''}: "
-            f"`export {LEASE_VARIABLE}={taken['token']}` where it is to be moved.",
-            err=True,
-        )
-        if hold:
-            _hold(replace(client, lease=str(taken["token"])), f"/leases/{taken['lease']}", ttl)
-    except Failure as failure:
-        fail(str(failure), failure.code)
+    wanted = {"scope": _address(client, scope), "ttl_s": ttl, "take_over": take_over}
+    taken = client.request("POST", "/leases", wanted)
+    typer.echo(json.dumps(taken, indent=2) if as_json else str(taken["token"]))
+    typer.echo(
+        f"{taken['scope']} is leased as {taken['lease']} for {ttl:g} s{', and renewed' if hold else ''}: "
+        f"`export {LEASE_VARIABLE}={taken['token']}` where it is to be moved.",
+        err=True,
+    )
+    if hold:
+        _hold(replace(client, lease=str(taken["token"])), f"/leases/{taken['lease']}", ttl)
 
 
 def _hold(client: Client, path: str, ttl_s: float) -> None:
@@ -77,7 +74,7 @@ def _hold(client: Client, path: str, ttl_s: float) -> None:
 @lease.command("list")
 def list_leases(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = False) -> None:
     """Show who has leased what, and for how long."""
-    listed = Client.at(url, key_file).get("/leases")
+    listed = Client.at(url, key_file).request("GET", "/leases")
     if as_json:
         typer.echo(json.dumps(listed, indent=2))
         return
@@ -97,12 +94,9 @@ def release(
 ) -> None:
     """Give a lease back; an admin ends that of anybody. What moves goes on to its end."""
     client = Client.at(url, key_file)
-    try:
-        for it in _leases_of(client, word):
-            client.request("DELETE", f"/leases/{it['lease']}")
-            typer.echo(f"{it['lease']} of {it['scope']} is given back.")
-    except Failure as failure:
-        fail(str(failure), failure.code)
+    for it in _leases_of(client, word):
+        client.request("DELETE", f"/leases/{it['lease']}")
+        typer.echo(f"{it['lease']} of {it['scope']} is given back.")
 
 
 def _leases_of(client: Client, word: str) -> list[dict[str, Any]]:

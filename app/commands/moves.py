@@ -4,17 +4,14 @@ The tables of commands are loaded where a command is read: half a second that a 
 """
 
 import json
-import re
-from enum import StrEnum
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 import typer
 
-from app import exits
 from app.client import LOCAL, Client, KeyFile, Seconds, Url, exit_of_moves, exit_of_stop
-from app.commands.scara_moves import scara_move
+from app.commands.move_requests import MoveKind, body_move, robot_move, scara_move
 from app.completing import addresses
-from app.exits import Failure, fail
+from app.exits import Misuse
 from app.progress import Progress
 from app.targets import Target, find
 from protocols.table import Command, SyntaxFault, WireFault
@@ -38,43 +35,15 @@ def send(
 ) -> None:
     """Send one command of the manuals through a running gateway, and print the answer as JSON."""
     client = Client.at(url, key_file)
-    try:
-        target = find(client, address)
-        row, path = _of_robot(target, command) if target.kind == "robots" else _of_body(target, command)
-    except Failure as failure:
-        fail(str(failure), failure.code)
+    target = find(client, address)
+    row, path = _of_robot(target, command) if target.kind == "robots" else _of_body(target, command)
     path, content = f"{path}/commands/{row.name()}", row.model_dump(mode="json", exclude_none=True)
     if row.starts_motion():
         _move(client, path, content, wait)
-    answer = client.ask("POST", path, content)
+    answer = client.request("POST", path, content)
     _print(answer)
     if "confirmed" in answer:
         raise typer.Exit(exit_of_stop(answer))
-
-
-class MoveKind(StrEnum):
-    """What kind of move."""
-
-    RELATIVE = "relative"
-    ABSOLUTE = "absolute"
-    POSITION = "position"
-    HOME = "home"
-    LINE = "line"
-    PATH = "path"
-    OFFSET = "offset"
-    EXTEND = "extend"
-    RETRACT = "retract"
-    ROTATE = "rotate"
-    FINGER = "finger"
-    ALIGN = "align"
-
-
-_OF_SCARAS: Final = frozenset(MoveKind) - {
-    MoveKind.RELATIVE,
-    MoveKind.ABSOLUTE,
-    MoveKind.POSITION,
-    MoveKind.HOME,
-}
 
 
 def move(
@@ -100,17 +69,14 @@ def move(
 ) -> None:
     """Move a body, a group, a unit of a robot or a SCARA robot, and print the move as JSON."""
     client = Client.at(url, key_file)
-    try:
-        target = find(client, address)
-        if target.kind == "robots":
-            path = target.unit_path()
-            content = _robot_move(client, path, kind, values or [], unit)
-        elif target.kind == "scaras":
-            path, content = target.path, scara_move(kind, values or [], unit, _number)
-        else:
-            path, content = target.path, _body_move(kind, values or [], unit or "pulse")
-    except Failure as failure:
-        fail(str(failure), failure.code)
+    target = find(client, address)
+    if target.kind == "robots":
+        path = target.unit_path()
+        content = robot_move(client, path, kind, values or [], unit)
+    elif target.kind == "scaras":
+        path, content = target.path, scara_move(kind, values or [], unit)
+    else:
+        path, content = target.path, body_move(kind, values or [], unit or "pulse")
     _move(client, f"{path}/moves", content | ({} if pattern is None else {"pattern": pattern}), wait)
 
 
@@ -126,70 +92,6 @@ def _print(answer: dict[str, Any]) -> None:
     typer.echo(json.dumps(answer, ensure_ascii=False, indent=2))
 
 
-# moves in the words of the interface
-
-
-def _body_move(kind: MoveKind, values: list[str], unit: str) -> dict[str, Any]:
-    if (content := _common_move(kind, values)) is not None:
-        return content
-    _expect(1, values, f"`{kind}` takes one value, such as 500")
-    number = _number(values[0])
-    if kind is MoveKind.ABSOLUTE:
-        return {"kind": "absolute", "position": {"value": number, "unit": unit}}
-    direction = "ccw" if number < 0 else "cw"
-    return {"kind": "relative", "direction": direction, "distance": {"value": abs(number), "unit": unit}}
-
-
-def _robot_move(
-    client: Client, path: str, kind: MoveKind, values: list[str], unit: str | None
-) -> dict[str, Any]:
-    if (content := _common_move(kind, values)) is not None:
-        return content
-    axes: dict[str, Any] = {}
-    for value in values:
-        name, equals, number = value.partition("=")
-        if not equals or name.upper() in axes:
-            raise _usage(f"{value!r} is no axis with a value, each axis once: say X=10")
-        axes[name.upper()] = {"value": _number(number), "unit": unit}
-    if not axes:
-        raise _usage(f"`{kind}` takes an axis with its value at least: say X=10")
-    if unit is None:
-        own = {axis["name"]: axis["unit"] for axis in client.request("GET", path)["axes"]}
-        for name, amount in axes.items():
-            amount["unit"] = own.get(name, "mm")  # of an axis it does not have the gateway tells
-    return {"kind": kind, "axes": axes}
-
-
-def _common_move(kind: MoveKind, values: list[str]) -> dict[str, Any] | None:
-    """A move that bodies and robots take in the same words."""
-    if kind in _OF_SCARAS:
-        raise _usage(f"Only SCARA robots have moves `{kind}`")
-    if kind is MoveKind.HOME:
-        _expect(0, values, "`home` takes no value")
-        return {"kind": "home"}
-    if kind is MoveKind.POSITION:
-        _expect(1, values, "`position` takes one number, such as 5")
-        return {"kind": "position", "position": _number(values[0])}
-    return None
-
-
-def _expect(count: int, values: list[str], sentence: str) -> None:
-    if len(values) != count:
-        raise _usage(f"{sentence}, and {len(values)} were given")
-
-
-def _number(text: str) -> int | float:
-    if re.fullmatch(r"[+-]?\d{1,12}", text, re.ASCII):
-        return int(text)
-    if re.fullmatch(r"[+-]?\d{1,12}\.\d{1,12}", text, re.ASCII):
-        return float(text)
-    raise _usage(f"{text!r} is no number")
-
-
-def _usage(sentence: str) -> Failure:
-    return Failure(f"{sentence}. Nothing was sent.", exits.USAGE)
-
-
 # commands as the manuals write them
 
 
@@ -200,7 +102,7 @@ def _of_body(target: Target, text: str) -> tuple[Command[Any], str]:
     code, parameters = text.strip()[:3].upper(), text.strip()[3:]
     row = COMMANDS.get(code)
     if row is None:
-        raise _usage(
+        raise Misuse(
             f"There is no command {code!r} of RC-420 bodies; `GET /commands?family=rorze` lists theirs"
         )
     try:
@@ -209,7 +111,7 @@ def _of_body(target: Target, text: str) -> tuple[Command[Any], str]:
         except SyntaxFault:
             return row.read(parameters.replace(" ", "").upper()), target.path
     except WireFault as error:
-        raise _usage(f"{code}: {error}") from None
+        raise Misuse(f"{code}: {error}") from None
 
 
 def _of_robot(target: Target, text: str) -> tuple[Command[Any], str]:
@@ -223,9 +125,9 @@ def _of_robot(target: Target, text: str) -> tuple[Command[Any], str]:
     try:
         command = read(name, arguments)
     except WireFault as error:
-        raise _usage(f"{name}: {error}") from None
+        raise Misuse(f"{name}: {error}") from None
     if isinstance(command, StartJog):
-        raise _usage(
+        raise Misuse(
             "A JOG goes on only as long as heartbeats come, and `send` sends none; see POST /robots/ID/jogs"
         )
     if of_the_robot(type(command)):

@@ -10,7 +10,7 @@ import typer
 from app import exits
 from app.charts import FONTS, Line, Panel, chart
 from app.client import LOCAL, Client, KeyFile, Url
-from app.exits import Failure, fail
+from app.exits import Failure, Misuse
 from app.targets import find
 
 SVG: Final = ".svg"
@@ -48,13 +48,10 @@ def curve(
     require_drawable(output)
     client = Client.at(url, key_file)
     query = urlencode({"distance": f"{distance:.12g}", "unit": unit, "points": POINTS})
-    try:
-        target = find(client, body)
-        if target.kind != "bodies":
-            fail(f"{body} is no body: only bodies have patterns. Nothing was sent.", exits.USAGE)
-        found = client.request("GET", f"{target.path}/patterns/{pattern}/curve?{query}")
-    except Failure as failure:
-        fail(str(failure), failure.code)
+    target = find(client, body)
+    if target.kind != "bodies":
+        raise Misuse(f"{body} is no body: only bodies have patterns")
+    found = client.request("GET", f"{target.path}/patterns/{pattern}/curve?{query}")
     far, long = f"{found['pulses']:,} pulses", f"{found['total_time_s']:.3f} s"
     title = f"{found['body_id']}, pattern {pattern}: {far} in {long}"
     write(output, chart(title, panels_of(found)))
@@ -75,17 +72,11 @@ def require_drawable(output: Path) -> None:
     """End where a file of this kind cannot be written, before anything is asked."""
     kind = output.suffix.lower()
     if kind not in (SVG, PNG):
-        fail(f"{output} is neither .svg nor .png. Nothing was sent.", exits.USAGE)
+        raise Misuse(f"{output} is neither .svg nor .png")
     if kind == PNG and find_spec("resvg_py") is None:
-        fail(
-            "PNG takes the extra `png`: pip install 'motion-gateway[png]'. SVG takes none. Nothing was sent.",
-            exits.USAGE,
-        )
+        raise Misuse("PNG takes the extra `png`: pip install 'motion-gateway[png]'. SVG takes none")
     if kind == PNG and _png(_LETTER) == _png(_NOTHING):
-        fail(
-            f"PNG takes one of the fonts {FONTS}, and this machine has none. Nothing was sent.",
-            exits.USAGE,
-        )
+        raise Misuse(f"PNG takes one of the fonts {FONTS}, and this machine has none")
 
 
 def write(output: Path, svg: str) -> None:
@@ -93,7 +84,7 @@ def write(output: Path, svg: str) -> None:
     try:
         output.write_bytes(_png(svg) if output.suffix.lower() == PNG else svg.encode())
     except OSError as error:
-        fail(f"{output} was not written: {error.strerror or error}.", exits.USAGE)
+        raise Failure(f"{output} was not written: {error.strerror or error}.", exits.USAGE) from None
     typer.echo(output)
 
 

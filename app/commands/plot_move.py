@@ -12,7 +12,7 @@ from app import exits
 from app.charts import Line, Panel, Point, chart
 from app.client import LOCAL, Client, KeyFile, Url
 from app.commands.plot import Output, require_drawable, write
-from app.exits import Failure, fail
+from app.exits import Failure
 from app.targets import find
 
 SHORTEST_S: Final = 0.04
@@ -33,14 +33,11 @@ def move(
     """Draw the measured speed and position of a move over the planned ones."""
     require_drawable(output)
     client = Client.at(url, key_file)
-    try:
-        path = _path_of(client, move_id, target)
-        told = client.request("GET", f"{path}/samples")
-    except Failure as failure:
-        fail(str(failure), failure.code)
+    path = _path_of(client, move_id, target)
+    told = client.request("GET", f"{path}/samples")
     panels = panels_of_body(told) if "body_id" in told else panels_of_unit(told)
     if not panels:
-        fail(f"The move {move_id} has too few samples to be drawn.", exits.REFUSED)
+        raise Failure(f"The move {move_id} has too few samples to be drawn.", exits.REFUSED)
     if told.get("note"):
         typer.echo(f"No plan is drawn: {told['note']}", err=True)
     whose = told.get("body_id") or f"{told['robot_id']}/units/{told['unit']}"

@@ -9,7 +9,7 @@ import typer
 from app import exits
 from app.client import LOCAL, Client, KeyFile, Url
 from app.completing import addresses
-from app.exits import Failure, fail
+from app.exits import Failure, Misuse
 from app.targets import find
 from protocols.rorze.programs import LAST_ADDRESS, STEPS
 
@@ -50,12 +50,12 @@ def upload(
     source, _ = _read(file)
     client = Client.at(url, key_file)
     path = _path(client, body)
-    record = client.ask("PUT", f"{path}?flash={str(flash).lower()}", {"source": source})
+    record = client.request("PUT", f"{path}?flash={str(flash).lower()}", {"source": source})
     while record["status"] == "running":
         typer.echo(f"{record['phase']}: {record['written']} of {record['instructions']} written", err=True)
-        record = client.ask("GET", f"{path}/uploads/{record['id']}", wait_s=LOOK_S)
+        record = client.request("GET", f"{path}/uploads/{record['id']}", wait_s=LOOK_S)
     if (error := record["error"]) is not None:
-        fail(f"{error['detail']} {record['stored']} {error['remedy']}", exits.REFUSED)
+        raise Failure(f"{error['detail']} {record['stored']} {error['remedy']}", exits.REFUSED)
     typer.echo(record["stored"])
 
 
@@ -63,7 +63,7 @@ def upload(
 def download(body: Body, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Print the program that a body holds in RAM."""
     client = Client.at(url, key_file)
-    program = client.ask("GET", _path(client, body), wait_s=DOWNLOAD_S)
+    program = client.request("GET", _path(client, body), wait_s=DOWNLOAD_S)
     typer.echo(program["source"], nl=False)
 
 
@@ -80,7 +80,7 @@ def run(
     """Run a body's program, which may move the motor; a stop of the body ends it."""
     wanted = {"label": label, "address": address, "single_step": step}
     client = Client.at(url, key_file)
-    begun = client.ask("POST", f"{_path(client, body)}/runs", wanted, wait_s=wait)
+    begun = client.request("POST", f"{_path(client, body)}/runs", wanted, wait_s=wait)
     typer.echo(json.dumps(begun, ensure_ascii=False, indent=2))
     if begun["status"] == "unknown":
         raise typer.Exit(exits.UNKNOWN)
@@ -92,12 +92,9 @@ def run(
 
 def _path(client: Client, word: str) -> str:
     """Where the program of a body is served; a failure ends the command."""
-    try:
-        target = find(client, word)
-    except Failure as failure:
-        fail(str(failure), failure.code)
+    target = find(client, word)
     if target.kind != "bodies":
-        fail(f"{word} is no body, and has no program. Nothing was sent.", exits.USAGE)
+        raise Misuse(f"{word} is no body, and has no program")
     return f"{target.path}/program"
 
 
@@ -111,10 +108,12 @@ def _read(file: Path) -> "tuple[str, Assembled]":
     try:
         source = file.read_bytes().decode("utf-8-sig")
     except OSError as error:
-        fail(f"{file}: {error.strerror or error}.", exits.USAGE)
+        raise Failure(f"{file}: {error.strerror or error}.", exits.USAGE) from None
     except UnicodeDecodeError:
-        fail(f"{file} is not UTF-8 text.", exits.USAGE)
+        raise Failure(f"{file} is not UTF-8 text.", exits.USAGE) from None
     assembled = assemble(source)
     if not isinstance(assembled, Assembled):
-        fail("\n".join(f"{file}:{it.line}:{it.column}: {it.reason}" for it in assembled), exits.REFUSED)
+        raise Failure(
+            "\n".join(f"{file}:{it.line}:{it.column}: {it.reason}" for it in assembled), exits.REFUSED
+        )
     return source, assembled

@@ -16,7 +16,7 @@ def reload(
     as_json: Json = False,
 ) -> None:
     """Let a gateway read its configuration file again; lines that did not change go on undisturbed."""
-    answer = Client.at(url, key_file).ask("POST", "/system/reload", {"dry_run": dry_run})
+    answer = Client.at(url, key_file).request("POST", "/system/reload", {"dry_run": dry_run})
     typer.echo(json.dumps(answer, indent=2) if as_json else "\n".join(_told(answer)))
 
 

@@ -16,7 +16,7 @@ import uvloop
 
 from app import exits
 from app.data_directory import Data, data_directory
-from app.exits import fail
+from app.exits import Failure
 
 if TYPE_CHECKING:
     from gateway.config import Config
@@ -34,7 +34,7 @@ def serve(
     SIGHUP reads the configuration file again.
     """
     if (config is None) == (not demo):
-        fail("Say either --config FILE or --demo.", exits.USAGE)
+        raise Failure("Say either --config FILE or --demo.", exits.USAGE)
     gc.disable()  # until the gateway runs: nothing of what is loaded is garbage
     from app.server import CannotListen
     from gateway.config import ConfigError
@@ -48,13 +48,15 @@ def serve(
         with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
             runner.run(serving)
     except ConfigError as error:
-        fail(str(error), exits.CONFIG)
+        raise Failure(str(error), exits.CONFIG) from None
     except CannotListen as error:
-        fail(str(error), exits.NOT_SENT)
+        raise Failure(str(error), exits.NOT_SENT) from None
     except InUse as error:
-        fail(f"The journal is in use: {error}. No line was opened.", exits.NOT_SENT)
+        raise Failure(f"The journal is in use: {error}. No line was opened.", exits.NOT_SENT) from None
     except TooNew as error:
-        fail(f"The journal is of a later version: {error}. No line was opened.", exits.NOT_SENT)
+        raise Failure(
+            f"The journal is of a later version: {error}. No line was opened.", exits.NOT_SENT
+        ) from None
 
 
 async def _serve_file(file: "ConfigFile", data: Path) -> None:

@@ -10,7 +10,6 @@ import typer
 from app import exits
 from app.client import LOCAL, Client, Json, KeyFile, Url
 from app.commands.watch import follow
-from app.exits import Failure, fail
 
 _DIRECTIONS: Final = {"tx": "->", "rx": "<-"}
 
@@ -36,8 +35,6 @@ def trace(
     try:
         for record in _records(client, f"/lines/{line}/trace", query, follow_on):
             typer.echo(json.dumps(record, ensure_ascii=False) if as_json else _line(record))
-    except Failure as failure:
-        fail(str(failure), failure.code)
     except KeyboardInterrupt:
         raise typer.Exit(exits.DONE) from None
 

@@ -11,7 +11,7 @@ import typer
 
 from app import exits
 from app.client import ANSWER_S, LOCAL, STEP_S, Client, Json, KeyFile, Url, refusal, why_not_reached
-from app.exits import Failure, fail
+from app.exits import Failure
 from app.progress import Progress
 from app.tables import Row, table
 from app.targets import find
@@ -31,7 +31,9 @@ SHOWN = (
 def status(url: Url = LOCAL, key_file: KeyFile = None, as_json: Json = False) -> None:
     """Show the lines, bodies, SCARA robots and robots of a running gateway; no controller is asked."""
     client = Client.at(url, key_file)
-    everything = {kind: client.get(f"/{kind}")[kind] for kind in ("lines", "bodies", "scaras", "robots")}
+    everything = {
+        kind: client.request("GET", f"/{kind}")[kind] for kind in ("lines", "bodies", "scaras", "robots")
+    }
     if as_json:
         typer.echo(json.dumps(everything, ensure_ascii=False, indent=2))
         return
@@ -84,17 +86,17 @@ def scan(
 ) -> None:
     """Ask all 120 body numbers of a line who is there, and print the addresses that answer."""
     client = Client.at(url, key_file)
-    found = client.ask("POST", f"/lines/{line}/scans", wait_s=STEP_S)
+    found = client.request("POST", f"/lines/{line}/scans", wait_s=STEP_S)
     with Progress() as progress:
         for _ in range(int(SCAN_S / STEP_S) - 1):
             if found["status"] != "running":
                 break
             progress.say(f"asked {found['asked']} of 120; {len(found['found'])} found")
-            found = client.ask("GET", f"/lines/{line}/scans/{found['id']}", wait_s=STEP_S)
+            found = client.request("GET", f"/lines/{line}/scans/{found['id']}", wait_s=STEP_S)
     if found["status"] == "running":
-        fail(f"The scan of {line} is still running.", exits.UNDER_WAY)
+        raise Failure(f"The scan of {line} is still running.", exits.UNDER_WAY)
     if found["status"] == "failed":
-        fail(f"The scan of {line} has failed: {found['error']}", exits.REFUSED)
+        raise Failure(f"The scan of {line} has failed: {found['error']}", exits.REFUSED)
     for body in found["found"]:
         typer.echo(f"{body['body_id']}{'' if body['configured'] else '  (not in the configuration)'}")
 
@@ -122,8 +124,6 @@ def watch(
         events = follow(client, "/events/stream", wanted, after)
         for event in islice(events, count):
             typer.echo(json.dumps(event, ensure_ascii=False) if as_json else _line(event))
-    except Failure as failure:
-        fail(str(failure), failure.code)
     except KeyboardInterrupt:
         raise typer.Exit(exits.DONE) from None
 

@@ -5,7 +5,7 @@ from typing import Any, get_args
 import pytest
 
 from app import exits
-from app.commands import moves
+from app.commands.move_requests import MoveKind
 from gateway.rorze.scaras.record import ScaraMoveKind
 from tests.app.fake_gateway import FakeGateway, always, move, plant, stopped
 
@@ -295,4 +295,4 @@ def test_what_is_no_move_is_not_sent(
 
 
 def test_the_kinds_of_moves_are_those_of_the_interface() -> None:
-    assert set(moves.MoveKind) == {"relative", "absolute", "position", "home", *get_args(ScaraMoveKind)}
+    assert set(get_args(MoveKind)) == {"relative", "absolute", "position", "home", *get_args(ScaraMoveKind)}
