@@ -37,7 +37,7 @@ STREAMS_S = 1.0
 HANDSHAKE_S = 5.0
 """How long a client may take to agree on TLS."""
 REQUESTS_S = 2.0
-"""How long requests may take to end by themselves; then the lines are closed, which answers all that wait."""
+"""How long requests may take to end; then the lines are closed, which answers all that wait."""
 
 
 class CannotListen(OSError):

@@ -18,7 +18,7 @@ def jog(state: str) -> dict[str, Any]:
 
 
 def gateway(path: str, *ends: str, beat: Answer = (200, {})) -> FakeGateway:
-    """Where something jogs, and what is told of it at each stop."""
+    """Where something jogs, and what each stop answers."""
     told: dict[str, list[Answer]] = {
         f"{path}/jogs": [(201, jog("jogging"))],
         f"{path}/jogs/j1/heartbeat": [beat],
