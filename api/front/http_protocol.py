@@ -23,7 +23,7 @@ from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
 
 from api.common.problems import MEDIA_TYPE, RETRY_AFTER_S, plain_problem
 from api.common.request_ids import Headers, header_of, request_id_of
-from api.front.admission import Admission, Admitted
+from api.front.connections import Admitted, ConnectionLimit
 from api.front.drain import Drain
 from api.front.stop_paths import is_stop
 from api.front.turnstile import Turnstile
@@ -167,7 +167,7 @@ class HttpProtocol(HttpToolsProtocol):
     """A connection."""
 
     limits: ClassVar[Limits] = Limits()
-    admission: ClassVar[Admission]
+    admission: ClassVar[ConnectionLimit]
     turnstile: ClassVar[Turnstile]
 
     flow: _Flow

@@ -11,7 +11,7 @@ import typer
 
 from app import exits
 from app.client import LOCAL, Client, KeyFile, Url
-from app.completing import addresses
+from app.completion import addresses
 from app.exits import Failure, Misuse
 from app.progress import Progress
 from app.targets import Target, find

@@ -9,7 +9,7 @@ import typer
 
 from app import exits
 from app.client import LEASE_VARIABLE, LOCAL, Client, Json, KeyFile, Url
-from app.completing import addresses
+from app.completion import addresses
 from app.exits import Failure
 from app.tables import table
 from app.targets import find

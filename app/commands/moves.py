@@ -10,7 +10,7 @@ import typer
 
 from app.client import LOCAL, Client, KeyFile, Seconds, Url, exit_of_moves, exit_of_stop
 from app.commands.move_requests import MoveKind, body_move, robot_move, scara_move
-from app.completing import addresses
+from app.completion import addresses
 from app.exits import Misuse
 from app.progress import Progress
 from app.targets import Target, find

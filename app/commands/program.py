@@ -8,7 +8,7 @@ import typer
 
 from app import exits
 from app.client import LOCAL, Client, KeyFile, Url
-from app.completing import addresses
+from app.completion import addresses
 from app.exits import Failure, Misuse
 from app.targets import find
 from protocols.rorze.programs import LAST_ADDRESS, STEPS

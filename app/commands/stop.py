@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from app import completing, exits
+from app import completion, exits
 from app.client import LOCAL, Client, Json, KeyFile, Url, exit_of_stop
 from app.exits import Failure
 from app.targets import find, numbered
@@ -22,7 +22,7 @@ def stop(
         list[str] | None,
         typer.Argument(
             help="Addresses or names: 3F, LINE.3F, 80, r1, lift. None: everything stops.",
-            autocompletion=completing.addresses,
+            autocompletion=completion.addresses,
         ),
     ] = None,
     mode: Annotated[StopMode, typer.Option(help="Decelerating, or at once.")] = "decelerate",

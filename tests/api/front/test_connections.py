@@ -5,7 +5,7 @@ from itertools import count
 
 import pytest
 
-from api.front.admission import IDLE_S, Admission, Admitted
+from api.front.connections import IDLE_S, Admitted, ConnectionLimit
 
 
 @dataclass(eq=False)
@@ -27,7 +27,7 @@ class Door:
         self.gone: list[int] = []
         self.inside: list[Peer] = []
         self._names = count()
-        self.admission = Admission(2, 2, lambda: self.now)
+        self.admission = ConnectionLimit(2, 2, lambda: self.now)
 
     def come(self) -> tuple[Peer, Admitted]:
         peer = Peer(next(self._names), self.gone)

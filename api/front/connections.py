@@ -29,7 +29,7 @@ class Admitted(Enum):
     NOTHING = auto()
 
 
-class Admission:
+class ConnectionLimit:
     """Decides what a new connection may ask for.
 
     At the limit the connection that has been idle longest makes room. Where none is idle a new one may ask

@@ -1,4 +1,4 @@
-"""What has to be there before the gateway opens its door."""
+"""What has to be there before the gateway lets anybody in."""
 
 import asyncio
 import logging
@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.door import Door
+from app.access import AccessControl
 from gateway.access.keys import KeyStore
 from gateway.access.roles import Role
 from gateway.config import Config, ConfigError
@@ -24,39 +24,39 @@ def config(**tables: Any) -> Config:
 
 def test_without_a_key_only_this_machine_is_served(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
-        assert Door(config(), tmp_path).credentials is not None
+        assert AccessControl(config(), tmp_path).credentials is not None
     assert f"motion-gateway keys create NAME --role admin --data {tmp_path}" in caplog.text
     with pytest.raises(ConfigError, match="keys create NAME"):
-        Door(config(**NETWORK), tmp_path)
+        AccessControl(config(**NETWORK), tmp_path)
     KeyStore(tmp_path).create("boss", Role.ADMIN)
-    Door(config(**NETWORK), tmp_path)
+    AccessControl(config(**NETWORK), tmp_path)
 
 
 def test_keys_that_cannot_be_read_are_told_before_a_line_is_opened(tmp_path: Path) -> None:
     (tmp_path / "keys.json").write_text("{")
     (tmp_path / "keys.json").chmod(0o600)
     with pytest.raises(ConfigError, match="no file of keys"):
-        Door(config(), tmp_path)
-    assert Door(config(access={"mode": "open"}), tmp_path).credentials is None
+        AccessControl(config(), tmp_path)
+    assert AccessControl(config(access={"mode": "open"}), tmp_path).credentials is None
 
 
 def test_tokens_need_their_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "jwt", None)
     monkeypatch.delitem(sys.modules, "gateway.access.oidc", raising=False)
     with pytest.raises(ConfigError, match=r"motion-gateway\[oidc\]"):
-        Door(config(access={"oidc": OIDC}), tmp_path)
+        AccessControl(config(access={"oidc": OIDC}), tmp_path)
 
 
 def test_when_keys_were_used_is_written_down_at_the_end(tmp_path: Path) -> None:
     store = KeyStore(tmp_path)
     token = store.create("mes", Role.VIEWER)
-    door = Door(config(), tmp_path)
-    assert door.credentials is not None
-    assert door.credentials.verify(token) is not None
+    access = AccessControl(config(), tmp_path)
+    assert access.credentials is not None
+    assert access.credentials.verify(token) is not None
 
     async def life() -> None:
-        door.open()
-        await door.close()
+        access.start()
+        await access.stop()
 
     asyncio.run(life())
     assert len(store.uses()) == 1

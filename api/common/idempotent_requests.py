@@ -87,7 +87,7 @@ class _First:
     """None where it was refused and nothing was sent: then the next one is the first."""
 
 
-class Repeats:
+class IdempotentRequests:
     """Looks at the keys of requests with an effect; never of stops, for to stop twice does no harm."""
 
     def __init__(self, keys: Keys, access: Access, app: ASGIApp) -> None:

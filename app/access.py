@@ -1,4 +1,4 @@
-"""What the gateway keeps at its door while it runs: the keys, the provider's keys and the certificate."""
+"""What lets clients in while the gateway runs: the keys, the provider's keys and the certificate."""
 
 import asyncio
 import logging
@@ -15,8 +15,8 @@ log = logging.getLogger(__name__)
 KEEP_USES_S: Final = 60.0
 
 
-class Door:
-    """Lets in who has a good credential; its tasks run from `open` to `close`."""
+class AccessControl:
+    """Lets in who has a good credential; its tasks run from `start` to `stop`."""
 
     def __init__(self, config: Config, data: Path) -> None:
         """Read the keys and the certificate.
@@ -36,11 +36,11 @@ class Door:
             self.credentials = Credentials(self._store, self._tokens(config))
             self._require_somebody(config, data)
 
-    def open(self) -> None:
+    def start(self) -> None:
         """Begin to keep all of it fresh."""
-        self._tasks = [asyncio.create_task(work(), name="door") for work in self._work]
+        self._tasks = [asyncio.create_task(work(), name="access") for work in self._work]
 
-    async def close(self) -> None:
+    async def stop(self) -> None:
         """End that."""
         for task in self._tasks:
             task.cancel()
