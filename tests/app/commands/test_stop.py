@@ -39,7 +39,7 @@ def test_a_stop_is_done_when_standstill_is_confirmed(
         ("r1/units/2", "/robots/r1/units/2/stop"),
     ],
 )
-def test_whoever_has_an_address_is_stopped_by_one_request(
+def test_what_has_an_address_is_stopped_by_one_request(
     word: str, path: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     gateway = FakeGateway({path: OVER})
