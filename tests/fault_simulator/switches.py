@@ -35,7 +35,7 @@ from gateway.rorze.session import RorzeSession
 from gateway.rorze.stops import _BodyStop
 from protocols.rorze.commands import COMMANDS
 from protocols.table import Effect
-from tests.api.common import test_repeats
+from tests.api.common import test_idempotent_requests
 from tests.gateway import test_plant
 from tests.gateway.core.journal import test_intents, test_journal
 from tests.gateway.operations import test_moves
@@ -349,7 +349,7 @@ STORIES = (
     Told(
         "a request is carried out once for each key",
         keys_are_not_looked_up,
-        lambda _, folder: test_repeats.test_a_repeat_gets_the_same_answer(World(folder / "data")),
+        lambda _, folder: test_idempotent_requests.test_a_repeat_gets_the_same_answer(World(folder / "data")),
     ),
     Told(
         "a stop waits for no disk",
