@@ -15,7 +15,7 @@ def protocols(
 
     class Http(HttpProtocol):
         limits = bounds
-        admission = ConnectionLimit(max_connections)
+        connection_limit = ConnectionLimit(max_connections)
         turnstile = Turnstile()
 
     class WebSocket(WebSocketProtocol):

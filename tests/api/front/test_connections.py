@@ -20,19 +20,19 @@ class Peer:
 
 
 class Door:
-    """An admission of two, with a reserve of two, and all who are connected."""
+    """A limit of two connections, with a reserve of two, and all who are connected."""
 
     def __init__(self) -> None:
         self.now = 0.0
         self.gone: list[int] = []
         self.inside: list[Peer] = []
         self._names = count()
-        self.admission = ConnectionLimit(2, 2, lambda: self.now)
+        self.limit = ConnectionLimit(2, 2, lambda: self.now)
 
     def come(self) -> tuple[Peer, Admitted]:
         peer = Peer(next(self._names), self.gone)
         self.inside.append(peer)
-        admitted = self.admission.admit(peer, len(self.inside))
+        admitted = self.limit.admit(peer, len(self.inside))
         self.inside = [it for it in self.inside if it.name not in self.gone]
         if admitted is Admitted.NOTHING:
             self.inside.remove(peer)
@@ -40,13 +40,13 @@ class Door:
 
     def leave(self, peer: Peer) -> None:
         self.inside.remove(peer)
-        self.admission.leave(peer)
+        self.limit.leave(peer)
 
     def fill(self) -> list[Peer]:
         """Let in as many as may ask for everything, and let them ask."""
         peers = [self.come()[0] for _ in range(2)]
         for peer in peers:
-            self.admission.ask(peer)
+            self.limit.ask(peer)
         return peers
 
 
@@ -61,7 +61,7 @@ def test_beyond_the_limit_there_are_only_stops_and_then_nothing() -> None:
     stopping = [door.come() for _ in range(2)]
     assert [admitted for _, admitted in stopping] == [Admitted.STOPS] * 2
     for peer, _ in stopping:
-        door.admission.stop(peer)
+        door.limit.stop(peer)
     assert door.come()[1] is Admitted.NOTHING
     assert door.gone == []
 
@@ -77,9 +77,9 @@ def test_who_has_not_asked_for_a_stop_yet_makes_room_for_who_may() -> None:
 def test_the_one_that_is_idle_longest_makes_room() -> None:
     door = Door()
     first, second = door.fill()
-    door.admission.rest(second)
+    door.limit.rest(second)
     door.now = 0.5
-    door.admission.rest(first)
+    door.limit.rest(first)
     door.now = 0.5 + IDLE_S
     assert door.come()[1] is Admitted.EVERYTHING
     assert door.gone == [second.name]
@@ -88,7 +88,7 @@ def test_the_one_that_is_idle_longest_makes_room() -> None:
 def test_who_was_idle_for_a_moment_only_does_not() -> None:
     door = Door()
     first, _ = door.fill()
-    door.admission.rest(first)
+    door.limit.rest(first)
     door.now = IDLE_S / 2
     assert door.come()[1] is Admitted.STOPS
     assert door.gone == []
@@ -97,7 +97,7 @@ def test_who_was_idle_for_a_moment_only_does_not() -> None:
 def test_stops_beyond_the_limit_take_no_place_within_it() -> None:
     door = Door()
     first, _ = door.fill()
-    door.admission.stop(door.come()[0])
+    door.limit.stop(door.come()[0])
     door.come()
     door.leave(first)
     assert door.come()[1] is Admitted.EVERYTHING
